@@ -1,0 +1,5 @@
+//! Triangles, the rays that meet them, and point sets with a minimum distance.
+
+pub mod bvh;
+pub mod mesh;
+pub mod spaced;

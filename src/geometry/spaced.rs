@@ -1,0 +1,1 @@
+//! Point sets with a minimum distance (Sections 4.1 and 4.2).

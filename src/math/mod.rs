@@ -1,0 +1,4 @@
+//! Sampling patterns, directions, colour triples and small statistics. Knows nothing of scenes.
+
+pub mod rgb;
+pub mod sampling;

@@ -1,0 +1,154 @@
+//! Points, directions and reproducible random numbers.
+//!
+//! Every pattern is a pure function of a seed and an index, so that a ray is the same whichever
+//! thread traces it.
+
+use glam::{Vec2, Vec3};
+
+/// A small counter-based generator (SplitMix64; Steele, Lea, Flood 2014). Its state is made
+/// from a seed and up to two indices, so every sample, light or texel owns a stream.
+#[derive(Clone, Debug)]
+pub struct Random {
+    state: u64,
+}
+
+impl Random {
+    /// The stream `(stream, index)` of `seed`.
+    pub fn new(seed: u64, stream: u64, index: u64) -> Self {
+        let mut random = Self { state: seed ^ 0x9e37_79b9_7f4a_7c15 };
+        random.state ^= random.next_u64().wrapping_add(stream.wrapping_mul(0xbf58_476d_1ce4_e5b9));
+        random.state = random.next_u64() ^ index.wrapping_mul(0x94d0_49bb_1331_11eb);
+        random
+    }
+
+    pub fn next_u64(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn uniform(&mut self) -> f32 {
+        (self.next_u64() >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+    }
+
+    /// Uniform in [0, 1)².
+    pub fn point(&mut self) -> Vec2 {
+        Vec2::new(self.uniform(), self.uniform())
+    }
+
+    /// Uniform among `0..count`; `count` must not be 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((u128::from(self.next_u64()) * count as u128) >> 64) as usize
+    }
+
+    /// Puts `items` in a random order (Fisher–Yates).
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i + 1));
+        }
+    }
+}
+
+/// The side of the smallest square grid with at least `count` cells.
+pub fn grid_side(count: usize) -> usize {
+    (count as f64).sqrt().ceil() as usize
+}
+
+/// `side`² points, one jittered in each cell of a square grid over [0, 1)².
+pub fn stratified(side: usize, random: &mut Random) -> impl Iterator<Item = Vec2> {
+    (0..side * side).map(move |cell| {
+        let corner = Vec2::new((cell % side) as f32, (cell / side) as f32);
+        (corner + random.point()) / side as f32
+    })
+}
+
+/// Maps [0, 1]² onto the unit disc, preserving area (Shirley and Chiu 1997, the concentric map).
+pub fn square_to_disc(square: Vec2) -> Vec2 {
+    use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+    let p = 2.0 * square - Vec2::ONE;
+    if p == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (radius, angle) = if p.x.abs() > p.y.abs() {
+        (p.x, FRAC_PI_4 * (p.y / p.x))
+    } else {
+        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
+    };
+    radius * Vec2::new(angle.cos(), angle.sin())
+}
+
+/// Maps [0, 1]² onto directions about +z with density cos θ / π.
+pub fn square_to_cosine_hemisphere(square: Vec2) -> Vec3 {
+    let disc = square_to_disc(square);
+    disc.extend((1.0 - disc.length_squared()).max(0.0).sqrt())
+}
+
+/// Maps [0, 1]² onto directions about +z with uniform density 1 / 2π.
+pub fn square_to_uniform_hemisphere(square: Vec2) -> Vec3 {
+    let disc = square_to_disc(square);
+    let z = 1.0 - disc.length_squared();
+    // A disc radius of r goes to height 1 − r², so equal areas go to equal solid angles.
+    (disc * (2.0 - disc.length_squared()).max(0.0).sqrt()).extend(z)
+}
+
+/// A right-handed orthonormal frame about a unit normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    pub tangent: Vec3,
+    pub bitangent: Vec3,
+    pub normal: Vec3,
+}
+
+impl Frame {
+    pub fn about(normal: Vec3) -> Self {
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        Self { tangent, bitangent, normal }
+    }
+
+    /// World direction of a direction given in the frame.
+    pub fn to_world(&self, local: Vec3) -> Vec3 {
+        self.tangent * local.x + self.bitangent * local.y + self.normal * local.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hemisphere_maps_have_the_mean_cosine_of_their_density() {
+        // E[cos θ] is 1/2 for the uniform hemisphere and 2/3 for the cosine-weighted one.
+        let side = 400;
+        let mean = |map: fn(Vec2) -> Vec3| {
+            let mut random = Random::new(1, 2, 3);
+            let sum: f64 =
+                stratified(side, &mut random).map(|square| f64::from(map(square).z)).sum();
+            sum / (side * side) as f64
+        };
+        assert!((mean(square_to_uniform_hemisphere) - 0.5).abs() < 1e-4);
+        assert!((mean(square_to_cosine_hemisphere) - 2.0 / 3.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn hemisphere_maps_give_unit_vectors() {
+        let mut random = Random::new(7, 0, 0);
+        for _ in 0..1000 {
+            let square = random.point();
+            assert!((square_to_uniform_hemisphere(square).length() - 1.0).abs() < 1e-6);
+            assert!((square_to_cosine_hemisphere(square).length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn streams_are_reproducible_and_differ() {
+        let first = |seed, stream, index| Random::new(seed, stream, index).next_u64();
+        assert_eq!(first(1, 2, 3), first(1, 2, 3));
+        let mut seen: Vec<u64> = (0..30).map(|k| first(k / 9, (k / 3) % 3, k % 3)).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 30);
+    }
+}

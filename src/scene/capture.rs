@@ -1,0 +1,103 @@
+//! A capture: everything a reconstruction starts from.
+
+use std::sync::Arc;
+
+use crate::geometry::mesh::Mesh;
+use crate::math::rgb::Rgb;
+use crate::scene::{Camera, Image};
+
+/// A partial geometric model with calibrated photographs of it and the artist's tags.
+#[derive(Clone, Debug, Default)]
+pub struct Capture {
+    /// The folder's name.
+    pub name: String,
+    pub mesh: Mesh,
+    /// One per `usemtl` group, indexed by `Mesh::surface`.
+    pub surfaces: Vec<Surface>,
+    pub photographs: Vec<Photograph>,
+    pub materials: Vec<Material>,
+    pub lights: Vec<KnownLight>,
+    pub environment: Environment,
+    /// What was read with reservations: each says what, where and with what consequence.
+    pub warnings: Vec<String>,
+}
+
+/// A group of polygons that can be tagged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    pub name: String,
+    pub role: Role,
+    /// The file gave texture coordinates for every polygon of the surface.
+    pub has_texcoords: bool,
+}
+
+/// What a surface is to the reconstruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Reflects as `Capture::materials[index]`.
+    Material(usize),
+    /// Part of the visible luminaire `Capture::lights[index]`: its radiance is read from the
+    /// photographs, no reflectance is estimated for it.
+    Luminaire(usize),
+    /// Named by no tag: it shades and gives light, but no reflectance is estimated for it.
+    Untagged,
+}
+
+/// A photograph with its camera.
+#[derive(Clone, Debug)]
+pub struct Photograph {
+    /// `file_path` as written in the camera file.
+    pub name: String,
+    pub camera: Camera,
+    /// Linear radiance, or `None` where the photograph is no measurement (`"hdr": false`,
+    /// `"use": "geometry"`).
+    pub image: Option<Arc<Image>>,
+}
+
+/// One reflectance to be estimated, shared by the surfaces tagged with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub kind: MaterialKind,
+    /// Indices into `Capture::surfaces`.
+    pub surfaces: Vec<usize>,
+    /// Diffuse reflectance varies over the surfaces; a texture is reconstructed (Section 5.5).
+    pub textured: bool,
+    /// A known diffuse reflectance, 0 to 1: held fixed.
+    pub known_diffuse: Option<Rgb>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaterialKind {
+    Diffuse,
+    /// Modified Phong (Eq. 12).
+    Specular,
+}
+
+/// A light that the artist knows of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum KnownLight {
+    /// A luminaire seen in the photographs.
+    Visible { name: String, surfaces: Vec<usize> },
+    /// A light of known shape outside the photographs.
+    Shape { name: String, kind: String },
+}
+
+/// The world beyond the known geometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Environment {
+    Room,
+    Open,
+    #[default]
+    Auto,
+}
+
+impl Capture {
+    /// The photographs that are measurements, with their indices.
+    pub fn measurements(&self) -> impl Iterator<Item = (usize, &Camera, &Arc<Image>)> {
+        self.photographs
+            .iter()
+            .enumerate()
+            .filter_map(|(index, p)| Some((index, &p.camera, p.image.as_ref()?)))
+    }
+}

@@ -1,0 +1,11 @@
+//! What the artist brings: geometry, cameras, photographs and tags.
+
+pub mod camera;
+pub mod capture;
+pub mod image;
+
+pub use camera::{Camera, Distortion};
+pub use capture::{
+    Capture, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,
+};
+pub use image::Image;
