@@ -1,1 +1,5 @@
+//! Numerical methods that know nothing of light: bounded linear least squares and a
+//! derivative-free minimiser.
 
+pub mod bounded;
+pub mod subplex;
