@@ -1,0 +1,296 @@
+//! Loading a capture: geometry, cameras, photographs and tags of one folder.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::picture::{self, Format, Picture};
+use super::transforms::{self, Cameras, Frame, Images, Vignetting};
+use super::{Error, Fault, obj, tags};
+use crate::scene::{Camera, Capture, Image, Photograph};
+use crate::watch::Watch;
+
+const GEOMETRY: &str = "scene.obj";
+const CAMERAS: &str = "transforms.json";
+const TAGS: &str = "tags.json";
+/// Below this share of light left, dividing the vignetting out would amplify noise and errors
+/// of the model beyond use.
+const DARKEST_CORNER: f64 = 0.02;
+
+/// Loads a capture folder. `watch` counts the photographs.
+pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
+    let geometry = obj::load(&find_geometry(folder)?)?;
+    let mut surfaces = geometry.surfaces;
+    let mut warnings = geometry.warnings;
+    let tag_file = folder.join(TAGS);
+    let tags = if tag_file.exists() {
+        tags::read(&tag_file, &mut surfaces)?
+    } else {
+        warnings.extend(geometry.library_warnings);
+        tags::from_surfaces(&mut surfaces, &geometry.specular)
+    };
+    warnings.extend(tags.warnings);
+    let camera_file = folder.join(CAMERAS);
+    if !camera_file.exists() {
+        return Err(Error::Missing(Fault::new(
+            &camera_file,
+            "",
+            "the capture has no camera file",
+            "Export the cameras of the photographs as transforms.json (nerfstudio's format)",
+        )));
+    }
+    let mut cameras = transforms::read(&camera_file, Images::Needed)?;
+    warnings.append(&mut cameras.warnings);
+    let images = load_images(&camera_file, &cameras, tags.saturation, watch, &mut warnings)?;
+    let photographs = std::iter::zip(cameras.frames, images)
+        .map(|(frame, image)| Photograph {
+            name: frame.name,
+            camera: frame.camera,
+            image: image.map(Arc::new),
+        })
+        .collect();
+    Ok(Capture {
+        name: folder_name(folder),
+        mesh: geometry.mesh,
+        surfaces,
+        photographs,
+        materials: tags.materials,
+        lights: tags.lights,
+        environment: tags.environment,
+        warnings,
+    })
+}
+
+fn folder_name(folder: &Path) -> String {
+    let absolute = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    absolute.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+/// `scene.obj`, or the only mesh of the folder.
+pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
+    let named = folder.join(GEOMETRY);
+    if named.is_file() {
+        return Ok(named);
+    }
+    let entries = std::fs::read_dir(folder)
+        .map_err(|source| Error::Read { file: folder.to_owned(), source })?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let has_extension = |path: &&PathBuf, extensions: &[&str]| {
+        path.extension().is_some_and(|own| {
+            extensions.iter().any(|extension| own.eq_ignore_ascii_case(extension))
+        })
+    };
+    let meshes: Vec<&PathBuf> = files.iter().filter(|path| has_extension(path, &["obj"])).collect();
+    let other = files.iter().find(|path| has_extension(path, &["glb", "gltf", "ply"]));
+    match (meshes.as_slice(), other) {
+        ([only], _) => Ok((*only).clone()),
+        ([], Some(other)) => Err(Error::Unsupported(Fault::new(
+            other,
+            "",
+            "meshes of this format are not read yet",
+            "Export the geometry as OBJ, named scene.obj",
+        ))),
+        ([], None) => Err(Error::Missing(Fault::new(
+            folder,
+            "",
+            "there is no geometry in this folder",
+            "Put the mesh there as scene.obj, beside transforms.json and the photographs",
+        ))),
+        (several, _) => Err(Error::Invalid(Fault::new(
+            folder,
+            "",
+            format!("there are {} meshes and none is named scene.obj", several.len()),
+            "Name the one to use scene.obj",
+        ))),
+    }
+}
+
+/// What is to be done with a frame's image.
+enum Job<'a> {
+    Decode(&'a Path),
+    /// No measurement; only the size is compared.
+    Show(&'a Path),
+}
+
+/// The image of each frame, `None` where it is no measurement. Files are decoded in parallel;
+/// results and complaints are in the order of the frames whatever the number of threads.
+fn load_images(
+    camera_file: &Path,
+    cameras: &Cameras,
+    saturation: Option<f32>,
+    watch: &Watch,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Option<Image>>, Error> {
+    let frames = &cameras.frames;
+    let mut displayed = Vec::new();
+    let mut jobs = Vec::with_capacity(frames.len());
+    for frame in frames {
+        let Some(file) = frame.image.as_deref() else { continue };
+        let is_radiance = Format::of(file)?.is_radiance();
+        let is_measurement = frame.is_measurement && !frame.has_brackets;
+        if is_measurement && !is_radiance && !looks_like_radiance(file) {
+            displayed.push(frame);
+        }
+        jobs.push(if is_measurement && (is_radiance || looks_like_radiance(file)) {
+            Job::Decode(file)
+        } else {
+            Job::Show(file)
+        });
+    }
+    let decoded = jobs.iter().filter(|job| matches!(job, Job::Decode(_))).count();
+    check_some_radiance(camera_file, frames, decoded, warnings)?;
+    if let Some(first) = displayed.first() {
+        warnings.push(format!(
+            "{}, {}{}: PNG, JPEG and TIFF hold values for display and are no measurements of \
+             radiance; shown, but not used. Give OpenEXR or .hdr, or mark such frames \"hdr\": \
+             false.",
+            camera_file.display(),
+            first.place,
+            and_more(displayed.len())
+        ));
+    }
+    watch.begin(jobs.len() as u64);
+    let results: Vec<Result<(Option<Image>, Vec<String>), Error>> = jobs
+        .par_iter()
+        .zip(frames)
+        .map(|(job, frame)| {
+            watch.check()?;
+            let result = match job {
+                Job::Show(file) => Ok((None, check_shown(file, frame))),
+                Job::Decode(file) => measured(file, frame, cameras.vignetting, saturation),
+            };
+            watch.tick()?;
+            result
+        })
+        .collect();
+    watch.check()?;
+    let mut images = Vec::with_capacity(results.len());
+    for result in results {
+        let (image, notes) = result?;
+        images.push(image);
+        warnings.extend(notes);
+    }
+    Ok(images)
+}
+
+fn and_more(count: usize) -> String {
+    if count > 1 { format!(" and {} more", count - 1) } else { String::new() }
+}
+
+/// By its name this should be radiance, so a wrong content is a fault and no choice.
+fn looks_like_radiance(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|own| ["exr", "hdr"].iter().any(|known| own.eq_ignore_ascii_case(known)))
+}
+
+fn check_some_radiance(
+    camera_file: &Path,
+    frames: &[Frame],
+    decoded: usize,
+    warnings: &mut Vec<String>,
+) -> Result<(), Error> {
+    if decoded > 0 {
+        return Ok(());
+    }
+    if let Some(frame) = frames.iter().find(|frame| frame.has_brackets) {
+        return Err(Error::Unsupported(Fault::new(
+            camera_file,
+            frame.place.clone(),
+            "the photographs are exposure series (\"brackets\"), which are not merged here",
+            "Merge each series to one linear OpenEXR or .hdr image and name that as file_path",
+        )));
+    }
+    warnings.push(format!(
+        "{}: no photograph is a measurement of radiance, so nothing can be reconstructed. Give at \
+         least one OpenEXR or .hdr image.",
+        camera_file.display()
+    ));
+    Ok(())
+}
+
+/// What is wrong with an image that is only shown.
+fn check_shown(file: &Path, frame: &Frame) -> Vec<String> {
+    match picture::dimensions(file) {
+        Ok(size) if size != (frame.camera.width, frame.camera.height) => vec![format!(
+            "{}: the image has {} x {} pixels, but its camera in {} has {} x {}: they will not \
+             match when shown.",
+            file.display(),
+            size.0,
+            size.1,
+            frame.place,
+            frame.camera.width,
+            frame.camera.height,
+        )],
+        Ok(_) => Vec::new(),
+        Err(error) => vec![format!("{error} The frame is for geometry only, so work goes on.")],
+    }
+}
+
+fn measured(
+    file: &Path,
+    frame: &Frame,
+    vignetting: Option<Vignetting>,
+    saturation: Option<f32>,
+) -> Result<(Option<Image>, Vec<String>), Error> {
+    let Picture { width, height, pixels, mut notes } = picture::read(file)?;
+    let camera = &frame.camera;
+    if (width, height) != (camera.width, camera.height) {
+        return Err(Error::Invalid(Fault::new(
+            file,
+            "",
+            format!(
+                "the image has {width} x {height} pixels, but its camera in {} has {} x {}",
+                frame.place, camera.width, camera.height
+            ),
+            "Give w, h and the intrinsics of this image, or the image that the camera was \
+             calibrated on",
+        )));
+    }
+    let mut image = Image::new(width, height, pixels, saturation);
+    if image.invalid_count() == width * height {
+        notes.push(format!(
+            "{}: no pixel is a measurement: all are saturated, negative or not finite. Check the \
+             image, and the saturation level in tags.json.",
+            file.display()
+        ));
+    }
+    if let Some(vignetting) = vignetting {
+        divide_out(&mut image, camera, vignetting, file, &frame.place)?;
+    }
+    Ok((Some(image), notes))
+}
+
+/// Undoes the vignetting. Validity has been decided before, on what the sensor gave.
+fn divide_out(
+    image: &mut Image,
+    camera: &Camera,
+    vignetting: Vignetting,
+    file: &Path,
+    place: &str,
+) -> Result<(), Error> {
+    let factor =
+        |x: usize, y: usize| vignetting.factor(camera, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+    let darkest = (0..camera.height)
+        .flat_map(|y| (0..camera.width).map(move |x| (x, y)))
+        .map(|(x, y)| factor(x, y))
+        .fold(f64::INFINITY, f64::min);
+    if darkest < DARKEST_CORNER {
+        return Err(Error::Invalid(Fault::new(
+            file,
+            "",
+            format!(
+                "the vignetting of the camera file leaves {:.1} % of the light at a pixel of {place}",
+                100.0 * darkest
+            ),
+            "Correct vignetting.a and .b in transforms.json: r is in half diagonals",
+        )));
+    }
+    image.scale(|x, y| (1.0 / factor(x, y)) as f32);
+    Ok(())
+}

@@ -1,0 +1,399 @@
+//! OpenEXR: photographs in, renders and textures out.
+//!
+//! Headers are checked before anything is decoded, because a file of 200 kB can claim gigabytes
+//! and an allocation that fails ends the process. Blocks are then decoded one by one into the
+//! result, so the memory is the image's own plus one block. Panics of the decoder become errors.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use exr::block::{UncompressedBlock, reader::ChunksReader};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Layer, LayerAttributes, LineOrder,
+    SampleType, Vec2, WritableImage, f16,
+};
+
+use super::picture::{LARGEST_BYTES, LARGEST_SIDE_PRODUCT, Picture};
+use super::{Error, Fault, atomic};
+use crate::math::rgb::Radiance;
+
+/// No block of pixels (some scan lines or a tile) of a sound file is larger.
+const LARGEST_BLOCK: u128 = 256 << 20;
+/// Up to this size, in bytes, an image is decoded whatever its file's size: it does no harm.
+const HARMLESS: u128 = 64 << 20;
+/// Headers are a few kilobytes, with previews and manifests some megabytes.
+const LARGEST_LAYERS: usize = 256;
+
+/// The size of the display window, from the header alone.
+pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
+    let header = guarded(file, || {
+        let (meta, bytes) = read_headers(file)?;
+        check_counts(file, &meta, bytes)?;
+        meta.headers.into_iter().next().ok_or_else(|| damaged(file, "it has no layer"))
+    })?;
+    let size = header.shared_attributes.display_window.size;
+    check_size(file, size)?;
+    Ok((size.0, size.1))
+}
+
+/// The colour channels of the main layer in the display window; pixels outside of the data
+/// window are NaN. Half-float infinities stay infinite: they are no measurement.
+pub fn read(file: &Path) -> Result<Picture, Error> {
+    guarded(file, || {
+        let (meta, bytes) = read_headers(file)?;
+        check_counts(file, &meta, bytes)?;
+        let (choice, note) = choose(file, &meta)?;
+        let header = &meta.headers[choice.layer];
+        check_layer(file, header, bytes)?;
+        decode(file, header, &choice, note)
+    })
+}
+
+/// Runs a decoder, which may panic on a damaged file.
+fn guarded<T>(file: &Path, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|_| Err(damaged(file, "its contents contradict its header")))
+}
+
+fn damaged(file: &Path, reason: &str) -> Error {
+    Error::Invalid(Fault::new(
+        file,
+        "",
+        format!("this OpenEXR file is damaged or cut off ({reason})"),
+        "Export or copy it again, or remove its frame from the camera file",
+    ))
+}
+
+fn failed(file: &Path, failure: exr::error::Error) -> Error {
+    match failure {
+        exr::error::Error::NotSupported(what) => unsupported(file, &what),
+        exr::error::Error::Io(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Error::Read { file: file.to_owned(), source }
+        }
+        exr::error::Error::Io(_) => damaged(file, "it ends too early"),
+        exr::error::Error::Invalid(what) => damaged(file, &what),
+        exr::error::Error::Aborted => damaged(file, "reading was given up"),
+    }
+}
+
+fn unsupported(file: &Path, what: &str) -> Error {
+    Error::Unsupported(Fault::new(
+        file,
+        "",
+        format!("this variety of OpenEXR is not read ({what})"),
+        "Save it as a flat OpenEXR with channels R, G and B",
+    ))
+}
+
+fn read_headers(file: &Path) -> Result<(MetaData, u64), Error> {
+    let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let open = File::open(file).map_err(unreadable)?;
+    let bytes = open.metadata().map_err(unreadable)?.len();
+    let meta = MetaData::read_from_buffered(BufReader::new(open), false)
+        .map_err(|failure| failed(file, failure))?;
+    Ok((meta, bytes))
+}
+
+/// Every layer's table of chunks, and the chunks' own heads, must fit into the file.
+fn check_counts(file: &Path, meta: &MetaData, bytes: u64) -> Result<(), Error> {
+    if meta.headers.len() > LARGEST_LAYERS {
+        return Err(unsupported(file, &format!("{} layers", meta.headers.len())));
+    }
+    // Eight bytes of table and at least eight of head for each chunk.
+    let chunks: u128 = meta.headers.iter().map(|header| header.chunk_count as u128).sum();
+    if 16 * chunks > u128::from(bytes) {
+        return Err(damaged(file, "its table of pixel blocks is larger than the file"));
+    }
+    Ok(())
+}
+
+fn check_size(file: &Path, size: Vec2<usize>) -> Result<(), Error> {
+    let pixels = size.0 as u128 * size.1 as u128;
+    if pixels == 0 {
+        return Err(damaged(file, "it has no pixels"));
+    }
+    if pixels > LARGEST_SIDE_PRODUCT as u128
+        || pixels * std::mem::size_of::<Radiance>() as u128 > LARGEST_BYTES as u128
+    {
+        return Err(super::picture::too_large(file, size.0 as u64, size.1 as u64));
+    }
+    Ok(())
+}
+
+fn check_layer(file: &Path, header: &Header, bytes: u64) -> Result<(), Error> {
+    check_size(file, header.shared_attributes.display_window.size)?;
+    check_size(file, header.layer_size)?;
+    let pixel_bytes = header.channels.bytes_per_pixel as u128;
+    let Vec2(width, height) = header.layer_size;
+    let block = match header.blocks {
+        BlockDescription::ScanLines => {
+            width as u128 * header.compression.scan_lines_per_block().min(height) as u128
+        }
+        BlockDescription::Tiles(tiles) => tiles.tile_size.0 as u128 * tiles.tile_size.1 as u128,
+    };
+    if block * pixel_bytes > LARGEST_BLOCK {
+        return Err(unsupported(file, "blocks of pixels of more than 256 MB"));
+    }
+    // What the compression can do at most: none; runs of 128 bytes in two; deflate's 1032; for
+    // the wavelet and cosine ones there is no such bound, but a photograph that shrinks a
+    // thousandfold holds nothing to measure, so be generous and stop there.
+    let ratio = match header.compression {
+        Compression::Uncompressed => 1,
+        Compression::RLE => 70,
+        Compression::B44 | Compression::B44A => 20,
+        Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 => 1100,
+        _ => 20_000,
+    };
+    let claimed = width as u128 * height as u128 * pixel_bytes;
+    if claimed > HARMLESS && claimed > ratio * u128::from(bytes) {
+        return Err(damaged(file, &format!("{bytes} bytes cannot hold {width} x {height} pixels")));
+    }
+    Ok(())
+}
+
+/// Which channels make up the picture.
+struct Choice {
+    layer: usize,
+    /// Indices into the layer's channels: R, G, B, or Y alone, or Y, RY, BY.
+    channels: Channels,
+}
+
+#[derive(Clone, Copy)]
+enum Channels {
+    Colour([usize; 3]),
+    Grey(usize),
+    LuminanceChroma([usize; 3]),
+}
+
+/// Words by which renderers call the layer that is the picture.
+const MAIN_LAYERS: [&str; 5] = ["combined", "beauty", "rgba", "main", "left"];
+
+/// The main layer's channels: unnamed ones first, then layers of a telling name, then any.
+fn choose(file: &Path, meta: &MetaData) -> Result<(Choice, Option<String>), Error> {
+    let mut candidates = Vec::new();
+    for (layer, header) in meta.headers.iter().enumerate().filter(|(_, header)| !header.deep) {
+        let part = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
+        let names: Vec<String> =
+            header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        let mut prefixes: Vec<&str> = names.iter().map(|name| split_name(name).0).collect();
+        prefixes.dedup();
+        for prefix in prefixes {
+            let find = |wanted: &str| {
+                names.iter().position(|name| {
+                    let (own, channel) = split_name(name);
+                    own == prefix && channel.eq_ignore_ascii_case(wanted)
+                })
+            };
+            let (penalty, channels) = match (find("R"), find("G"), find("B"), find("Y")) {
+                (Some(r), Some(g), Some(b), _) => (0, Channels::Colour([r, g, b])),
+                (_, _, _, Some(y)) => match (find("RY"), find("BY")) {
+                    (Some(ry), Some(by)) => (10, Channels::LuminanceChroma([y, ry, by])),
+                    _ => (20, Channels::Grey(y)),
+                },
+                _ => continue,
+            };
+            let full = format!("{}.{prefix}", part.as_deref().unwrap_or("")).to_lowercase();
+            let rank = MAIN_LAYERS.iter().position(|word| full.contains(word)).map_or(8, |r| r + 1);
+            let is_plain = prefix.is_empty() && (part.is_none() || meta.headers.len() == 1);
+            let rank = if is_plain { 0 } else { rank };
+            candidates.push((penalty + rank, layer, full, channels));
+        }
+    }
+    let Some((rank, layer, name, channels)) =
+        candidates.iter().min_by_key(|(rank, layer, ..)| (*rank, *layer)).cloned()
+    else {
+        return Err(no_colour(file, meta));
+    };
+    let list = &meta.headers[layer].channels.list;
+    if list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(unsupported(file, "channels of reduced resolution, as of luminance-chroma"));
+    }
+    let is_guess = rank % 10 == 8 && candidates.len() > 1;
+    let note = is_guess.then(|| {
+        let name = name.trim_matches('.');
+        format!(
+            "{}: none of its {} layers is named as the main one; \"{name}\" is used.",
+            file.display(),
+            candidates.len()
+        )
+    });
+    Ok((Choice { layer, channels }, note))
+}
+
+/// A channel's layer and its own name.
+fn split_name(name: &str) -> (&str, &str) {
+    name.rsplit_once('.').unwrap_or(("", name))
+}
+
+fn no_colour(file: &Path, meta: &MetaData) -> Error {
+    if meta.headers.iter().all(|header| header.deep) {
+        return unsupported(file, "deep data");
+    }
+    let names: Vec<String> = meta
+        .headers
+        .iter()
+        .flat_map(|header| header.channels.list.iter().map(|channel| channel.name.to_string()))
+        .collect();
+    Error::Unsupported(Fault::new(
+        file,
+        "",
+        format!(
+            "it has no channels R, G and B, but {}",
+            super::error::listed(names.iter().map(String::as_str))
+        ),
+        "Save it with channels named R, G and B",
+    ))
+}
+
+fn decode(
+    file: &Path,
+    header: &Header,
+    choice: &Choice,
+    note: Option<String>,
+) -> Result<Picture, Error> {
+    let display = header.shared_attributes.display_window;
+    let Vec2(width, height) = display.size;
+    let origin = header.own_attributes.layer_position;
+    let shift = [
+        i64::from(origin.0) - i64::from(display.position.0),
+        i64::from(origin.1) - i64::from(display.position.1),
+    ];
+    // What no block covers is NaN, so that it counts as no measurement.
+    let mut pixels = vec![[f32::NAN; 3]; width * height];
+    let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
+    let place = |block: UncompressedBlock| {
+        for line in block.lines(&header.channels) {
+            let Some(slots) = slots_of(choice.channels, line.location.channel) else { continue };
+            let y = line.location.position.1 as i64 + shift[1];
+            if y < 0 || y >= height as i64 {
+                continue;
+            }
+            let row = &mut pixels[y as usize * width..][..width];
+            let first = line.location.position.0 as i64 + shift[0];
+            let kind = header.channels.list[line.location.channel].sample_type;
+            for_each_sample(kind, line.value, |index, value| {
+                let x = first + index as i64;
+                if (0..width as i64).contains(&x) {
+                    for &slot in slots {
+                        row[x as usize][slot] = value;
+                    }
+                }
+            });
+        }
+    };
+    decompress(open, choice.layer, place).map_err(|failure| failed(file, failure))?;
+    if matches!(choice.channels, Channels::LuminanceChroma(_)) {
+        pixels.iter_mut().for_each(|pixel| *pixel = colour_of_luminance_chroma(*pixel));
+    }
+    Ok(Picture { width, height, pixels, notes: note.into_iter().collect() })
+}
+
+/// Decodes the blocks of a layer at full resolution.
+fn decompress(
+    file: File,
+    layer: usize,
+    mut place: impl FnMut(UncompressedBlock),
+) -> Result<(), exr::error::Error> {
+    let reader = exr::block::read(BufReader::new(file), false)?;
+    let wanted = reader.filter_chunks(false, |_, tile, block| {
+        block.layer == layer && tile.level_index == Vec2(0, 0)
+    })?;
+    wanted.decompress_sequential(false, |_, block| {
+        // A damaged table may lead to a chunk of another layer or level.
+        if block.index.layer == layer && block.index.level == Vec2(0, 0) {
+            place(block);
+        }
+        Ok(())
+    })
+}
+
+/// Which of the three values of a pixel a channel fills.
+fn slots_of(channels: Channels, channel: usize) -> Option<&'static [usize]> {
+    match channels {
+        Channels::Grey(grey) => (grey == channel).then_some(&[0, 1, 2]),
+        Channels::Colour(three) | Channels::LuminanceChroma(three) => {
+            const SLOTS: [&[usize]; 3] = [&[0], &[1], &[2]];
+            three.iter().position(|&index| index == channel).map(|slot| SLOTS[slot])
+        }
+    }
+}
+
+fn for_each_sample(kind: SampleType, bytes: &[u8], mut visit: impl FnMut(usize, f32)) {
+    match kind {
+        SampleType::F16 => {
+            for (index, sample) in bytes.as_chunks::<2>().0.iter().enumerate() {
+                visit(index, f16::from_ne_bytes(*sample).to_f32());
+            }
+        }
+        SampleType::F32 => {
+            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
+                visit(index, f32::from_ne_bytes(*sample));
+            }
+        }
+        SampleType::U32 => {
+            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
+                visit(index, u32::from_ne_bytes(*sample) as f32);
+            }
+        }
+    }
+}
+
+/// R, G, B of Y, RY = (R − Y)/Y, BY = (B − Y)/Y, with the luminance of Rec. 709, OpenEXR's
+/// default.
+fn colour_of_luminance_chroma([y, ry, by]: Radiance) -> Radiance {
+    let (red, blue) = ((ry + 1.0) * y, (by + 1.0) * y);
+    [red, (y - 0.2126 * red - 0.0722 * blue) / 0.7152, blue]
+}
+
+/// Writes R, G, B as 32-bit floats, ZIP compressed, whole or not at all.
+pub fn write_rgb(
+    file: &Path,
+    width: usize,
+    height: usize,
+    pixels: &[Radiance],
+) -> Result<(), Error> {
+    write_rgb_with(file, width, height, pixels, &[])
+}
+
+/// As [`write_rgb`], with further named channels (a texture's `seen`).
+///
+/// # Panics
+/// If a channel does not have `width × height` values.
+pub fn write_rgb_with(
+    file: &Path,
+    width: usize,
+    height: usize,
+    pixels: &[Radiance],
+    further: &[(&str, &[f32])],
+) -> Result<(), Error> {
+    assert_eq!(pixels.len(), width * height);
+    let colour = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
+        let samples = pixels.iter().map(|pixel| pixel[channel]).collect();
+        AnyChannel::new(name, FlatSamples::F32(samples))
+    });
+    let further = further.iter().map(|(name, samples)| {
+        assert_eq!(samples.len(), width * height);
+        AnyChannel::new(*name, FlatSamples::F32(samples.to_vec()))
+    });
+    let layer = Layer::new(
+        (width, height),
+        LayerAttributes::default(),
+        Encoding {
+            compression: Compression::ZIP16,
+            blocks: exr::image::Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        },
+        AnyChannels::sort(colour.chain(further).collect()),
+    );
+    let image = exr::image::Image::from_layer(layer);
+    atomic::write(file, |out| {
+        image.write().non_parallel().to_buffered(out).map_err(|failure| match failure {
+            exr::error::Error::Io(source) => source,
+            other => std::io::Error::other(other.to_string()),
+        })
+    })
+}

@@ -1,0 +1,25 @@
+//! The only place that knows file formats, one file a format (see the README for their
+//! description).
+//!
+//! Reading starts at [`capture::load`]; everything that is written goes through [`atomic`], so a
+//! file appears under its final name only when it is whole. Whatever a file says is checked
+//! before it is believed: sizes are bounded before memory is asked for, and every [`Error`]
+//! names the file, the place, what is wrong and what to do.
+
+pub mod atomic;
+pub mod capture;
+mod error;
+pub mod exr;
+pub mod hdr;
+mod json;
+pub mod mtl;
+pub mod obj;
+pub mod picture;
+pub mod polygon;
+pub mod solution;
+pub mod table;
+pub mod tags;
+pub mod transforms;
+pub mod truth;
+
+pub use error::{Error, Fault};

@@ -1,0 +1,113 @@
+//! The image files that cameras name, whatever their format.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::{Error, Fault, exr, hdr};
+use crate::math::rgb::Radiance;
+
+/// No photograph has more pixels.
+pub(crate) const LARGEST_SIDE_PRODUCT: u64 = 1 << 28;
+/// Decoded size in bytes: 89 megapixels of three floats.
+pub(crate) const LARGEST_BYTES: u64 = 1 << 30;
+
+/// Linear values as they stand in a file, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<Radiance>,
+    /// What had to be guessed while reading.
+    pub notes: Vec<String>,
+}
+
+/// What a file is, by its first bytes rather than by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    OpenExr,
+    Radiance,
+    Png,
+    Jpeg,
+    Tiff,
+    Unknown,
+}
+
+impl Format {
+    pub fn of(file: &Path) -> Result<Self, Error> {
+        let mut start = Vec::with_capacity(16);
+        File::open(file)
+            .and_then(|open| open.take(16).read_to_end(&mut start))
+            .map_err(|source| Error::Read { file: file.to_owned(), source })?;
+        Ok(match start.as_slice() {
+            [0x76, 0x2f, 0x31, 0x01, ..] => Self::OpenExr,
+            [b'#', b'?', ..] => Self::Radiance,
+            [0x89, b'P', b'N', b'G', ..] => Self::Png,
+            [0xFF, 0xD8, 0xFF, ..] => Self::Jpeg,
+            [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Self::Tiff,
+            _ => Self::Unknown,
+        })
+    }
+
+    pub fn is_radiance(self) -> bool {
+        matches!(self, Self::OpenExr | Self::Radiance)
+    }
+}
+
+/// Reads linear radiance: OpenEXR or Radiance.
+pub fn read(file: &Path) -> Result<Picture, Error> {
+    match Format::of(file)? {
+        Format::OpenExr => exr::read(file),
+        Format::Radiance => hdr::read(file),
+        _ => Err(no_radiance(file)),
+    }
+}
+
+/// Width and height, from the file's head alone.
+pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
+    match Format::of(file)? {
+        Format::OpenExr => exr::dimensions(file),
+        Format::Radiance => hdr::dimensions(file),
+        Format::Png | Format::Jpeg => displayed_dimensions(file),
+        Format::Tiff | Format::Unknown => Err(no_radiance(file)),
+    }
+}
+
+fn displayed_dimensions(file: &Path) -> Result<(usize, usize), Error> {
+    let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let reader = ::image::ImageReader::open(file).and_then(|reader| reader.with_guessed_format());
+    let (width, height) = reader.map_err(unreadable)?.into_dimensions().map_err(|failure| {
+        Error::Invalid(Fault::new(
+            file,
+            "",
+            format!("this image is damaged or cut off ({failure})"),
+            "Export or copy it again, or remove its frame from the camera file",
+        ))
+    })?;
+    if u64::from(width) * u64::from(height) > LARGEST_SIDE_PRODUCT {
+        return Err(too_large(file, width.into(), height.into()));
+    }
+    Ok((width as usize, height as usize))
+}
+
+pub(crate) fn too_large(file: &Path, width: u64, height: u64) -> Error {
+    Error::TooLarge(Fault::new(
+        file,
+        "",
+        format!(
+            "the image claims {width} x {height} pixels, and at most {} million are read",
+            LARGEST_BYTES / std::mem::size_of::<Radiance>() as u64 / 1_000_000
+        ),
+        "Scale it down, together with w, h and the intrinsics of its camera; if it is not that \
+         large, the file is damaged",
+    ))
+}
+
+fn no_radiance(file: &Path) -> Error {
+    Error::Unsupported(Fault::new(
+        file,
+        "",
+        "this is neither OpenEXR nor Radiance .hdr",
+        "Convert the photograph to OpenEXR with linear values",
+    ))
+}

@@ -1,0 +1,405 @@
+//! `transforms.json`: cameras in the convention of NeRF, instant-ngp and nerfstudio.
+//!
+//! Fields may stand at the top or in a frame, where they win. Unknown fields are ignored.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::json::{self, Field};
+use super::{Error, Fault, picture};
+use crate::scene::{Camera, Distortion};
+
+/// Larger sides are no photographs.
+const LONGEST_SIDE: f64 = 1e6;
+/// A rotation may be off by rounding (silently), or by a little (with a warning).
+const ROUNDING: f64 = 1e-4;
+const TOLERATED: f64 = 2e-2;
+/// What a `file_path` without extension may mean, in the order in which it is tried.
+const EXTENSIONS: [&str; 5] = ["exr", "hdr", "png", "jpg", "jpeg"];
+
+/// Whether the images must be there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Images {
+    /// A capture: a frame without its image is skipped, with a warning.
+    Needed,
+    /// Cameras to render from: only names and, where `w` and `h` are missing, sizes are of use.
+    Optional,
+}
+
+/// A camera file.
+#[derive(Clone, Debug)]
+pub struct Cameras {
+    pub frames: Vec<Frame>,
+    pub vignetting: Option<Vignetting>,
+    pub warnings: Vec<String>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// `file_path` as written.
+    pub name: String,
+    /// The place in the file, as `frames[3] (images/003.exr)`.
+    pub place: String,
+    pub camera: Camera,
+    /// The image, where there is one.
+    pub image: Option<PathBuf>,
+    /// The file does not say that the image is for geometry only.
+    pub is_measurement: bool,
+    /// An exposure series stands in place of an image of radiance.
+    pub has_brackets: bool,
+}
+
+/// The image is radiance × (1 + a r² + b r⁴), r in half diagonals from the principal point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vignetting {
+    pub a: f64,
+    pub b: f64,
+}
+
+impl Vignetting {
+    /// The factor by which a pixel position is darkened.
+    pub fn factor(&self, camera: &Camera, pixel: DVec2) -> f64 {
+        let half_diagonal = 0.5 * (camera.width as f64).hypot(camera.height as f64);
+        let r2 = (pixel - camera.principal_px).length_squared() / (half_diagonal * half_diagonal);
+        1.0 + r2 * (self.a + r2 * self.b)
+    }
+}
+
+/// Reads a camera file; images are looked for beside it.
+pub fn read(file: &Path, images: Images) -> Result<Cameras, Error> {
+    let value = json::read(file)?;
+    let root = Field::root(file, &value)?;
+    let items = match root.get("frames") {
+        Some(frames) => frames.items()?,
+        None => Vec::new(),
+    };
+    if items.is_empty() {
+        return Err(Error::Invalid(Fault::new(
+            file,
+            "frames",
+            "there is no camera in the file",
+            "Export the cameras again; every photograph needs an entry in \"frames\"",
+        )));
+    }
+    let mut reader = Reader { file, root: &root, images, problems: Problems::default() };
+    let mut frames = Vec::with_capacity(items.len());
+    for item in &items {
+        frames.extend(reader.frame(item)?);
+    }
+    if frames.is_empty() {
+        let first = reader.problems.missing.first().map_or("", String::as_str);
+        return Err(Error::Missing(Fault::new(
+            file,
+            "frames",
+            format!("none of the {} images it names exists (first: \"{first}\")", items.len()),
+            "Put the images where file_path says, relative to this file, or correct file_path",
+        )));
+    }
+    let warnings = reader.problems.warnings(file, &frames);
+    Ok(Cameras { vignetting: vignetting(&root)?, frames, warnings })
+}
+
+fn vignetting(root: &Field) -> Result<Option<Vignetting>, Error> {
+    let Some(field) = root.get("vignetting") else { return Ok(None) };
+    let coefficient = |key| field.get(key).map_or(Ok(0.0), |field| field.number());
+    let vignetting = Vignetting { a: coefficient("a")?, b: coefficient("b")? };
+    Ok((vignetting != Vignetting { a: 0.0, b: 0.0 }).then_some(vignetting))
+}
+
+/// What is worth a warning, gathered over all frames so that a thousand frames give one.
+#[derive(Default)]
+struct Problems {
+    missing: Vec<String>,
+    scaled: Vec<String>,
+    sheared: Vec<String>,
+    lens_unnamed: Vec<String>,
+}
+
+impl Problems {
+    fn warnings(&self, file: &Path, frames: &[Frame]) -> Vec<String> {
+        let file = file.display();
+        let mut warnings = Vec::new();
+        let mut warn = |places: &[String], what: &str| {
+            if let Some(first) = places.first() {
+                let more = match places.len() {
+                    1 => String::new(),
+                    count => format!(" and {} more", count - 1),
+                };
+                warnings.push(format!("{file}, {first}{more}: {what}"));
+            }
+        };
+        warn(&self.missing, "the image does not exist, so the frame is skipped.");
+        warn(&self.scaled, "the rotation is scaled; the scale is taken out, the position kept.");
+        warn(&self.sheared, "the matrix is not quite a rotation; the nearest one is used.");
+        warn(
+            &self.lens_unnamed,
+            "camera_model says that there is no lens distortion, but k1.. or p1, p2 are given: \
+             they are applied.",
+        );
+        let mut seen: HashMap<&str, usize> = HashMap::new();
+        let mut repeated = Vec::new();
+        for frame in frames {
+            let count = seen.entry(frame.name.trim_start_matches("./")).or_default();
+            *count += 1;
+            if *count == 2 {
+                repeated.push(frame.place.clone());
+            }
+        }
+        warn(
+            &repeated,
+            "the same image has another frame already: one of the two cameras is wrong.",
+        );
+        warnings
+    }
+}
+
+struct Reader<'a> {
+    file: &'a Path,
+    root: &'a Field<'a>,
+    images: Images,
+    problems: Problems,
+}
+
+impl Reader<'_> {
+    /// A frame, or `None` where its image is missing.
+    fn frame(&mut self, item: &Field) -> Result<Option<Frame>, Error> {
+        let name = item.need("file_path")?.text()?.to_owned();
+        // From here on complaints name the image as well.
+        let place = format!("{} ({name})", item.path);
+        let item = &Field { path: place.clone(), ..item.clone() };
+        let image = self.find_image(&name);
+        if image.is_none() && self.images == Images::Needed {
+            self.problems.missing.push(place);
+            return Ok(None);
+        }
+        let is_geometry = match item.get("use") {
+            Some(field) => field.text()? == "geometry",
+            None => false,
+        };
+        let is_hdr = item.get("hdr").map_or(Ok(true), |field| field.truth())?;
+        let (world_from_camera, position) = self.pose(item)?;
+        let (width, height) = self.size(item, image.as_deref())?;
+        let (focal, principal) = self.intrinsics(item, width, height)?;
+        let distortion = self.distortion(item)?;
+        let size = (width, height);
+        let camera = Camera::new(size, focal, principal, distortion, world_from_camera, position);
+        Ok(Some(Frame {
+            name,
+            place,
+            camera,
+            image,
+            is_measurement: is_hdr && !is_geometry,
+            has_brackets: item.get("brackets").is_some(),
+        }))
+    }
+
+    fn find_image(&self, name: &str) -> Option<PathBuf> {
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        let path = folder.join(name.replace('\\', "/"));
+        if path.is_file() {
+            return Some(path);
+        }
+        // "img.001" has a dot but no extension of an image, so append rather than replace.
+        let with = |extension: &&str| PathBuf::from(format!("{}.{extension}", path.display()));
+        EXTENSIONS.iter().map(with).find(|path| path.is_file())
+    }
+
+    /// The field of the frame, or else of the whole file.
+    fn either<'b>(&'b self, item: &Field<'b>, key: &str) -> Option<Field<'b>> {
+        item.get(key).or_else(|| self.root.get(key))
+    }
+
+    fn size(&self, item: &Field, image: Option<&Path>) -> Result<(usize, usize), Error> {
+        let side = |key| -> Result<Option<usize>, Error> {
+            let Some(field) = self.either(item, key) else { return Ok(None) };
+            let value = field.number()?;
+            if value.fract() != 0.0 || !(1.0..=LONGEST_SIDE).contains(&value) {
+                return Err(field.wrong("this must be a whole number of pixels, 1 or more"));
+            }
+            Ok(Some(value as usize))
+        };
+        match (side("w")?, side("h")?, image) {
+            (Some(width), Some(height), _) => Ok((width, height)),
+            (_, _, Some(image)) => picture::dimensions(image),
+            _ => Err(item.wrong_with(
+                "the image size is missing",
+                "Give w and h, at the top of the file or in every frame",
+            )),
+        }
+    }
+
+    fn intrinsics(
+        &self,
+        item: &Field,
+        width: usize,
+        height: usize,
+    ) -> Result<(DVec2, DVec2), Error> {
+        let (width, height) = (width as f64, height as f64);
+        let in_frame = |axis| focal(item, axis, width, height);
+        let in_file = |axis| focal(self.root, axis, width, height);
+        let (x, y) = match (in_frame(0)?, in_frame(1)?) {
+            (Some(x), y) => (x, y.unwrap_or(x)),
+            (None, y) => match (in_file(0)?, y.map_or_else(|| in_file(1), |y| Ok(Some(y)))?) {
+                (Some(x), y) => (x, y.unwrap_or(x)),
+                (None, Some(y)) => (y, y),
+                (None, None) => {
+                    return Err(item.wrong_with(
+                        "the focal length is missing",
+                        "Give fl_x or camera_angle_x, at the top of the file or in every frame",
+                    ));
+                }
+            },
+        };
+        let centre = |key, middle| match self.either(item, key) {
+            Some(field) => field.number(),
+            None => Ok(middle),
+        };
+        let principal = DVec2::new(centre("cx", 0.5 * width)?, centre("cy", 0.5 * height)?);
+        // Some tools give the centre as a fraction of the image.
+        if width > 4.0
+            && height > 4.0
+            && principal.cmpge(DVec2::ZERO).all()
+            && principal.max_element() <= 1.0
+        {
+            return Err(item.wrong_with(
+                "cx and cy are within one pixel of the image's corner",
+                "Give them in pixels from the corner, not as fractions of the image",
+            ));
+        }
+        Ok((DVec2::new(x, y), principal))
+    }
+
+    fn distortion(&mut self, item: &Field) -> Result<Distortion, Error> {
+        let model = match self.either(item, "camera_model") {
+            Some(field) => field.text()?.to_uppercase(),
+            None => "OPENCV".into(),
+        };
+        let is_fisheye = match self.either(item, "is_fisheye") {
+            Some(field) => field.truth()?,
+            None => false,
+        };
+        let coefficient = |key: &str| match self.either(item, key) {
+            Some(field) => field.number(),
+            None => Ok(0.0),
+        };
+        let radial = ["k1", "k2", "k3", "k4"].map(coefficient);
+        let [k1, k2, k3, k4] = radial;
+        let mut radial = [k1?, k2?, k3?, k4?];
+        let tangential = [coefficient("p1")?, coefficient("p2")?];
+        match model.as_str() {
+            _ if is_fisheye => return Err(self.foreign_lens(item, "is_fisheye")),
+            "PINHOLE" | "SIMPLE_PINHOLE" => {
+                if radial != [0.0; 4] || tangential != [0.0; 2] {
+                    self.problems.lens_unnamed.push(item.path.clone());
+                }
+            }
+            "SIMPLE_RADIAL" | "RADIAL" => {
+                // COLMAP calls the only coefficient k.
+                if self.either(item, "k1").is_none() {
+                    radial[0] = coefficient("k")?;
+                }
+            }
+            "OPENCV" | "PERSPECTIVE" | "BROWN" => {}
+            // k4 to k6 stand in a denominator there.
+            "FULL_OPENCV"
+                if radial[3] == 0.0 && coefficient("k5")? == 0.0 && coefficient("k6")? == 0.0 => {}
+            _ => return Err(self.foreign_lens(item, &model)),
+        }
+        Ok(Distortion { radial, tangential })
+    }
+
+    fn foreign_lens(&self, item: &Field, model: &str) -> Error {
+        Error::Unsupported(Fault::new(
+            self.file,
+            item.path.clone(),
+            format!("the lens model {model} is not supported"),
+            "Undistort the images to PINHOLE (colmap image_undistorter, or ns-process-data), and \
+             export the cameras again",
+        ))
+    }
+
+    fn pose(&mut self, item: &Field) -> Result<(DMat3, DVec3), Error> {
+        let field = item.need("transform_matrix")?;
+        let rows = field.items()?;
+        if !(3..=4).contains(&rows.len()) {
+            return Err(field.wrong("the matrix must have 4 rows of 4 numbers"));
+        }
+        let mut matrix = [[0.0, 0.0, 0.0, 1.0]; 4];
+        for (row, field) in matrix.iter_mut().zip(&rows) {
+            *row = field.numbers::<4>()?;
+        }
+        let [x, y, z, last] = matrix;
+        if std::iter::zip(last, [0.0, 0.0, 0.0, 1.0]).any(|(a, b): (f64, f64)| (a - b).abs() > 1e-6)
+            && rows.len() == 4
+        {
+            return Err(field.wrong("the last row of the matrix must be 0 0 0 1"));
+        }
+        let rotation = DMat3::from_cols_array_2d(&[
+            [x[0], y[0], z[0]],
+            [x[1], y[1], z[1]],
+            [x[2], y[2], z[2]],
+        ]);
+        let determinant = rotation.determinant();
+        if determinant < 0.0 {
+            return Err(field.wrong_with(
+                "the matrix mirrors the camera (its determinant is negative)",
+                "Export cameras with OpenGL axes: x right, y up, looking along -z",
+            ));
+        }
+        let scale = determinant.cbrt();
+        let wrong = "the matrix is no rotation";
+        if !scale.is_finite() || scale < 1e-12 {
+            return Err(field.wrong(wrong));
+        }
+        let rotation = rotation * (1.0 / scale);
+        let error = deviation(rotation);
+        if error > TOLERATED {
+            return Err(field.wrong(wrong));
+        }
+        if error > ROUNDING {
+            self.problems.sheared.push(item.path.clone());
+        }
+        if (scale - 1.0).abs() > ROUNDING {
+            self.problems.scaled.push(item.path.clone());
+        }
+        Ok((nearest_rotation(rotation), DVec3::new(x[3], y[3], z[3])))
+    }
+}
+
+/// The focal length along an axis that one level of the file gives.
+fn focal(level: &Field, axis: usize, width: f64, height: f64) -> Result<Option<f64>, Error> {
+    let (length, angle, side) =
+        [("fl_x", "camera_angle_x", width), ("fl_y", "camera_angle_y", height)][axis];
+    if let Some(field) = level.get(length) {
+        let value = field.number()?;
+        if value <= 0.0 {
+            return Err(field.wrong("a focal length must be positive"));
+        }
+        return Ok(Some(value));
+    }
+    let Some(field) = level.get(angle) else { return Ok(None) };
+    let value = field.number()?;
+    if value <= 0.0 || value >= std::f64::consts::PI {
+        return Err(field.wrong("the angle of view must lie between 0 and pi (it is in radians)"));
+    }
+    Ok(Some(0.5 * side / (0.5 * value).tan()))
+}
+
+/// The largest entry of RᵀR − 1.
+fn deviation(matrix: DMat3) -> f64 {
+    let difference = matrix.transpose() * matrix - DMat3::IDENTITY;
+    difference.to_cols_array().into_iter().fold(0.0, |largest, entry| entry.abs().max(largest))
+}
+
+/// Newton's iteration for the orthogonal polar factor.
+fn nearest_rotation(mut matrix: DMat3) -> DMat3 {
+    for _ in 0..20 {
+        if deviation(matrix) < 1e-15 {
+            break;
+        }
+        matrix = (matrix + matrix.inverse().transpose()) * 0.5;
+    }
+    matrix
+}

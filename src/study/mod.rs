@@ -1,0 +1,3 @@
+//! Studies of the results: how far they are from the truth, and how stable they are.
+
+pub mod score;
