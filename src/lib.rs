@@ -1,7 +1,11 @@
+pub mod cli;
 pub mod geometry;
 pub mod io;
 pub mod math;
+pub mod options;
+pub mod reconstruct;
 pub mod scene;
 pub mod solve;
 pub mod study;
 pub mod watch;
+pub mod worker;

@@ -9,11 +9,13 @@
 pub mod atomic;
 pub mod capture;
 mod error;
+pub mod export;
 pub mod exr;
 pub mod hdr;
 mod json;
 pub mod mtl;
 pub mod obj;
+pub mod options;
 pub mod picture;
 pub mod polygon;
 pub mod solution;

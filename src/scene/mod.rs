@@ -3,9 +3,11 @@
 pub mod camera;
 pub mod capture;
 pub mod image;
+pub mod views;
 
 pub use camera::{Camera, Distortion};
 pub use capture::{
     Capture, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,
 };
 pub use image::Image;
+pub use views::{Seen, Site, Views};

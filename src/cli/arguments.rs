@@ -1,0 +1,189 @@
+//! The command line, with a flag for every declared option.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+
+use crate::math::rgb::Rgb;
+use crate::options::{Declaration, Kind, OptionError};
+use crate::reconstruct::Options;
+
+pub(super) fn command() -> Command {
+    Command::new("lobelia")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about(env!("CARGO_PKG_DESCRIPTION"))
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .subcommand(reconstruct())
+        .subcommand(
+            Command::new("info")
+                .about("Show what a capture holds and what is odd about it")
+                .arg(capture()),
+        )
+        .subcommand(score())
+}
+
+fn capture() -> Arg {
+    Arg::new("capture")
+        .value_name("CAPTURE")
+        .help("Folder with scene.obj, transforms.json and the photographs")
+        .required(true)
+        .value_parser(value_parser!(PathBuf))
+}
+
+fn path(name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name("FILE").help(help).value_parser(value_parser!(PathBuf))
+}
+
+fn reconstruct() -> Command {
+    let command = Command::new("reconstruct")
+        .about("Recover reflectances and light from a capture")
+        .long_about(
+            "Recover reflectances and light from a capture, and write solution.json, lights.json, \
+             samples.csv, convergence.csv and textures into a folder. An options file is TOML \
+             with the sections and names of the flags below ([samples] count = 3500); flags win \
+             over the file.",
+        )
+        .arg(capture())
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("DIR")
+                .help("Folder for the solution; made when missing")
+                .required(true)
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(path("options", "Options file (TOML)"))
+        .arg(
+            Arg::new("threads")
+                .long("threads")
+                .value_name("N")
+                .help("Threads to use; the result does not depend on it [default: all]")
+                .value_parser(value_parser!(u64).range(1..=4096)),
+        )
+        .arg(
+            Arg::new("start")
+                .long("start")
+                .value_name("MATERIAL=R,G,B")
+                .help("Diffuse reflectance that a material starts from; may be repeated")
+                .action(ArgAction::Append),
+        )
+        .arg(
+            Arg::new("quiet")
+                .long("quiet")
+                .short('q')
+                .help("Show no progress")
+                .action(ArgAction::SetTrue),
+        );
+    Options::default().declarations().iter().fold(command, |command, declaration| {
+        command.arg(flag(declaration))
+    })
+}
+
+fn score() -> Command {
+    Command::new("score")
+        .about("Compare a solution with the truth.json of a test capture")
+        .arg(capture())
+        .arg(
+            Arg::new("solution")
+                .value_name("SOLUTION")
+                .help("Folder written by reconstruct, or its solution.json")
+                .required(true)
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(path("json", "Also write the scores as JSON"))
+}
+
+/// `--section.name`, or `--name` for what concerns the whole reconstruction.
+fn flag_name(declaration: &Declaration) -> String {
+    match declaration.section {
+        "general" => declaration.name.to_owned(),
+        section => format!("{section}.{}", declaration.name),
+    }
+}
+
+fn flag(declaration: &Declaration) -> Arg {
+    let name = flag_name(declaration);
+    let unit = match declaration.unit {
+        "" => String::new(),
+        unit => format!(" [{unit}]"),
+    };
+    let help = format!("{}{unit} [default: {}]", declaration.help, declaration.default);
+    let argument = Arg::new(name.clone()).long(name).help(help);
+    let argument = match declaration.section {
+        "general" => argument,
+        section => argument.help_heading(format!("Options of {section}")).hide_short_help(true),
+    };
+    match declaration.kind {
+        Kind::Choice(names) => {
+            argument.value_name("NAME").value_parser(PossibleValuesParser::new(names))
+        }
+        Kind::Switch => argument.value_name("true|false"),
+        Kind::NumberOrAuto => argument.value_name("NUMBER|auto").allow_negative_numbers(true),
+        Kind::Number | Kind::Integer => {
+            argument.value_name("NUMBER").allow_negative_numbers(true)
+        }
+    }
+}
+
+/// Sets every option that was given as a flag.
+pub(super) fn apply(matches: &ArgMatches, options: &mut Options) -> Result<(), OptionError> {
+    for declaration in options.declarations() {
+        if let Some(text) = matches.get_one::<String>(&flag_name(&declaration)) {
+            options.set(declaration.section, declaration.name, text)?;
+        }
+    }
+    for start in matches.get_many::<String>("start").unwrap_or_default() {
+        let (material, diffuse) = parse_start(start)?;
+        options.set_start(&material, diffuse)?;
+    }
+    Ok(())
+}
+
+fn parse_start(text: &str) -> Result<(String, Rgb), OptionError> {
+    let error = || OptionError {
+        section: "start".to_owned(),
+        name: text.to_owned(),
+        problem: "write it as MATERIAL=R,G,B, for example floor=0.7,0.6,0.5".to_owned(),
+    };
+    let (material, numbers) = text.rsplit_once('=').ok_or_else(error)?;
+    let numbers: Vec<f64> = numbers
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|_| error()))
+        .collect::<Result<_, _>>()?;
+    let diffuse = numbers.try_into().map_err(|_| error())?;
+    Ok((material.to_owned(), diffuse))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_option_is_a_flag() {
+        for declaration in Options::default().declarations() {
+            let name = flag_name(&declaration);
+            let arguments =
+                ["lobelia", "reconstruct", "x", "--out", "y", &format!("--{name}"), &declaration.default];
+            let matches = command().try_get_matches_from(arguments).unwrap();
+            let (_, matches) = matches.subcommand().unwrap();
+            let mut options = Options::default();
+            apply(matches, &mut options).unwrap();
+            assert_eq!(options, Options::default(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_start_is_a_name_and_three_numbers() {
+        assert_eq!(parse_start("a=b=0.1,0.2,0.3").unwrap(), ("a=b".to_owned(), [0.1, 0.2, 0.3]));
+        for wrong in ["floor", "floor=1", "floor=1,2,x", "floor=1,2,3,4"] {
+            assert!(parse_start(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! `lobelia info CAPTURE`.
+
+use std::path::PathBuf;
+
+use clap::ArgMatches;
+
+use crate::cli::progress::Display;
+use crate::cli::{Ending, job};
+use crate::scene::{Capture, KnownLight, MaterialKind, Role};
+use crate::worker::{Command, Happening, Worker};
+
+pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
+    let path = matches.get_one::<PathBuf>("capture").cloned().unwrap_or_default();
+    job::catch_interrupts()?;
+    let mut worker = Worker::start(|| ())?;
+    let mut display = Display::new(true);
+    let happening = job::wait(&mut worker, Command::Load { path }, &mut display)?;
+    if let Happening::Loaded(capture) = happening {
+        print(&capture);
+    }
+    Ok(())
+}
+
+fn print(capture: &Capture) {
+    for warning in &capture.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let mesh = &capture.mesh;
+    println!("{}", capture.name);
+    print!("geometry: {} triangles in {} surfaces", mesh.triangles.len(), capture.surfaces.len());
+    if let Some((low, high)) = mesh.bounds() {
+        let size = high - low;
+        print!(", {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z);
+    }
+    println!();
+
+    let measured = capture.measurements().count();
+    println!("photographs: {} ({measured} measure radiance)", capture.photographs.len());
+    for photograph in &capture.photographs {
+        let camera = &photograph.camera;
+        print!("  {}  {}×{}", photograph.name, camera.width, camera.height);
+        match &photograph.image {
+            None => println!("  geometry only"),
+            Some(image) => {
+                let largest = (0..image.height())
+                    .flat_map(|y| (0..image.width()).filter_map(move |x| image.radiance(x, y)))
+                    .flatten()
+                    .fold(0.0, f32::max);
+                println!(
+                    "  radiance up to {largest:.4}, {} invalid or saturated pixels",
+                    image.invalid_count()
+                );
+            }
+        }
+    }
+
+    println!("materials: {}", capture.materials.len());
+    for material in &capture.materials {
+        let surfaces: Vec<&str> =
+            material.surfaces.iter().map(|&s| capture.surfaces[s].name.as_str()).collect();
+        let kind = match material.kind {
+            MaterialKind::Diffuse => "diffuse",
+            MaterialKind::Specular => "specular",
+        };
+        let textured = if material.textured { ", textured" } else { "" };
+        let known = match material.known_diffuse {
+            Some([r, g, b]) => format!(", known diffuse {r} {g} {b}"),
+            None => String::new(),
+        };
+        println!("  {}  {kind}{textured}{known}: {}", material.name, surfaces.join(", "));
+    }
+    let untagged: Vec<&str> = capture
+        .surfaces
+        .iter()
+        .filter(|surface| surface.role == Role::Untagged)
+        .map(|surface| surface.name.as_str())
+        .collect();
+    if !untagged.is_empty() {
+        println!("surfaces without a material: {}", untagged.join(", "));
+    }
+    if !capture.lights.is_empty() {
+        println!("known lights: {}", capture.lights.len());
+    }
+    for light in &capture.lights {
+        match light {
+            KnownLight::Visible { name, surfaces } => {
+                let surfaces: Vec<&str> =
+                    surfaces.iter().map(|&s| capture.surfaces[s].name.as_str()).collect();
+                println!("  {name}  visible: {}", surfaces.join(", "));
+            }
+            KnownLight::Shape { name, kind } => println!("  {name}  {kind}"),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Waiting for a job of the worker: progress, Ctrl-C, and the ending.
+
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
+
+use anyhow::anyhow;
+
+use crate::cli::Ending;
+use crate::cli::progress::Display;
+use crate::worker::{Command, Happening, Worker};
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Lets Ctrl-C cancel the running job instead of ending the program.
+pub(super) fn catch_interrupts() -> Result<(), Ending> {
+    ctrlc::set_handler(|| INTERRUPTED.store(true, Relaxed))?;
+    Ok(())
+}
+
+/// How often progress is redrawn and Ctrl-C is looked for.
+const PULSE: Duration = Duration::from_millis(50);
+
+/// Sends a command and waits for the happening that ends it.
+pub(super) fn wait(
+    worker: &mut Worker,
+    command: Command,
+    display: &mut Display,
+) -> Result<Happening, Ending> {
+    let job = worker.send(command);
+    loop {
+        if INTERRUPTED.load(Relaxed) {
+            worker.cancel(job);
+        }
+        match worker.events().recv_timeout(PULSE) {
+            Ok(event) if event.job == job => match event.happening {
+                Happening::Started => {}
+                Happening::Update(update) => display.update(&update),
+                Happening::Failed(message) => {
+                    display.clear();
+                    return Err(Ending::Failed(anyhow!(message)));
+                }
+                Happening::Cancelled => {
+                    display.clear();
+                    return Err(Ending::Cancelled);
+                }
+                ending => return Ok(ending),
+            },
+            Ok(_) => {}
+            Err(RecvTimeoutError::Timeout) => {
+                if let Some(progress) = worker.progress(job) {
+                    display.progress(progress);
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(Ending::Failed(anyhow!("the worker ended unexpectedly")));
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! The terminal commands. Thin: they parse, drive the worker, and print.
+
+mod arguments;
+mod info;
+mod job;
+mod progress;
+mod reconstruct;
+mod score;
+
+use std::process::ExitCode;
+
+/// How a command ended otherwise than well.
+#[derive(Debug)]
+pub(crate) enum Ending {
+    /// The input or an option is at fault.
+    Failed(anyhow::Error),
+    /// Ctrl-C.
+    Cancelled,
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Ending {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+/// Runs the command line and gives its exit code: 0 done, 1 input or option at fault, 2 wrong
+/// usage, 130 cancelled.
+pub fn main() -> ExitCode {
+    let matches = match arguments::command().try_get_matches() {
+        Ok(matches) => matches,
+        Err(error) => {
+            // Help and version come this way too, with code 0.
+            let code = error.exit_code();
+            let _ = error.print();
+            return ExitCode::from(code as u8);
+        }
+    };
+    let ending = match matches.subcommand() {
+        Some(("reconstruct", matches)) => reconstruct::run(matches),
+        Some(("info", matches)) => info::run(matches),
+        Some(("score", matches)) => score::run(matches),
+        _ => Ok(()),
+    };
+    match ending {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Ending::Failed(error)) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(1)
+        }
+        Err(Ending::Cancelled) => {
+            eprintln!("cancelled; nothing was half-written");
+            ExitCode::from(130)
+        }
+    }
+}

@@ -1,0 +1,3 @@
+use crate::cli::Ending;
+use clap::ArgMatches;
+pub(super) fn run(_m: &ArgMatches) -> Result<(), Ending> { Ok(()) }

@@ -1,0 +1,67 @@
+//! Options files: TOML with a section a stage, and `[start]` for reflectances to start from.
+
+use std::path::Path;
+
+use crate::io::{Error, Fault};
+use crate::options::OptionError;
+use crate::reconstruct::Options;
+
+/// No options file is nearly this long.
+const LIMIT_BYTES: u64 = 1 << 20;
+
+/// Sets the options that a file names and leaves the others.
+pub fn read(file: &Path, options: &mut Options) -> Result<(), Error> {
+    let bytes = super::error::read_bounded(file, LIMIT_BYTES)?;
+    let invalid = |place: String, problem: String| {
+        Error::Invalid(Fault::new(
+            file,
+            place,
+            problem,
+            "`lobelia reconstruct --help` lists every option with its range",
+        ))
+    };
+    let text = String::from_utf8(bytes)
+        .map_err(|_| invalid(String::new(), "the file is not UTF-8 text".to_owned()))?;
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let before = error.span().map_or(0, |span| span.start.min(text.len()));
+        let line = 1 + text.bytes().take(before).filter(|&byte| byte == b'\n').count();
+        invalid(format!("line {line}"), error.message().to_owned())
+    })?;
+    for (section, values) in &table {
+        let Some(values) = values.as_table() else {
+            return Err(invalid(section.clone(), "this is no [section]".to_owned()));
+        };
+        for (name, value) in values {
+            let set = if section == "start" {
+                set_start(options, name, value)
+            } else {
+                options.set(section, name, &plain(value))
+            };
+            set.map_err(|error| invalid(format!("[{section}] {name}"), error.problem))?;
+        }
+    }
+    Ok(())
+}
+
+fn set_start(
+    options: &mut Options,
+    material: &str,
+    value: &toml::Value,
+) -> Result<(), OptionError> {
+    let number = |value: &toml::Value| {
+        value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+    };
+    let numbers: Option<Vec<f64>> =
+        value.as_array().and_then(|values| values.iter().map(number).collect());
+    // What is no triple becomes one that is refused like any other wrong value.
+    let diffuse = numbers.and_then(|numbers| numbers.try_into().ok()).unwrap_or([f64::NAN; 3]);
+    options.set_start(material, diffuse)
+}
+
+/// A value as it would be written on the command line.
+fn plain(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}

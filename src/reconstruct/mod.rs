@@ -1,0 +1,314 @@
+//! The method, about a file a section of the paper.
+//!
+//! [`run`] is a straight line of stages, each a function from plain data to plain data:
+//! samples (4.1), virtual lights and lobes (4.2), transport (5.1), the refinement of
+//! reflectances and emissions (5.2 to 5.4), textures (5.5).
+
+pub mod emission;
+pub mod equations;
+pub mod lights;
+pub mod lobes;
+pub mod normalize;
+pub mod options;
+pub mod refine;
+pub mod reflectance;
+pub mod samples;
+pub mod textures;
+pub mod transport;
+pub mod unwrap;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::geometry::bvh::RayCaster;
+use crate::options::OptionError;
+use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::refine::{Iteration, Solution};
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::textures::Texture;
+use crate::reconstruct::transport::Transport;
+use crate::scene::{Capture, Views};
+use crate::solve::bounded::BoundedError;
+use crate::watch::{Cancelled, Watch};
+
+pub use options::{Method, Options};
+
+/// The stages of a reconstruction, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    Samples,
+    Lights,
+    Transport,
+    Solve,
+    Textures,
+}
+
+impl Stage {
+    pub const ALL: [Self; 5] =
+        [Self::Samples, Self::Lights, Self::Transport, Self::Solve, Self::Textures];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Lights => "lights",
+            Self::Transport => "transport",
+            Self::Solve => "solve",
+            Self::Textures => "textures",
+        }
+    }
+}
+
+/// Independent streams of random numbers, so that a change in one stage leaves the others'.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stream {
+    Samples = 1,
+    Lights,
+    Irradiance,
+    Visibility,
+    Textures,
+}
+
+/// What a running reconstruction has come to; the products are final when they are sent.
+#[derive(Clone, Debug)]
+pub enum Update {
+    Stage(Stage),
+    Samples(Arc<SampleCloud>),
+    Lights(Arc<VirtualLights>, Arc<Lobes>),
+    Transport(Arc<Transport>),
+    Iteration(Iteration),
+}
+
+/// All products of one reconstruction.
+#[derive(Clone, Debug)]
+pub struct Reconstruction {
+    pub samples: Arc<SampleCloud>,
+    pub lights: Arc<VirtualLights>,
+    pub lobes: Arc<Lobes>,
+    pub transport: Arc<Transport>,
+    pub equations: Arc<Equations>,
+    pub solution: Arc<Solution>,
+    pub textures: Arc<Vec<Texture>>,
+    /// Seconds of each stage, in the order of `Stage::ALL`.
+    pub seconds: [f64; 5],
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no reconstruction.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    #[error(
+        "no photograph of the capture measures radiance: give at least one frame of \
+         transforms.json an OpenEXR or Radiance image"
+    )]
+    NoMeasurement,
+    #[error(
+        "no pixel of any photograph shows the geometry: check that scene.obj and the cameras of \
+         transforms.json are in the same coordinates (metres, OpenGL camera axes)"
+    )]
+    NothingSeen,
+    #[error(
+        "no pixel that shows a tagged surface is a measurement: all are saturated, negative or \
+         not finite; check the photographs and \"saturation\" in tags.json"
+    )]
+    NothingMeasured,
+    #[error(
+        "the start of \"{material}\" names no material of the capture; it has {known}"
+    )]
+    UnknownStart { material: String, known: String },
+    #[error("the bounded least squares failed: {0}")]
+    Solve(BoundedError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<BoundedError> for Error {
+    fn from(error: BoundedError) -> Self {
+        match error {
+            BoundedError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            other => Self::Solve(other),
+        }
+    }
+}
+
+/// Reconstructs a capture by the paper's method. The same capture and options give the same
+/// result on any number of threads.
+pub fn run(
+    capture: &Capture,
+    options: &Options,
+    watch: &Watch,
+    update: &(dyn Fn(Update) + Sync),
+) -> Result<Reconstruction, Error> {
+    options.check()?;
+    check_start(capture, options)?;
+    if capture.measurements().next().is_none() {
+        return Err(Error::NoMeasurement);
+    }
+    let mut clock = Clock::new(update);
+
+    clock.begin(Stage::Samples);
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    let seed = options.general.seed as u64;
+    let samples = Arc::new(samples::place(&views, &options.samples, seed, watch)?);
+    if samples.samples.is_empty() {
+        return Err(if views.shows_anything() { Error::NothingMeasured } else { Error::NothingSeen });
+    }
+    update(Update::Samples(samples.clone()));
+
+    clock.begin(Stage::Lights);
+    let mut lights = lights::place(&views, &samples, &options.lights, seed, watch)?;
+    let lobes = Arc::new(lobes::choose(&views, &mut lights, &options.lobes, watch)?);
+    let lights = Arc::new(lights);
+    update(Update::Lights(lights.clone(), lobes.clone()));
+
+    clock.begin(Stage::Transport);
+    let transport = Arc::new(transport::gather(
+        &views,
+        &samples,
+        &lights,
+        &lobes,
+        &options.transport,
+        seed,
+        watch,
+    )?);
+    update(Update::Transport(transport.clone()));
+
+    clock.begin(Stage::Solve);
+    let equations = Arc::new(Equations::new(
+        capture,
+        &samples,
+        &lights,
+        &transport,
+        options.gloss.views_per_sample,
+    ));
+    let start = start(&views, &samples, options, watch)?;
+    let solution = Arc::new(refine::refine(
+        capture,
+        &equations,
+        &lobes,
+        &transport,
+        start,
+        options,
+        &|iteration| update(Update::Iteration(*iteration)),
+        watch,
+    )?);
+
+    clock.begin(Stage::Textures);
+    let textures = Arc::new(textures::reconstruct(
+        &views, &samples, &lights, &lobes, &solution, options, seed, watch,
+    )?);
+
+    let seconds = clock.finish();
+    let mut warnings = views.warnings();
+    warnings.extend(warn(capture, &samples, &lobes, &solution));
+    Ok(Reconstruction {
+        samples,
+        lights,
+        lobes,
+        transport,
+        equations,
+        solution,
+        textures,
+        seconds,
+        warnings,
+    })
+}
+
+/// Seconds of every stage, and the word to the outside that one begins.
+struct Clock<'a> {
+    update: &'a (dyn Fn(Update) + Sync),
+    current: Option<(Stage, Instant)>,
+    seconds: [f64; 5],
+}
+
+impl<'a> Clock<'a> {
+    fn new(update: &'a (dyn Fn(Update) + Sync)) -> Self {
+        Self { update, current: None, seconds: [0.0; 5] }
+    }
+
+    fn begin(&mut self, stage: Stage) {
+        self.stop();
+        self.current = Some((stage, Instant::now()));
+        (self.update)(Update::Stage(stage));
+    }
+
+    fn stop(&mut self) {
+        if let Some((stage, began)) = self.current.take() {
+            self.seconds[stage as usize] = began.elapsed().as_secs_f64();
+        }
+    }
+
+    fn finish(mut self) -> [f64; 5] {
+        self.stop();
+        self.seconds
+    }
+}
+
+fn check_start(capture: &Capture, options: &Options) -> Result<(), Error> {
+    for material in options.start.keys() {
+        if !capture.materials.iter().any(|m| m.name == *material) {
+            let known: Vec<_> = capture.materials.iter().map(|m| m.name.as_str()).collect();
+            return Err(Error::UnknownStart {
+                material: material.clone(),
+                known: known.join(", "),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The reflectances to start from: known ones, given ones, else Eq. 11.
+fn start(
+    views: &Views,
+    samples: &SampleCloud,
+    options: &Options,
+    watch: &Watch,
+) -> Result<Vec<Option<Reflectance>>, Cancelled> {
+    let mut start = normalize::initial_diffuse(views, samples, watch)?;
+    for (diffuse, material) in start.iter_mut().zip(&views.capture.materials) {
+        let given = options.start.get(&material.name).copied();
+        if let (Some(diffuse), Some(value)) = (diffuse, material.known_diffuse.or(given)) {
+            *diffuse = value;
+        }
+    }
+    Ok(start.into_iter().map(|diffuse| diffuse.map(Reflectance::diffuse)).collect())
+}
+
+/// What the artist should know about the result.
+fn warn(
+    capture: &Capture,
+    samples: &SampleCloud,
+    lobes: &Lobes,
+    solution: &Solution,
+) -> Vec<String> {
+    let mut warnings = samples.warnings.clone();
+    for (material, reflectance) in capture.materials.iter().zip(&solution.reflectances) {
+        if reflectance.is_none() {
+            warnings.push(format!(
+                "material \"{}\" is measured in no photograph: its reflectance stays unknown",
+                material.name
+            ));
+        }
+    }
+    if lobes.lobes.is_empty() {
+        warnings.push(
+            "no virtual light was placed, since every ray from the samples meets a photographed \
+             surface: the result holds only if all luminaires are tagged as visible lights"
+                .to_owned(),
+        );
+    }
+    if samples.samples.len() < lobes.lobes.len() {
+        warnings.push(format!(
+            "there are fewer samples ({}) than emission lobes ({}): the light is \
+             underdetermined; lower samples.spacing_m or raise lights.spacing_factor",
+            samples.samples.len(),
+            lobes.lobes.len()
+        ));
+    }
+    warnings.extend(solution.warnings.iter().cloned());
+    warnings
+}

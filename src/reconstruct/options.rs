@@ -1,0 +1,112 @@
+//! All options of a reconstruction: the stages' own, gathered.
+
+use std::collections::BTreeMap;
+
+use crate::math::rgb::Rgb;
+use crate::options::{Declaration, OptionError, OptionGroup};
+use crate::reconstruct::lights::LightOptions;
+use crate::reconstruct::lobes::LobeOptions;
+use crate::reconstruct::refine::RefineOptions;
+use crate::reconstruct::reflectance::GlossOptions;
+use crate::reconstruct::samples::SampleOptions;
+use crate::reconstruct::textures::TextureOptions;
+use crate::reconstruct::transport::TransportOptions;
+use crate::{choices, options};
+
+choices! {
+    /// How reflectances and light are estimated.
+    Method {
+        /// The paper's alternation, Sections 3 to 5 as printed.
+        Paper = "paper",
+    }
+}
+
+options! {
+    /// What concerns the whole reconstruction.
+    GeneralOptions in "general" {
+        /// How reflectances and light are estimated: paper is the alternation of Sections 3 to 5.
+        method: Method = Method::Paper, None, "";
+        /// Seed of all random choices: the same seed gives the same result.
+        seed: usize = 1, Some((0.0, 9e15)), "";
+    }
+}
+
+/// The options of every stage.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    pub general: GeneralOptions,
+    pub samples: SampleOptions,
+    pub lights: LightOptions,
+    pub lobes: LobeOptions,
+    pub transport: TransportOptions,
+    pub refine: RefineOptions,
+    pub gloss: GlossOptions,
+    pub textures: TextureOptions,
+    /// Diffuse reflectances to start from, by material, in place of Eq. 11's.
+    pub start: BTreeMap<String, Rgb>,
+}
+
+impl Options {
+    fn groups(&self) -> [&dyn OptionGroup; 8] {
+        [
+            &self.general,
+            &self.samples,
+            &self.lights,
+            &self.lobes,
+            &self.transport,
+            &self.refine,
+            &self.gloss,
+            &self.textures,
+        ]
+    }
+
+    fn group_mut(&mut self, section: &str) -> Option<&mut dyn OptionGroup> {
+        let groups: [&mut dyn OptionGroup; 8] = [
+            &mut self.general,
+            &mut self.samples,
+            &mut self.lights,
+            &mut self.lobes,
+            &mut self.transport,
+            &mut self.refine,
+            &mut self.gloss,
+            &mut self.textures,
+        ];
+        groups.into_iter().find(|group| group.section() == section)
+    }
+
+    /// Every option of every stage, in the order of the stages.
+    pub fn declarations(&self) -> Vec<Declaration> {
+        self.groups().iter().flat_map(|group| group.declarations()).collect()
+    }
+
+    /// Sets one option from text.
+    pub fn set(&mut self, section: &str, name: &str, text: &str) -> Result<(), OptionError> {
+        let sections: Vec<_> = self.groups().iter().map(|group| group.section()).collect();
+        match self.group_mut(section) {
+            Some(group) => group.set(name, text),
+            None => Err(OptionError {
+                section: section.to_owned(),
+                name: name.to_owned(),
+                problem: format!("there is no such section; there are {}", sections.join(", ")),
+            }),
+        }
+    }
+
+    /// Sets the reflectance that a material starts from.
+    pub fn set_start(&mut self, material: &str, diffuse: Rgb) -> Result<(), OptionError> {
+        if diffuse.iter().all(|value| (0.0..=1.0).contains(value)) {
+            self.start.insert(material.to_owned(), diffuse);
+            return Ok(());
+        }
+        Err(OptionError {
+            section: "start".to_owned(),
+            name: material.to_owned(),
+            problem: "a reflectance has three numbers from 0 to 1".to_owned(),
+        })
+    }
+
+    /// Whether every option is within its range; the error names the first that is not.
+    pub fn check(&self) -> Result<(), OptionError> {
+        self.groups().iter().try_for_each(|group| group.check())
+    }
+}

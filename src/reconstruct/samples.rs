@@ -1,0 +1,293 @@
+//! Section 4.1: surface samples, the points at which the photographs are explained.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::spaced::select_spaced;
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::Random;
+use crate::options;
+use crate::reconstruct::Stream;
+use crate::scene::{Role, Site, Views};
+use crate::watch::{Cancelled, Watch};
+
+options! {
+    /// Where samples are placed and what is read there.
+    SampleOptions in "samples" {
+        /// Number of samples aimed at when the spacing is chosen automatically (Section 4.1).
+        count: usize = 3500, Some((1.0, 2e6)), "";
+        /// Minimum distance between samples (Section 4.1); auto: chosen to reach the count.
+        spacing_m: Option<f64> = None, Some((1e-6, 1e6)), "m";
+        /// A material with fewer samples than this is sampled again, more densely.
+        min_per_material: usize = 80, Some((0.0, 1e6)), "";
+        /// Reject pixels beside face and silhouette edges, which mix two surfaces.
+        reject_edges: bool = true, None, "";
+        /// Side of the window of pixels over which a sample's radiance is averaged.
+        window_px: usize = 3, Some((1.0, 31.0)), "px";
+        /// Photographs that see a surface at a smaller cosine are not used there.
+        min_cosine: f64 = 0.1, Some((0.0, 0.99)), "";
+    }
+}
+
+/// The surface samples and what each photograph measured there.
+#[derive(Clone, Debug, Default)]
+pub struct SampleCloud {
+    /// Minimum distance between samples in metres (materials with few samples have a smaller
+    /// one).
+    pub spacing_m: f32,
+    pub samples: Vec<Sample>,
+    /// The photographs of all samples, one after the other; see `Sample::views`.
+    pub views: Vec<View>,
+    pub warnings: Vec<String>,
+}
+
+/// A point on a known surface with the radiance seen there.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    pub position: Vec3,
+    /// Unit normal of the side that the photographs see.
+    pub normal: Vec3,
+    pub material: usize,
+    pub surface: usize,
+    /// The first of this sample's entries in `SampleCloud::views`, and one past the last.
+    pub views: std::ops::Range<usize>,
+    /// Mean radiance over the views: L of a diffuse sample.
+    pub radiance: Radiance,
+}
+
+/// What one photograph measured at one sample: L(x, ω_k).
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// Index into `Capture::photographs`.
+    pub photograph: usize,
+    /// Pixel that shows the sample.
+    pub pixel: [usize; 2],
+    /// Unit direction from the sample to the camera, ω_r.
+    pub direction: Vec3,
+    pub radiance: Radiance,
+}
+
+impl Sample {
+    pub fn site(&self) -> Site {
+        Site { position: self.position, normal: self.normal }
+    }
+}
+
+/// A pixel that could become a sample.
+struct Candidate {
+    position: Vec3,
+    triangle: u32,
+    camera: Vec3,
+}
+
+/// Random points that keep a distance d from each other and leave no room for another cover
+/// an area A with about 0.697 A/d² points (a jamming coverage of 0.547 by discs of radius d/2).
+const JAMMING_DENSITY: f64 = 0.697;
+
+/// Places samples over the surfaces that the photographs see.
+pub fn place(
+    views: &Views,
+    options: &SampleOptions,
+    seed: u64,
+    watch: &Watch,
+) -> Result<SampleCloud, Cancelled> {
+    let capture = views.capture;
+    let mut warnings = Vec::new();
+    watch.begin(4);
+    let mut candidates = candidates(views, options, options.reject_edges);
+    watch.tick()?;
+
+    // A material that shows only beside edges is better sampled there than not at all.
+    let mut shown = vec![0usize; capture.materials.len()];
+    for candidate in &candidates {
+        shown[material_of(views, candidate)] += 1;
+    }
+    if options.reject_edges && shown.contains(&0) {
+        let edge = self::candidates(views, options, false);
+        let mut rescued = vec![0usize; capture.materials.len()];
+        for candidate in edge {
+            let material = material_of(views, &candidate);
+            if shown[material] == 0 {
+                rescued[material] += 1;
+                candidates.push(candidate);
+            }
+        }
+        for (material, count) in rescued.iter().enumerate().filter(|(_, count)| **count > 0) {
+            warnings.push(format!(
+                "material \"{}\" shows only beside edges: its samples ({count} pixels) are \
+                 mixed with neighbouring surfaces",
+                capture.materials[material].name
+            ));
+        }
+    }
+    // In the order of the pixels, samples would line up along the rows of the first photograph.
+    Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut candidates);
+    watch.tick()?;
+
+    let positions: Vec<Vec3> = candidates.iter().map(|candidate| candidate.position).collect();
+    let spacing_m = match options.spacing_m {
+        Some(spacing) => spacing as f32,
+        None => spacing_for(&positions, options.count, watch)?,
+    };
+    let mut kept = select_spaced(&positions, spacing_m, watch)?;
+    watch.tick()?;
+
+    densify(views, options, &candidates, spacing_m, &mut kept, watch)?;
+    let read: Vec<Option<(Sample, Vec<View>)>> = kept
+        .par_iter()
+        .map(|&index| {
+            watch.check()?;
+            Ok(read(views, options, &candidates[index as usize]))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let mut cloud = SampleCloud { spacing_m, warnings, ..SampleCloud::default() };
+    for (mut sample, seen) in read.into_iter().flatten() {
+        sample.views = cloud.views.len()..cloud.views.len() + seen.len();
+        cloud.views.extend(seen);
+        cloud.samples.push(sample);
+    }
+    watch.tick()?;
+    Ok(cloud)
+}
+
+fn material_of(views: &Views, candidate: &Candidate) -> usize {
+    let mesh = &views.capture.mesh;
+    match views.capture.surfaces[mesh.surface[candidate.triangle as usize] as usize].role {
+        Role::Material(material) => material,
+        _ => unreachable!("candidates lie on surfaces with a material"),
+    }
+}
+
+/// Every pixel that measures a surface with a material, photograph by photograph, row by row.
+fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Candidate> {
+    let capture = views.capture;
+    let mut candidates = Vec::new();
+    for map in &views.maps {
+        let camera = map.camera.position.as_vec3();
+        let rows: Vec<Vec<Candidate>> = (0..map.camera.height)
+            .into_par_iter()
+            .map(|y| {
+                let pixel = |x| {
+                    let (position, triangle) = map.hit(x, y)?;
+                    let surface = capture.mesh.surface[triangle as usize] as usize;
+                    let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
+                        && (!off_edges || map.is_off_edges(x, y))
+                        && map.image.radiance(x, y).is_some();
+                    let sight = (camera - position).normalize_or_zero();
+                    let cosine = capture.mesh.normal(triangle as usize).dot(sight).abs();
+                    (usable && f64::from(cosine) >= options.min_cosine)
+                        .then_some(Candidate { position, triangle, camera })
+                };
+                (0..map.camera.width).filter_map(pixel).collect()
+            })
+            .collect();
+        candidates.extend(rows.into_iter().flatten());
+    }
+    candidates
+}
+
+/// The spacing at which about `count` of the candidates (in random order) are kept.
+fn spacing_for(positions: &[Vec3], count: usize, watch: &Watch) -> Result<f32, Cancelled> {
+    let Some(&first) = positions.first() else { return Ok(1.0) };
+    let (low, high) =
+        positions.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
+    let size = high - low;
+    let box_area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    let spacing_of =
+        |area: f64, count: f64| ((JAMMING_DENSITY * area / count).sqrt() as f32).max(1e-6);
+    // Two trials: the first, on the area of the bounding box, measures the area that is seen;
+    // the second corrects for the edges of small surfaces.
+    let mut spacing = spacing_of(f64::from(box_area).max(1e-12), count.min(1000) as f64);
+    for trial in [count.min(1000), count] {
+        let some = &positions[..positions.len().min(50 * trial.max(200))];
+        let kept = select_spaced(some, spacing, watch)?.len();
+        let area = kept as f64 * f64::from(spacing).powi(2) / JAMMING_DENSITY;
+        spacing = spacing_of(area, count as f64);
+    }
+    Ok(spacing)
+}
+
+/// Replaces the samples of materials that have too few by more closely spaced ones.
+fn densify(
+    views: &Views,
+    options: &SampleOptions,
+    candidates: &[Candidate],
+    spacing_m: f32,
+    kept: &mut Vec<u32>,
+    watch: &Watch,
+) -> Result<(), Cancelled> {
+    let mut counts = vec![0usize; views.capture.materials.len()];
+    for &index in kept.iter() {
+        counts[material_of(views, &candidates[index as usize])] += 1;
+    }
+    for (material, &count) in counts.iter().enumerate() {
+        if count == 0 || count >= options.min_per_material {
+            continue;
+        }
+        let own: Vec<u32> = (0..candidates.len() as u32)
+            .filter(|&index| material_of(views, &candidates[index as usize]) == material)
+            .collect();
+        let positions: Vec<Vec3> =
+            own.iter().map(|&index| candidates[index as usize].position).collect();
+        let closer = spacing_m * (count as f32 / options.min_per_material as f32).sqrt();
+        kept.retain(|&index| material_of(views, &candidates[index as usize]) != material);
+        let selected = select_spaced(&positions, closer, watch)?;
+        kept.extend(selected.into_iter().map(|index| own[index as usize]));
+    }
+    Ok(())
+}
+
+/// Reads a sample's radiance in every photograph that sees it.
+fn read(
+    views: &Views,
+    options: &SampleOptions,
+    candidate: &Candidate,
+) -> Option<(Sample, Vec<View>)> {
+    let mesh = &views.capture.mesh;
+    let normal = mesh.normal(candidate.triangle as usize);
+    let towards = candidate.camera - candidate.position;
+    let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
+    let site = Site { position: candidate.position, normal };
+    let look = |off_edges: bool| -> Vec<View> {
+        views
+            .maps
+            .iter()
+            .filter_map(|map| {
+                let seen = views.seen(map, site)?;
+                if f64::from(seen.cosine) < options.min_cosine
+                    || (off_edges && !map.is_off_edges(seen.x, seen.y))
+                {
+                    return None;
+                }
+                Some(View {
+                    photograph: map.photograph,
+                    pixel: [seen.x, seen.y],
+                    direction: seen.direction,
+                    radiance: map.window(seen.x, seen.y, options.window_px)?,
+                })
+            })
+            .collect()
+    };
+    let mut seen = look(options.reject_edges);
+    if seen.is_empty() && options.reject_edges {
+        seen = look(false);
+    }
+    if seen.is_empty() {
+        return None;
+    }
+    let mut radiance = [0.0f32; CHANNELS];
+    for view in &seen {
+        for (sum, value) in radiance.iter_mut().zip(view.radiance) {
+            *sum += value / seen.len() as f32;
+        }
+    }
+    let sample = Sample {
+        position: candidate.position,
+        normal,
+        material: material_of(views, candidate),
+        surface: mesh.surface[candidate.triangle as usize] as usize,
+        views: 0..0,
+        radiance,
+    };
+    Some((sample, seen))
+}

@@ -1,0 +1,221 @@
+//! Section 5.1: what reaches each sample, from the photographed surfaces and from each lobe.
+
+use faer::Mat;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::{
+    Frame, Random, grid_side, square_to_cosine_hemisphere, stratified,
+};
+use crate::reconstruct::Stream;
+use crate::reconstruct::lights::{VirtualLight, VirtualLights, disc_grid_side};
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::samples::{Sample, SampleCloud};
+use crate::scene::{MaterialKind, Site, Views};
+use crate::watch::{Cancelled, Watch};
+use crate::{choices, options};
+
+choices! {
+    /// How a virtual light's effect falls with distance.
+    Falloff {
+        /// k divided by r², as irradiance from a small source is.
+        InverseSquare = "inverse-square",
+        /// Eq. 10 as printed, which has no 1/r².
+        Literal = "literal",
+    }
+}
+
+options! {
+    /// How densely the light at each sample is sampled.
+    TransportOptions in "transport" {
+        /// Rays over the hemisphere of a diffuse sample that gather the light of photographed
+        /// surfaces (Section 5.1).
+        rays: usize = 400, Some((1.0, 1e6)), "";
+        /// The same for samples of specular materials, whose rays are kept as radiance records.
+        glossy_rays: usize = 900, Some((1.0, 1e6)), "";
+        /// Jittered rays that find the visible fraction of a light's disc (Section 4.2).
+        disc_rays: usize = 9, Some((1.0, 1e4)), "";
+        /// inverse-square, or literal: Eq. 10 as printed, without 1/r² (to compare; its
+        /// reflectances are far off).
+        falloff: Falloff = Falloff::InverseSquare, None, "";
+    }
+}
+
+/// Everything that is needed to compute a sample's radiance from reflectances and emissions.
+#[derive(Clone, Debug)]
+pub struct Transport {
+    /// I_s per sample: irradiance from photographed surfaces, in the photographs' unit times sr.
+    pub irradiance: Vec<Radiance>,
+    /// The radiance records of all specular samples, one after the other.
+    pub records: Vec<Record>,
+    /// Per sample the first of its records, and at the end their number; equal for diffuse ones.
+    pub first_record: Vec<usize>,
+    /// The projected solid angle of each record, cos θ_j ω_j in sr: all are equal, since the
+    /// rays are distributed by the cosine.
+    pub record_weight: f64,
+    /// k_ij, samples × lobes: irradiance at the sample per unit of the lobe's emittance, in sr
+    /// (Eq. 10 with 1/r²).
+    pub coupling: Mat<f64>,
+}
+
+/// Radiance arriving at a specular sample from a photographed surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Unit direction from the sample to where the radiance comes from.
+    pub direction: Vec3,
+    pub radiance: Radiance,
+}
+
+impl Transport {
+    pub fn records_of(&self, sample: usize) -> &[Record] {
+        &self.records[self.first_record[sample]..self.first_record[sample + 1]]
+    }
+
+    /// I_s of one sample and channel.
+    pub fn irradiance(&self, sample: usize, channel: usize) -> f64 {
+        f64::from(self.irradiance[sample][channel])
+    }
+}
+
+/// Gathers the light of photographed surfaces and couples every lobe with every sample.
+pub fn gather(
+    views: &Views,
+    cloud: &SampleCloud,
+    lights: &VirtualLights,
+    lobes: &Lobes,
+    options: &TransportOptions,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Transport, Cancelled> {
+    let count = cloud.samples.len();
+    watch.begin(2 * count as u64);
+    let glossy_side = grid_side(options.glossy_rays);
+    let gathered: Vec<(Radiance, Vec<Record>)> = cloud
+        .samples
+        .par_iter()
+        .enumerate()
+        .map(|(index, sample)| {
+            watch.tick()?;
+            let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
+            let specular =
+                views.capture.materials[sample.material].kind == MaterialKind::Specular;
+            let side = if specular { glossy_side } else { grid_side(options.rays) };
+            let (irradiance, records) = hemisphere(views, sample.site(), side, &mut random);
+            Ok((irradiance, if specular { records } else { Vec::new() }))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+
+    let rows: Vec<Vec<f32>> = cloud
+        .samples
+        .par_iter()
+        .enumerate()
+        .map(|(index, sample)| {
+            watch.tick()?;
+            let mut random = Random::new(seed, Stream::Visibility as u64, index as u64);
+            Ok(couple(views, sample, lights, lobes, options, &mut random))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+
+    let mut transport = Transport {
+        record_weight: std::f64::consts::PI / (glossy_side * glossy_side) as f64,
+        coupling: Mat::from_fn(count, lobes.lobes.len(), |row, column| {
+            f64::from(rows[row][column])
+        }),
+        irradiance: Vec::with_capacity(count),
+        records: Vec::new(),
+        first_record: vec![0],
+    };
+    for (irradiance, records) in gathered {
+        transport.irradiance.push(irradiance);
+        transport.records.extend(records);
+        transport.first_record.push(transport.records.len());
+    }
+    Ok(transport)
+}
+
+/// I_s of a site, from `side`² cosine-distributed rays, and what each of them found.
+pub fn hemisphere(
+    views: &Views,
+    site: Site,
+    side: usize,
+    random: &mut Random,
+) -> (Radiance, Vec<Record>) {
+    let frame = Frame::about(site.normal);
+    let mut records = Vec::new();
+    let mut sum = [0.0f64; CHANNELS];
+    for square in stratified(side, random) {
+        let direction = frame.to_world(square_to_cosine_hemisphere(square));
+        let ray = views.ray(site, direction);
+        let Some(hit) = views.caster.closest(&ray) else { continue };
+        let Some(radiance) = views.radiance(views.site(&ray, &hit)) else { continue };
+        for (sum, value) in sum.iter_mut().zip(radiance) {
+            *sum += f64::from(value);
+        }
+        records.push(Record { direction, radiance });
+    }
+    let weight = std::f64::consts::PI / (side * side) as f64;
+    (sum.map(|value| (value * weight) as f32), records)
+}
+
+/// k_ij of one sample for every lobe.
+fn couple(
+    views: &Views,
+    sample: &Sample,
+    lights: &VirtualLights,
+    lobes: &Lobes,
+    options: &TransportOptions,
+    random: &mut Random,
+) -> Vec<f32> {
+    let side = disc_grid_side(options.disc_rays);
+    let mut row = vec![0.0f32; lobes.lobes.len()];
+    for (index, light) in lights.lights.iter().enumerate() {
+        let Some(geometry) = geometric_factor(light, sample.site(), options.falloff) else {
+            continue;
+        };
+        let values = &mut row[lobes.of(index)];
+        for (value, lobe) in values.iter_mut().zip(&lobes.lobes[lobes.of(index)]) {
+            *value = lobe.value(-geometry.direction) * geometry.factor;
+        }
+        // Not worth a ray: no lobe of this light sends anything this way.
+        if values.iter().all(|&value| value <= 1e-7 * geometry.factor) {
+            values.fill(0.0);
+            continue;
+        }
+        let visible = light.visibility(views, sample.site(), side, random);
+        for value in values {
+            *value *= visible;
+        }
+    }
+    row
+}
+
+/// The part of Eq. 10 that a light's lobes share.
+#[derive(Clone, Copy, Debug)]
+pub struct LightGeometry {
+    /// Unit direction from the site to the light, −ω_i.
+    pub direction: Vec3,
+    /// A_i cos θ_i / r².
+    pub factor: f32,
+}
+
+/// A_i cos θ_i / r² for a light seen from a site; `None` below the site's horizon.
+pub fn geometric_factor(light: &VirtualLight, site: Site, falloff: Falloff) -> Option<LightGeometry> {
+    let offset = light.position - site.position;
+    let distance = offset.length();
+    let direction = offset / distance.max(f32::MIN_POSITIVE);
+    let cosine = direction.dot(site.normal);
+    if cosine <= 0.0 {
+        return None;
+    }
+    // Eq. 10. The print of Eq. 3, 5 and 10 lacks 1/r², without which k is no irradiance; the
+    // literal form is kept for comparison.
+    let factor = match falloff {
+        Falloff::Literal => light.area_m2() * cosine,
+        // Within its own disc a light is no point any more; there 1/r² is not let grow.
+        Falloff::InverseSquare => {
+            light.area_m2() * cosine / distance.max(0.5 * light.radius_m).powi(2)
+        }
+    };
+    Some(LightGeometry { direction, factor })
+}

@@ -1,0 +1,308 @@
+//! Who sees what: which photographs see a point of the known surfaces, and what they measured.
+//!
+//! Every photograph is cast once through its pixel centres. Where the nine hits around a pixel
+//! lie on one smooth piece of surface, that map decides on visibility by itself; only points
+//! that project beside an edge need a ray of their own. A point has two sides, and a photograph
+//! sees only the one that faces it.
+
+use glam::{DVec2, Vec3};
+use rayon::prelude::*;
+
+use crate::geometry::bvh::{Hit, Ray, RayCaster};
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::scene::{Camera, Capture, Image};
+use crate::watch::{Cancelled, Watch};
+
+/// The capture's measurements with what each of their pixels sees.
+pub struct Views<'a> {
+    pub capture: &'a Capture,
+    pub caster: &'a RayCaster,
+    pub maps: Vec<PixelMap<'a>>,
+    /// Distance in metres by which rays are started off a surface, against hitting it again.
+    pub offset_m: f32,
+}
+
+/// What each pixel of one photograph sees.
+pub struct PixelMap<'a> {
+    /// Index into `Capture::photographs`.
+    pub photograph: usize,
+    pub camera: &'a Camera,
+    pub image: &'a Image,
+    position: Vec3,
+    /// Per pixel: the hit's position, and its triangle or `NOTHING`.
+    hits: Vec<(Vec3, u32)>,
+    /// Per pixel: the nine hits around it lie on one smooth piece of one surface.
+    clean: Vec<bool>,
+}
+
+/// A side of a point on the known surfaces.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    pub position: Vec3,
+    /// Unit normal of the side that is meant.
+    pub normal: Vec3,
+}
+
+const NOTHING: u32 = u32::MAX;
+
+/// Neighbouring hits whose normals differ by more belong to different faces (20°).
+const SMOOTH_COSINE: f32 = 0.94;
+
+impl<'a> Views<'a> {
+    /// Casts every pixel of every measurement.
+    pub fn new(
+        capture: &'a Capture,
+        caster: &'a RayCaster,
+        watch: &Watch,
+    ) -> Result<Self, Cancelled> {
+        let extent = capture.mesh.bounds().map_or(1.0, |(low, high)| {
+            (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
+        });
+        let mut maps = Vec::new();
+        watch.begin(capture.measurements().map(|(_, camera, _)| camera.height as u64).sum());
+        for (photograph, camera, image) in capture.measurements() {
+            maps.push(PixelMap::new(capture, caster, photograph, camera, image, watch)?);
+        }
+        Ok(Self { capture, caster, maps, offset_m: 2e-5 * extent })
+    }
+
+    /// Whether any pixel of any photograph shows the known geometry.
+    pub fn shows_anything(&self) -> bool {
+        self.maps.iter().any(|map| map.hits.iter().any(|&(_, triangle)| triangle != NOTHING))
+    }
+
+    /// What is odd about the photographs and the geometry together.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for map in &self.maps {
+            let name = &self.capture.photographs[map.photograph].name;
+            let (mut shown, mut inner) = (0usize, 0usize);
+            for &(position, triangle) in &map.hits {
+                if triangle != NOTHING {
+                    let sight = position - map.position;
+                    shown += 1;
+                    let normal = self.capture.mesh.normal(triangle as usize);
+                    inner += usize::from(normal.dot(sight) > 0.0);
+                }
+            }
+            if shown == 0 {
+                warnings.push(format!(
+                    "{name} shows none of the geometry: check its camera, or leave it out"
+                ));
+            } else if inner > shown * 9 / 10 {
+                warnings.push(format!(
+                    "{name} sees the inner sides of the surfaces: its camera may stand inside a \
+                     wall or box, or the faces may be wound the wrong way round"
+                ));
+            }
+            if map.image.invalid_count() == map.hits.len() {
+                warnings.push(format!("{name} has no valid pixel and is not used"));
+            }
+        }
+        warnings
+    }
+
+    /// The side of the surface that a ray met.
+    pub fn site(&self, ray: &Ray, hit: &Hit) -> Site {
+        let normal = self.capture.mesh.normal(hit.triangle as usize);
+        let facing = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        Site { position: ray.origin + ray.direction * hit.t, normal: facing }
+    }
+
+    /// A ray from a site into its hemisphere.
+    pub fn ray(&self, site: Site, direction: Vec3) -> Ray {
+        Ray {
+            origin: site.position + site.normal * self.offset_m,
+            direction,
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+
+    /// Whether the segment from a site to a point above its surface is free.
+    pub fn is_free(&self, site: Site, target: Vec3) -> bool {
+        let origin = site.position + site.normal * self.offset_m;
+        let offset = target - origin;
+        let length = offset.length();
+        if length <= self.offset_m {
+            return true;
+        }
+        // The segment ends short of the target, which may lie on a surface itself.
+        let t_max = length * (1.0 - 1e-4) - self.offset_m;
+        !self.caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
+    }
+
+    /// The pixel in which a photograph sees a site, and the cosine of the angle of view.
+    pub fn seen(&self, map: &PixelMap, site: Site) -> Option<Seen> {
+        let towards = map.position - site.position;
+        // Facing away: the commonest case, and the cheapest to tell.
+        if towards.dot(site.normal) <= 0.0 {
+            return None;
+        }
+        let (pixel, distance) = map.camera.project(site.position.as_dvec3())?;
+        let (x, y) = (pixel.x as usize, pixel.y as usize);
+        let direction = towards / distance as f32;
+        let seen = Seen { x, y, direction, cosine: direction.dot(site.normal) };
+        let index = y * map.camera.width + x;
+        let (hit_position, triangle) = map.hits[index];
+        if map.clean[index] {
+            let footprint = distance as f32 / map.camera.focal_px.min_element() as f32;
+            let normal = self.capture.mesh.normal(triangle as usize);
+            // How far along the line of sight the point is off the pixel's tangent plane.
+            let cosine = normal.dot(direction).abs().max(0.02);
+            let off_plane = normal.dot(site.position - hit_position).abs() / cosine;
+            if off_plane <= footprint {
+                return Some(seen);
+            }
+            if distance as f32 > map.position.distance(hit_position) + 4.0 * footprint
+                && off_plane > 4.0 * footprint
+            {
+                return None;
+            }
+        }
+        self.is_free(site, map.position).then_some(seen)
+    }
+
+    /// Whether any photograph has a measurement at a site.
+    pub fn is_measured(&self, site: Site) -> bool {
+        self.maps.iter().any(|map| {
+            self.seen(map, site).is_some_and(|seen| map.image.radiance(seen.x, seen.y).is_some())
+        })
+    }
+
+    /// The mean radiance of a site over the photographs that measure it; `None` where none
+    /// does.
+    pub fn radiance(&self, site: Site) -> Option<Radiance> {
+        let mut sum = [0.0f32; CHANNELS];
+        let mut count = 0;
+        for map in &self.maps {
+            let Some(seen) = self.seen(map, site) else { continue };
+            let Some(radiance) = map.image.radiance(seen.x, seen.y) else { continue };
+            for (sum, value) in sum.iter_mut().zip(radiance) {
+                *sum += value;
+            }
+            count += 1;
+        }
+        (count > 0).then(|| sum.map(|value| value / count as f32))
+    }
+}
+
+/// Where a photograph sees a site.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    pub x: usize,
+    pub y: usize,
+    /// Unit direction from the site to the camera.
+    pub direction: Vec3,
+    /// Cosine between that direction and the site's normal.
+    pub cosine: f32,
+}
+
+impl<'a> PixelMap<'a> {
+    fn new(
+        capture: &Capture,
+        caster: &RayCaster,
+        photograph: usize,
+        camera: &'a Camera,
+        image: &'a Image,
+        watch: &Watch,
+    ) -> Result<Self, Cancelled> {
+        let position = camera.position.as_vec3();
+        let rows: Vec<Vec<(Vec3, u32)>> = (0..camera.height)
+            .into_par_iter()
+            .map(|y| {
+                watch.tick()?;
+                Ok((0..camera.width).map(|x| cast(caster, camera, position, x, y)).collect())
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        let hits = rows.concat();
+        let mut map =
+            Self { photograph, camera, image, position, hits, clean: Vec::new() };
+        map.clean = (0..map.hits.len())
+            .into_par_iter()
+            .map(|index| map.is_clean(capture, index % camera.width, index / camera.width))
+            .collect();
+        Ok(map)
+    }
+
+    /// The triangle and position that a pixel's centre sees.
+    pub fn hit(&self, x: usize, y: usize) -> Option<(Vec3, u32)> {
+        let (position, triangle) = self.hits[y * self.camera.width + x];
+        (triangle != NOTHING).then_some((position, triangle))
+    }
+
+    /// Whether a pixel is off every face and silhouette edge by a pixel.
+    pub fn is_off_edges(&self, x: usize, y: usize) -> bool {
+        self.clean[y * self.camera.width + x]
+    }
+
+    /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel.
+    pub fn window(&self, x: usize, y: usize, width_px: usize) -> Option<Radiance> {
+        self.image.radiance(x, y)?;
+        let reach = width_px / 2;
+        let mut sum = [0.0f32; CHANNELS];
+        let mut count = 0;
+        for v in y.saturating_sub(reach)..=(y + reach).min(self.camera.height - 1) {
+            for u in x.saturating_sub(reach)..=(x + reach).min(self.camera.width - 1) {
+                if let Some(radiance) = self.image.radiance(u, v) {
+                    for (sum, value) in sum.iter_mut().zip(radiance) {
+                        *sum += value;
+                    }
+                    count += 1;
+                }
+            }
+        }
+        Some(sum.map(|value| value / count as f32))
+    }
+
+    fn is_clean(&self, capture: &Capture, x: usize, y: usize) -> bool {
+        let (width, height) = (self.camera.width, self.camera.height);
+        if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
+            return false;
+        }
+        let Some((position, triangle)) = self.hit(x, y) else { return false };
+        let mesh = &capture.mesh;
+        let triangle = triangle as usize;
+        let sight = position - self.position;
+        let footprint = sight.length() / self.camera.focal_px.min_element() as f32;
+        let direction = sight.normalize_or_zero();
+        let normal = mesh.normal(triangle);
+        let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+        let steepness = normal.dot(direction).abs().max(0.02);
+        (y - 1..=y + 1).all(|v| {
+            (x - 1..=x + 1).all(|u| {
+                let Some((other, neighbour)) = self.hit(u, v) else { return false };
+                let neighbour = neighbour as usize;
+                if neighbour == triangle {
+                    return true;
+                }
+                if mesh.surface[neighbour] != mesh.surface[triangle] {
+                    return false;
+                }
+                // Both sides of a thin sheet, or two steps of a stair, are different faces:
+                // compare normals as seen, and depth against this pixel's tangent plane.
+                let n = mesh.normal(neighbour);
+                let n = if n.dot(direction) > 0.0 { -n } else { n };
+                let off_plane = normal.dot(other - position).abs() / steepness;
+                n.dot(normal) > SMOOTH_COSINE && off_plane <= footprint
+            })
+        })
+    }
+}
+
+fn cast(
+    caster: &RayCaster,
+    camera: &Camera,
+    origin: Vec3,
+    x: usize,
+    y: usize,
+) -> (Vec3, u32) {
+    let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+    let Some(direction) = camera.direction(centre) else { return (Vec3::ZERO, NOTHING) };
+    let direction = direction.as_vec3();
+    let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+    match caster.closest(&ray) {
+        Some(hit) => (origin + direction * hit.t, hit.triangle),
+        None => (Vec3::ZERO, NOTHING),
+    }
+}

@@ -1,0 +1,38 @@
+//! What the worker tells.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::reconstruct::{Reconstruction, Update};
+use crate::scene::Capture;
+
+/// The number of a job; later jobs have larger ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Job(pub(super) u64);
+
+/// Something that happened to a job.
+#[derive(Clone, Debug)]
+pub struct Event {
+    pub job: Job,
+    pub happening: Happening,
+}
+
+#[derive(Clone, Debug)]
+pub enum Happening {
+    Started,
+    /// A running reconstruction has come to something.
+    Update(Update),
+    Loaded(Arc<Capture>),
+    Reconstructed(Arc<Reconstruction>),
+    Exported(PathBuf),
+    /// The job stopped with an error; the text says what, where and what to do.
+    Failed(String),
+    Cancelled,
+}
+
+impl Happening {
+    /// Whether the job ends with this.
+    pub fn is_ending(&self) -> bool {
+        !matches!(self, Self::Started | Self::Update(_))
+    }
+}

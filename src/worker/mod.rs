@@ -1,0 +1,169 @@
+//! One thread that takes commands and gives events.
+//!
+//! The window and the terminal drive the same worker, so the same button and the same command
+//! give the same answer. Jobs are done one after the other; each has its own [`Watch`], so that
+//! a late cancel cannot stop the next. A panic inside a job becomes [`Happening::Failed`] and
+//! the worker lives on.
+
+mod command;
+mod event;
+
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use crate::watch::{Progress, Watch};
+
+pub use command::Command;
+pub use event::{Event, Happening, Job};
+
+/// A handle on the worker's thread; dropping it cancels what runs and waits for the thread.
+pub struct Worker {
+    commands: Option<Sender<(Job, Watch, Command)>>,
+    events: Receiver<Event>,
+    watches: Arc<Mutex<HashMap<Job, Watch>>>,
+    next: u64,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts the thread. `wake` is called after every event (a window asks for a repaint).
+    pub fn start(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let (commands, orders) = channel::<(Job, Watch, Command)>();
+        let (sender, events) = channel();
+        let watches: Arc<Mutex<HashMap<Job, Watch>>> = Arc::default();
+        let shared = watches.clone();
+        let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
+            for (job, watch, command) in orders {
+                let emit = |happening| {
+                    // Whoever started the worker may be gone; then nobody is left to tell.
+                    let _ = sender.send(Event { job, happening });
+                    wake();
+                };
+                emit(Happening::Started);
+                emit(perform(command, &watch, &emit));
+                shared.lock().unwrap_or_else(PoisonError::into_inner).remove(&job);
+            }
+        })?;
+        Ok(Self { commands: Some(commands), events, watches, next: 0, thread: Some(thread) })
+    }
+
+    /// Queues a command and returns the job under which its events come.
+    pub fn send(&mut self, command: Command) -> Job {
+        let job = Job(self.next);
+        self.next += 1;
+        let watch = Watch::new();
+        self.lock().insert(job, watch.clone());
+        if let Some(commands) = &self.commands {
+            // The thread ends only when this sender is dropped.
+            let _ = commands.send((job, watch, command));
+        }
+        job
+    }
+
+    /// The events so far; use `recv` to wait and `try_iter` to drain.
+    pub fn events(&self) -> &Receiver<Event> {
+        &self.events
+    }
+
+    /// Asks a job to stop; a job that has ended is left alone.
+    pub fn cancel(&self, job: Job) {
+        if let Some(watch) = self.lock().get(&job) {
+            watch.cancel();
+        }
+    }
+
+    /// How far a job's current stage is; `None` once it has ended.
+    pub fn progress(&self, job: Job) -> Option<Progress> {
+        self.lock().get(&job).map(Watch::progress)
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<Job, Watch>> {
+        self.watches.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        for watch in self.lock().values() {
+            watch.cancel();
+        }
+        self.commands = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Carries a command out and says how it ended.
+fn perform(command: Command, watch: &Watch, emit: &(dyn Fn(Happening) + Sync)) -> Happening {
+    // A job shares nothing with the next but read-only products, so nothing half-changed can
+    // be seen after a panic.
+    match catch_unwind(AssertUnwindSafe(|| command.perform(watch, emit))) {
+        Ok(happening) => happening,
+        Err(panic) => {
+            let text = panic
+                .downcast_ref::<&str>()
+                .map(|text| (*text).to_owned())
+                .or_else(|| panic.downcast_ref::<String>().cloned())
+                .unwrap_or_else(|| "no message".to_owned());
+            Happening::Failed(format!(
+                "an internal error stopped the job ({text}); please report it with the capture"
+            ))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::Options;
+    use crate::scene::Capture;
+
+    /// The happening that ends a job.
+    fn ending(worker: &Worker, job: Job) -> Happening {
+        loop {
+            let event = worker.events().recv().unwrap();
+            if event.job == job && event.happening.is_ending() {
+                return event.happening;
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_is_an_event_and_the_worker_goes_on() {
+        let mut worker = Worker::start(|| ()).unwrap();
+        for _ in 0..2 {
+            let job = worker.send(Command::Reconstruct {
+                capture: Arc::new(Capture::default()),
+                options: Box::default(),
+            });
+            match ending(&worker, job) {
+                Happening::Failed(message) => assert!(message.contains("no photograph")),
+                other => panic!("{other:?}"),
+            }
+            assert_eq!(worker.progress(job), None);
+        }
+    }
+
+    #[test]
+    fn a_panic_is_an_event() {
+        let happening = perform(Command::Panic, &Watch::new(), &|_| ());
+        assert!(matches!(happening, Happening::Failed(text) if text.contains("on purpose")));
+    }
+
+    #[test]
+    fn a_queued_job_can_be_cancelled_and_a_late_cancel_harms_nothing() {
+        let mut worker = Worker::start(|| ()).unwrap();
+        let first = worker.send(Command::Load { path: "/nonexistent/capture".into() });
+        ending(&worker, first);
+        worker.cancel(first);
+        let second = worker.send(Command::Reconstruct {
+            capture: Arc::new(Capture::default()),
+            options: Box::new(Options::default()),
+        });
+        assert!(matches!(ending(&worker, second), Happening::Failed(_)));
+    }
+}
