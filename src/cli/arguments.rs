@@ -76,9 +76,10 @@ fn reconstruct() -> Command {
                 .help("Show no progress")
                 .action(ArgAction::SetTrue),
         );
-    Options::default().declarations().iter().fold(command, |command, declaration| {
-        command.arg(flag(declaration))
-    })
+    Options::default()
+        .declarations()
+        .iter()
+        .fold(command, |command, declaration| command.arg(flag(declaration)))
 }
 
 fn score() -> Command {
@@ -121,9 +122,7 @@ fn flag(declaration: &Declaration) -> Arg {
         }
         Kind::Switch => argument.value_name("true|false"),
         Kind::NumberOrAuto => argument.value_name("NUMBER|auto").allow_negative_numbers(true),
-        Kind::Number | Kind::Integer => {
-            argument.value_name("NUMBER").allow_negative_numbers(true)
-        }
+        Kind::Number | Kind::Integer => argument.value_name("NUMBER").allow_negative_numbers(true),
     }
 }
 
@@ -169,8 +168,15 @@ mod tests {
     fn every_option_is_a_flag() {
         for declaration in Options::default().declarations() {
             let name = flag_name(&declaration);
-            let arguments =
-                ["lobelia", "reconstruct", "x", "--out", "y", &format!("--{name}"), &declaration.default];
+            let arguments = [
+                "lobelia",
+                "reconstruct",
+                "x",
+                "--out",
+                "y",
+                &format!("--{name}"),
+                &declaration.default,
+            ];
             let matches = command().try_get_matches_from(arguments).unwrap();
             let (_, matches) = matches.subcommand().unwrap();
             let mut options = Options::default();

@@ -57,7 +57,8 @@ impl Display {
             )),
             Update::Transport(_) => {}
             Update::Iteration(iteration) => {
-                let [red, green, blue] = iteration.rms.relative.map(|v| format!("{:.2}", 100.0 * v));
+                let [red, green, blue] =
+                    iteration.rms.relative.map(|v| format!("{:.2}", 100.0 * v));
                 self.note(&format!(
                     "iteration {}: relative RMS {red} / {green} / {blue} %",
                     iteration.index

@@ -1,3 +1,5 @@
 use crate::cli::Ending;
 use clap::ArgMatches;
-pub(super) fn run(_m: &ArgMatches) -> Result<(), Ending> { Ok(()) }
+pub(super) fn run(_m: &ArgMatches) -> Result<(), Ending> {
+    Ok(())
+}

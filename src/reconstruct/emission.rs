@@ -52,8 +52,7 @@ pub fn solve(
         for (index, row) in equations.rows.iter().enumerate() {
             let Some(reflectance) = &reflectances[row.material] else { continue };
             let radiance = row.radiance[channel];
-            let photographed =
-                equations.photographed(row, reflectance, transport, channel);
+            let photographed = equations.photographed(row, reflectance, transport, channel);
             let remainder = radiance - photographed;
             let floor = options.weight_floor * radiance.max(equations.dark(channel));
             // A diffuse row of the system is k_ij itself, shared by the channels: its

@@ -139,8 +139,7 @@ impl Equations {
         transport: &Transport,
         channel: usize,
     ) -> f64 {
-        let diffuse =
-            reflectance.diffuse[channel] / PI * transport.irradiance(row.sample, channel);
+        let diffuse = reflectance.diffuse[channel] / PI * transport.irradiance(row.sample, channel);
         let scale = reflectance.lobe_scale(channel);
         match row.glossy {
             Some(glossy) if scale > 0.0 => {
@@ -161,8 +160,7 @@ impl Glossy {
     ) -> Self {
         let site = &cloud.samples[sample];
         // The ideal specular direction: γ between it and ω_i equals γ of Eq. 12.
-        let mirror =
-            2.0 * site.normal.dot(towards_camera) * site.normal - towards_camera;
+        let mirror = 2.0 * site.normal.dot(towards_camera) * site.normal - towards_camera;
         let log_cosine = |direction: Vec3| {
             let cosine = mirror.dot(direction).min(1.0);
             if cosine > 0.0 { cosine.log2() } else { f32::NEG_INFINITY }
@@ -197,8 +195,7 @@ impl Glossy {
         let mut sums = [[0.0f32; 8]; CHANNELS];
         let [red, green, blue] = &self.record_irradiance;
         let mut logs = self.record_log_cosine.chunks_exact(8);
-        let mut colours =
-            red.chunks_exact(8).zip(green.chunks_exact(8)).zip(blue.chunks_exact(8));
+        let mut colours = red.chunks_exact(8).zip(green.chunks_exact(8)).zip(blue.chunks_exact(8));
         for (log, ((r, g), b)) in logs.by_ref().zip(colours.by_ref()) {
             for k in 0..8 {
                 let factor = power(exponent, log[k]);

@@ -9,7 +9,7 @@ use crate::math::sampling::{
 };
 use crate::options;
 use crate::reconstruct::Stream;
-use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::samples::{SampleCloud, spacing_for};
 use crate::scene::{Site, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -18,9 +18,11 @@ options! {
     LightOptions in "lights" {
         /// Rays sent from each sample to find places for virtual lights (Section 4.2).
         rays_per_sample: usize = 16, Some((1.0, 1e4)), "";
-        /// Minimum distance between virtual lights, as a multiple of the samples' spacing
-        /// (5 to 10 in Section 4.2).
-        spacing_factor: f64 = 8.0, Some((0.1, 1e3)), "sample spacings";
+        /// Number of virtual lights aimed at when their spacing is chosen automatically.
+        count: usize = 140, Some((1.0, 1e5)), "";
+        /// Minimum distance between virtual lights (5 to 10 in Section 4.2); auto: chosen to
+        /// reach the count, but at least 5.
+        spacing_factor: Option<f64> = None, Some((0.1, 1e3)), "sample spacings";
         /// Radius of the bounding sphere that carries lights where no geometry is known,
         /// measured from the geometry's centre.
         radius_factor: f64 = 1.2, Some((1.0, 100.0)), "half-diagonals";
@@ -79,6 +81,9 @@ impl VirtualLight {
     }
 }
 
+/// Lights closer together than this many sample spacings illuminate the samples almost alike.
+const SMALLEST_FACTOR: f32 = 5.0;
+
 /// The side of the grid of rays over a light's disc for about `rays` of them.
 pub fn disc_grid_side(rays: usize) -> usize {
     grid_side(rays).max(1)
@@ -95,8 +100,6 @@ pub fn place(
     let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
     let sphere_center = 0.5 * (low + high);
     let sphere_radius_m = options.radius_factor as f32 * 0.5 * (high - low).length();
-    let spacing_m = options.spacing_factor as f32 * cloud.spacing_m;
-    let radius_m = options.disc_radius_factor as f32 * spacing_m;
     let side = grid_side(options.rays_per_sample);
 
     watch.begin(cloud.samples.len() as u64);
@@ -128,13 +131,12 @@ pub fn place(
                         if beyond < 0.0 {
                             return None;
                         }
-                        let position =
-                            ray.origin + ray.direction * (beyond.sqrt() - along);
+                        let position = ray.origin + ray.direction * (beyond.sqrt() - along);
                         let inward = (sphere_center - position).normalize_or_zero();
                         (LightKind::Sphere, position, inward)
                     }
                 };
-                Some(VirtualLight { kind, position, normal, radius_m })
+                Some(VirtualLight { kind, position, normal, radius_m: 0.0 })
             };
             Ok(squares.into_iter().filter_map(place).collect())
         })
@@ -145,9 +147,17 @@ pub fn place(
     // decide where all lights are.
     Random::new(seed, Stream::Lights as u64, u64::MAX).shuffle(&mut candidates);
     let positions: Vec<Vec3> = candidates.iter().map(|light| light.position).collect();
+    let spacing_m = match options.spacing_factor {
+        Some(factor) => factor as f32 * cloud.spacing_m,
+        None => {
+            spacing_for(&positions, options.count, watch)?.max(SMALLEST_FACTOR * cloud.spacing_m)
+        }
+    };
     let kept = select_spaced(&positions, spacing_m, watch)?;
+    let radius_m = options.disc_radius_factor as f32 * spacing_m;
+    let light = |index: u32| VirtualLight { radius_m, ..candidates[index as usize] };
     Ok(VirtualLights {
-        lights: kept.into_iter().map(|index| candidates[index as usize]).collect(),
+        lights: kept.into_iter().map(light).collect(),
         spacing_m,
         sphere_center,
         sphere_radius_m,

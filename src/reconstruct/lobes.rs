@@ -102,11 +102,11 @@ pub fn choose(
     let mut lobes = Lobes { lobes: Vec::new(), first: vec![0] };
     for directions in chosen.into_iter().filter(|lobes| !lobes.is_empty()) {
         let light = lobes.first.len() - 1;
-        lobes.lobes.extend(
-            directions
-                .into_iter()
-                .map(|(direction, exponent)| Lobe { light, direction, exponent }),
-        );
+        lobes.lobes.extend(directions.into_iter().map(|(direction, exponent)| Lobe {
+            light,
+            direction,
+            exponent,
+        }));
         lobes.first.push(lobes.lobes.len());
     }
     Ok(lobes)

@@ -115,9 +115,7 @@ pub enum Error {
          not finite; check the photographs and \"saturation\" in tags.json"
     )]
     NothingMeasured,
-    #[error(
-        "the start of \"{material}\" names no material of the capture; it has {known}"
-    )]
+    #[error("the start of \"{material}\" names no material of the capture; it has {known}")]
     UnknownStart { material: String, known: String },
     #[error("the bounded least squares failed: {0}")]
     Solve(BoundedError),
@@ -155,7 +153,11 @@ pub fn run(
     let seed = options.general.seed as u64;
     let samples = Arc::new(samples::place(&views, &options.samples, seed, watch)?);
     if samples.samples.is_empty() {
-        return Err(if views.shows_anything() { Error::NothingMeasured } else { Error::NothingSeen });
+        return Err(if views.shows_anything() {
+            Error::NothingMeasured
+        } else {
+            Error::NothingSeen
+        });
     }
     update(Update::Samples(samples.clone()));
 

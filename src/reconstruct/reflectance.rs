@@ -86,7 +86,9 @@ pub fn computed(
             let incident = Incident::of(row.sample, emission, lobes, transport);
             let total = incident.total();
             let specular = match row.glossy {
-                Some(glossy) => equations.glossy[glossy].lobe_light(reflectance.exponent, &incident),
+                Some(glossy) => {
+                    equations.glossy[glossy].lobe_light(reflectance.exponent, &incident)
+                }
                 None => [0.0; CHANNELS],
             };
             std::array::from_fn(|c| {

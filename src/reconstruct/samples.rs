@@ -175,8 +175,11 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
                         && map.image.radiance(x, y).is_some();
                     let sight = (camera - position).normalize_or_zero();
                     let cosine = capture.mesh.normal(triangle as usize).dot(sight).abs();
-                    (usable && f64::from(cosine) >= options.min_cosine)
-                        .then_some(Candidate { position, triangle, camera })
+                    (usable && f64::from(cosine) >= options.min_cosine).then_some(Candidate {
+                        position,
+                        triangle,
+                        camera,
+                    })
                 };
                 (0..map.camera.width).filter_map(pixel).collect()
             })
@@ -186,8 +189,8 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
     candidates
 }
 
-/// The spacing at which about `count` of the candidates (in random order) are kept.
-fn spacing_for(positions: &[Vec3], count: usize, watch: &Watch) -> Result<f32, Cancelled> {
+/// The minimum distance at which about `count` of the points, in random order, are kept.
+pub fn spacing_for(positions: &[Vec3], count: usize, watch: &Watch) -> Result<f32, Cancelled> {
     let Some(&first) = positions.first() else { return Ok(1.0) };
     let (low, high) =
         positions.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));

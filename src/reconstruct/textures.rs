@@ -182,8 +182,7 @@ fn rasterize(views: &Views, unwrap: &Unwrap) -> Vec<Option<Place>> {
                 if v < -1e-4 || w < -1e-4 || v + w > 1.0002 {
                     continue;
                 }
-                let position =
-                    positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
+                let position = positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
                 let place = &mut places[y * unwrap.width + x];
                 let polygon = mesh.polygon[triangle];
                 match place {
@@ -324,8 +323,9 @@ impl<'a> Light<'a> {
             let finer = stride / 2;
             for y in (0..height).step_by(stride) {
                 for x in (0..width).step_by(stride) {
-                    let corners = [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
-                        .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
+                    let corners =
+                        [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
+                            .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
                     // A cell that a coarser one has interpolated is complete already.
                     let cell = |step: usize| {
                         (y..(y + stride).min(height)).step_by(step).flat_map(move |v| {
@@ -377,9 +377,9 @@ impl<'a> Light<'a> {
             let weight = if map.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
             let mut specular = [0.0; CHANNELS];
             if let Some((records, record_weight, lights)) = &incident {
-                let mirror =
-                    2.0 * site.normal.dot(seen.direction) * site.normal - seen.direction;
-                specular = self.lobe_light(site, mirror, records, *record_weight, lights, reflectance);
+                let mirror = 2.0 * site.normal.dot(seen.direction) * site.normal - seen.direction;
+                specular =
+                    self.lobe_light(site, mirror, records, *record_weight, lights, reflectance);
             }
             for c in 0..CHANNELS {
                 let diffuse = f64::from(radiance[c]) - reflectance.lobe_scale(c) * specular[c];

@@ -5,9 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::math::sampling::{
-    Frame, Random, grid_side, square_to_cosine_hemisphere, stratified,
-};
+use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
 use crate::reconstruct::lights::{VirtualLight, VirtualLights, disc_grid_side};
 use crate::reconstruct::lobes::Lobes;
@@ -98,8 +96,7 @@ pub fn gather(
         .map(|(index, sample)| {
             watch.tick()?;
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
-            let specular =
-                views.capture.materials[sample.material].kind == MaterialKind::Specular;
+            let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };
             let (irradiance, records) = hemisphere(views, sample.site(), side, &mut random);
             Ok((irradiance, if specular { records } else { Vec::new() }))
@@ -200,7 +197,11 @@ pub struct LightGeometry {
 }
 
 /// A_i cos θ_i / r² for a light seen from a site; `None` below the site's horizon.
-pub fn geometric_factor(light: &VirtualLight, site: Site, falloff: Falloff) -> Option<LightGeometry> {
+pub fn geometric_factor(
+    light: &VirtualLight,
+    site: Site,
+    falloff: Falloff,
+) -> Option<LightGeometry> {
     let offset = light.position - site.position;
     let distance = offset.length();
     let direction = offset / distance.max(f32::MIN_POSITIVE);

@@ -47,27 +47,18 @@ pub fn unwrap(mesh: &Mesh, surface: usize, has_texcoords: bool, size: TexelSize)
 fn own(mesh: &Mesh, triangles: &[usize], size: TexelSize) -> Option<Unwrap> {
     let corners: Vec<[Vec2; 3]> =
         triangles.iter().map(|&triangle| mesh.texcoords[triangle]).collect();
-    let inside = |uv: &Vec2| {
-        (-1e-4..=1.0001).contains(&uv.x) && (-1e-4..=1.0001).contains(&uv.y)
-    };
+    let inside = |uv: &Vec2| (-1e-4..=1.0001).contains(&uv.x) && (-1e-4..=1.0001).contains(&uv.y);
     if !corners.iter().flatten().all(inside) {
         return None;
     }
     let area: f32 = triangles.iter().map(|&triangle| mesh.area(triangle)).sum();
-    let covered: f32 =
-        corners.iter().map(|[a, b, c]| 0.5 * (b - a).perp_dot(c - a).abs()).sum();
+    let covered: f32 = corners.iter().map(|[a, b, c]| 0.5 * (b - a).perp_dot(c - a).abs()).sum();
     if covered < 1e-6 {
         return None;
     }
     let side = ((area / covered).sqrt() / size.texel_m).ceil() as usize;
     let side = side.clamp(4, size.max_side.max(4));
-    Some(Unwrap {
-        triangles: triangles.to_vec(),
-        corners,
-        width: side,
-        height: side,
-        is_own: true,
-    })
+    Some(Unwrap { triangles: triangles.to_vec(), corners, width: side, height: side, is_own: true })
 }
 
 /// Every polygon flat in its own rectangle, the rectangles in shelves (tallest first).
@@ -106,12 +97,7 @@ fn by_polygon(mesh: &Mesh, triangles: Vec<usize>, size: TexelSize) -> Unwrap {
 
 /// Writes the polygon's coordinates in its own plane in metres, from (0, 0), and returns its
 /// extent. The longer side lies along u, which packs better.
-fn flatten(
-    mesh: &Mesh,
-    triangles: &[usize],
-    members: &[usize],
-    corners: &mut [[Vec2; 3]],
-) -> Vec2 {
+fn flatten(mesh: &Mesh, triangles: &[usize], members: &[usize], corners: &mut [[Vec2; 3]]) -> Vec2 {
     let largest = members
         .iter()
         .copied()

@@ -216,8 +216,7 @@ impl<'a> PixelMap<'a> {
             })
             .collect::<Result<_, Cancelled>>()?;
         let hits = rows.concat();
-        let mut map =
-            Self { photograph, camera, image, position, hits, clean: Vec::new() };
+        let mut map = Self { photograph, camera, image, position, hits, clean: Vec::new() };
         map.clean = (0..map.hits.len())
             .into_par_iter()
             .map(|index| map.is_clean(capture, index % camera.width, index / camera.width))
@@ -290,13 +289,7 @@ impl<'a> PixelMap<'a> {
     }
 }
 
-fn cast(
-    caster: &RayCaster,
-    camera: &Camera,
-    origin: Vec3,
-    x: usize,
-    y: usize,
-) -> (Vec3, u32) {
+fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> (Vec3, u32) {
     let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
     let Some(direction) = camera.direction(centre) else { return (Vec3::ZERO, NOTHING) };
     let direction = direction.as_vec3();

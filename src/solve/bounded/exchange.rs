@@ -118,9 +118,8 @@ fn descend<M: Model>(
     let moves: Vec<f64> = free.iter().zip(&cut).map(|(&j, to)| to - state.y[j]).collect();
     model.advance(&moves);
     // Along a step d the quadratic falls by d·(g + g')/2, g and g' being the ends' gradients.
-    let fall: f64 = (0..free.len())
-        .map(|p| 0.5 * moves[p] * (before[p] + model.gradient()[free[p]]))
-        .sum();
+    let fall: f64 =
+        (0..free.len()).map(|p| 0.5 * moves[p] * (before[p] + model.gradient()[free[p]])).sum();
     let reached = if fall >= 0.5 * fraction * (1.0 - 0.5 * fraction) * slope {
         cut
     } else {
@@ -174,9 +173,7 @@ fn violating<M: Model>(model: &M, state: &Box, refused: &[bool], tolerance: f64)
     }
     let mut found: Vec<(f64, usize)> = (0..state.y.len())
         .filter(|&j| !refused[j] && !is_free[j])
-        .map(|j| {
-            (violation(state.y[j], state.lower[j], state.upper[j], model.gradient()[j]), j)
-        })
+        .map(|j| (violation(state.y[j], state.lower[j], state.upper[j], model.gradient()[j]), j))
         .filter(|&(violation, _)| violation > tolerance)
         .collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

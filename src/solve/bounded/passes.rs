@@ -36,7 +36,9 @@ pub fn solve(
 
     let mut working = Working::new(system);
     let first: Vec<usize> = (0..n)
-        .filter(|&j| movable[j] && (path == Path::Gram || (lower[j] < point.y[j] && point.y[j] < upper[j])))
+        .filter(|&j| {
+            movable[j] && (path == Path::Gram || (lower[j] < point.y[j] && point.y[j] < upper[j]))
+        })
         .collect();
     working.extend(system, &first);
 
@@ -49,7 +51,11 @@ pub fn solve(
     loop {
         let violations: Vec<f64> = (0..n)
             .map(|j| {
-                if movable[j] { violation(point.y[j], lower[j], upper[j], point.gradient[j]) } else { 0.0 }
+                if movable[j] {
+                    violation(point.y[j], lower[j], upper[j], point.gradient[j])
+                } else {
+                    0.0
+                }
             })
             .collect();
         let largest = violations.iter().copied().fold(0.0, f64::max);
@@ -57,7 +63,13 @@ pub fn solve(
         let objective = dot(&point.residual, &point.residual)
             + system.ridge * system.ridge * dot(&point.y, &point.y);
         if std::env::var("DBG").is_ok() {
-            eprintln!("pass {passes} w {} kkt {:.2e} inside {:.2e} obj {objective:.15e} it {iterations} exact {exact} nviol {}", working.members.len(), largest / system.scale, inside / system.scale, violations.iter().filter(|v| **v > goal).count());
+            eprintln!(
+                "pass {passes} w {} kkt {:.2e} inside {:.2e} obj {objective:.15e} it {iterations} exact {exact} nviol {}",
+                working.members.len(),
+                largest / system.scale,
+                inside / system.scale,
+                violations.iter().filter(|v| **v > goal).count()
+            );
         }
         let converged = largest <= goal;
         if largest < 0.5 * best_violation || objective < best_objective * (1.0 - 1e-12) {
@@ -73,7 +85,9 @@ pub fn solve(
                 residual_norm: norm(&point.residual),
                 kkt_residual: largest / system.scale,
                 kkt_absolute: (0..n).map(|j| violations[j] * system.norm(j)).fold(0.0, f64::max),
-                active: (0..n).filter(|&j| movable[j] && lower[j] < point.y[j] && point.y[j] < upper[j]).count(),
+                active: (0..n)
+                    .filter(|&j| movable[j] && lower[j] < point.y[j] && point.y[j] < upper[j])
+                    .count(),
                 iterations,
                 passes,
                 path,
@@ -81,7 +95,8 @@ pub fn solve(
                 x,
             });
         }
-        exact |= stalled > 0 || (passes > 1 && inside > goal && inside > CONTRACTION * last_largest);
+        exact |=
+            stalled > 0 || (passes > 1 && inside > goal && inside > CONTRACTION * last_largest);
         last_largest = largest;
 
         let wanted = wanted(&violations, goal, |j| !working.contains(j), working.members.len());
@@ -90,12 +105,23 @@ pub fn solve(
         if exact {
             let members = exact_members(&violations, goal, &point.y, &lower, &upper, &movable);
             let mut model = factor_model(system, &members, &point);
-            iterations += correct(&mut model, &members, &mut point, &lower, &upper, inner_goal, limit, watch)?;
+            iterations += correct(
+                &mut model, &members, &mut point, &lower, &upper, inner_goal, limit, watch,
+            )?;
         } else {
             working.extend(system, &wanted);
             let gradient = working.members.iter().map(|&j| point.gradient[j]).collect();
             let mut model = GramModel::new(working.gram(), gradient);
-            iterations += correct(&mut model, &working.members, &mut point, &lower, &upper, inner_goal, limit, watch)?;
+            iterations += correct(
+                &mut model,
+                &working.members,
+                &mut point,
+                &lower,
+                &upper,
+                inner_goal,
+                limit,
+                watch,
+            )?;
         }
         watch.check()?;
         system.evaluate(&mut point);
@@ -107,7 +133,12 @@ fn env(name: &str, default: f64) -> f64 {
     std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
 }
 
-fn wanted(violations: &[f64], goal: f64, eligible: impl Fn(usize) -> bool, size: usize) -> Vec<usize> {
+fn wanted(
+    violations: &[f64],
+    goal: f64,
+    eligible: impl Fn(usize) -> bool,
+    size: usize,
+) -> Vec<usize> {
     let mut found: Vec<usize> =
         (0..violations.len()).filter(|&j| violations[j] > goal && eligible(j)).collect();
     found.sort_by(|&a, &b| violations[b].total_cmp(&violations[a]).then(a.cmp(&b)));
@@ -116,7 +147,14 @@ fn wanted(violations: &[f64], goal: f64, eligible: impl Fn(usize) -> bool, size:
     found.into_iter().take(most).take_while(|&j| violations[j] >= fraction).collect()
 }
 
-fn exact_members(violations: &[f64], goal: f64, y: &[f64], lower: &[f64], upper: &[f64], movable: &[bool]) -> Vec<usize> {
+fn exact_members(
+    violations: &[f64],
+    goal: f64,
+    y: &[f64],
+    lower: &[f64],
+    upper: &[f64],
+    movable: &[bool],
+) -> Vec<usize> {
     let between = |j: usize| movable[j] && lower[j] < y[j] && y[j] < upper[j];
     let mut members: Vec<usize> = (0..y.len()).filter(|&j| between(j)).collect();
     members.extend(wanted(violations, goal, |j| !between(j), members.len()));

@@ -233,9 +233,7 @@ impl<'a> System<'a> {
 
     fn blame_column(&self, j: usize) -> BoundedError {
         match self.column(j).iter().position(|value| !value.is_finite()) {
-            Some(row) => {
-                BoundedError::MatrixEntry { row, column: j, value: self.column(j)[row] }
-            }
+            Some(row) => BoundedError::MatrixEntry { row, column: j, value: self.column(j)[row] },
             None => BoundedError::ColumnTooLarge { column: j },
         }
     }
@@ -248,11 +246,7 @@ pub fn norm(values: &[f64]) -> f64 {
 fn check(problem: &BoundedProblem, start: Option<&[f64]>) -> Result<(), BoundedError> {
     let (rows, columns) = (problem.matrix.nrows(), problem.matrix.ncols());
     let length = |what, found, wanted| {
-        if found == wanted {
-            Ok(())
-        } else {
-            Err(BoundedError::Dimension { what, wanted, found })
-        }
+        if found == wanted { Ok(()) } else { Err(BoundedError::Dimension { what, wanted, found }) }
     };
     length("target", problem.target.len(), rows)?;
     if let Some(weights) = problem.weights {

@@ -79,9 +79,8 @@ impl Working {
     /// Fills in the products of the columns from `before` on with all.
     fn multiply(&mut self, before: usize, ridge: f64) {
         let after = self.members.len();
-        let range = |chunk: usize, from: usize| {
-            (chunk * CHUNK).max(from)..((chunk + 1) * CHUNK).min(after)
-        };
+        let range =
+            |chunk: usize, from: usize| (chunk * CHUNK).max(from)..((chunk + 1) * CHUNK).min(after);
         let first = before / CHUNK;
         let pairs: Vec<(usize, usize)> = (first..self.chunks.len())
             .flat_map(|new| (0..=new).map(move |other| (other, new)))
