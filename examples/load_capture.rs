@@ -16,7 +16,11 @@ fn main() {
                     capture.measurements().count(),
                     capture.measurements().map(|(_, _, i)| i.invalid_count()).sum::<usize>(),
                     capture.materials.len(),
-                    capture.materials.iter().filter(|m| m.kind == lobelia::scene::MaterialKind::Specular).count(),
+                    capture
+                        .materials
+                        .iter()
+                        .filter(|m| m.kind == lobelia::scene::MaterialKind::Specular)
+                        .count(),
                     capture.materials.iter().filter(|m| m.textured).count(),
                     capture.lights.len(),
                     capture.environment,
