@@ -196,8 +196,10 @@ fn choose(file: &Path, meta: &MetaData) -> Result<(Choice, Option<String>), Erro
                 },
                 _ => continue,
             };
-            let full = format!("{}.{prefix}", part.as_deref().unwrap_or("")).to_lowercase();
-            let rank = MAIN_LAYERS.iter().position(|word| full.contains(word)).map_or(8, |r| r + 1);
+            let full = format!("{}.{prefix}", part.as_deref().unwrap_or(""));
+            let telling = full.to_lowercase();
+            let rank = MAIN_LAYERS.iter().position(|word| telling.contains(word));
+            let rank = rank.map_or(8, |rank| rank + 1);
             let is_plain = prefix.is_empty() && (part.is_none() || meta.headers.len() == 1);
             let rank = if is_plain { 0 } else { rank };
             candidates.push((penalty + rank, layer, full, channels));

@@ -117,18 +117,19 @@ fn digest(text: &str) -> Digest {
         let (keyword, rest) = split_keyword(line);
         match keyword {
             "v" | "vt" => {
-                let values = rest.split('#').next().unwrap_or("");
                 digest.text += keyword;
-                // A fourth number is a weight and more are a colour, of no meaning here.
+                // A fourth number is a weight and more are a colour, of no meaning here. What is
+                // no number becomes NaN, which matters only if a face uses it.
                 let wanted = if keyword == "v" { 3 } else { 2 };
-                let mut given = 0;
-                for word in values.split_ascii_whitespace().take(wanted) {
+                let mut values = rest.split('#').next().unwrap_or("").split_ascii_whitespace();
+                for index in 0..wanted {
+                    let word = values.next().unwrap_or(if index == 1 && wanted == 2 {
+                        "0"
+                    } else {
+                        "nan"
+                    });
                     digest.text.push(' ');
-                    digest.text += word;
-                    given += 1;
-                }
-                if keyword == "vt" && given == 1 {
-                    digest.text += " 0";
+                    digest.text += if word.parse::<f32>().is_ok() { word } else { "nan" };
                 }
                 digest.text.push('\n');
                 digest.vertices += usize::from(keyword == "v");
@@ -233,6 +234,8 @@ struct Builder<'a> {
     /// For each surface: textured polygons, all polygons.
     textured: Vec<(usize, usize)>,
     polygons: u32,
+    corners: Vec<DVec3>,
+    triangles: Vec<[usize; 3]>,
     patience: u64,
     broken: Tally,
     flat: Tally,
@@ -250,6 +253,8 @@ impl<'a> Builder<'a> {
             triangle_texcoords: Vec::new(),
             textured: vec![(0, 0); digest.surfaces.len()],
             polygons: 0,
+            corners: Vec::new(),
+            triangles: Vec::new(),
             patience: PATIENCE,
             broken: Tally::default(),
             flat: Tally::default(),
@@ -292,20 +297,37 @@ impl<'a> Builder<'a> {
             self.broken.add(line);
             return;
         }
-        let corners: Vec<DVec3> =
-            vertices.iter().map(|&vertex| position(vertex).as_dvec3()).collect();
-        let mut triangles = Vec::new();
-        match polygon::triangulate(&corners, &mut triangles, &mut self.patience) {
-            Shape::Flat => {
-                self.flat.add(line);
-                return;
-            }
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        corners.extend(vertices.iter().map(|&vertex| position(vertex).as_dvec3()));
+        let mut triangles = std::mem::take(&mut self.triangles);
+        triangles.clear();
+        let shape = polygon::triangulate(&corners, &mut triangles, &mut self.patience);
+        match shape {
+            Shape::Flat => self.flat.add(line),
             Shape::Fan => self.crossed.add(line),
             Shape::Sound => {}
         }
+        if shape != Shape::Flat {
+            self.add_triangles(model, range, base, surface, face, &triangles);
+        }
+        // Kept for the next face: an allocation a face takes as long as the rest.
+        (self.corners, self.triangles) = (corners, triangles);
+    }
+
+    fn add_triangles(
+        &mut self,
+        model: &tobj::Mesh,
+        range: std::ops::Range<usize>,
+        base: usize,
+        surface: usize,
+        face: usize,
+        triangles: &[[usize; 3]],
+    ) {
+        let vertices = &model.indices[range.clone()];
         let first = self.mesh.triangles.len();
         let mut textured = self.digest.face_textured[face] && !model.texcoord_indices.is_empty();
-        for triangle in &triangles {
+        for triangle in triangles {
             let vertex = |corner: usize| (base + vertices[corner] as usize) as u32;
             self.mesh.triangles.push(triangle.map(vertex));
             self.mesh.surface.push(surface as u32);
@@ -319,7 +341,7 @@ impl<'a> Builder<'a> {
                 [Vec2::ZERO; 3]
             };
             if texcoords.iter().any(|texcoord| !texcoord.is_finite()) {
-                self.broken_texcoords.add(line);
+                self.broken_texcoords.add(self.digest.face_lines[face]);
                 textured = false;
             }
             self.triangle_texcoords.push(texcoords);
@@ -376,12 +398,12 @@ impl<'a> Builder<'a> {
                 "Check the scale and the coordinates of the exported mesh",
             ));
         }
-        let line = broken_vertex_line(self.text, self.broken.first_line);
+        let (line, problem) = broken_vertex(self.text, self.broken.first_line)
+            .unwrap_or((self.broken.first_line, "a vertex of this face is broken".into()));
         Error::Invalid(Fault::new(
             self.file,
-            line.map_or(format!("line {}", self.broken.first_line), |line| format!("line {line}")),
-            "this vertex is no finite position (NaN, infinite or farther than a million km), and \
-             no face of the mesh is free of such vertices",
+            format!("line {line}"),
+            format!("{problem}, and no face of the mesh is free of such vertices"),
             "Export the mesh again, after removing or repairing broken vertices",
         ))
     }
@@ -390,11 +412,13 @@ impl<'a> Builder<'a> {
         let name = self.file.display();
         let mut warnings = Vec::new();
         if self.broken.count > 0 {
-            let vertex = broken_vertex_line(self.text, self.broken.first_line)
-                .map_or(String::new(), |line| format!(", the vertex of line {line}"));
+            let vertex = broken_vertex(self.text, self.broken.first_line)
+                .map_or(String::new(), |(line, problem)| {
+                    format!(" (vertex of line {line}: {problem})")
+                });
             warnings.push(format!(
-                "{name}, line {}{vertex}: {} with NaN, infinite or absurdly far vertices left out. \
-                 They neither shade nor reflect: repair them if they matter.",
+                "{name}, line {}{vertex}: {} with broken vertices left out. They neither shade nor \
+                 reflect: repair them if they matter.",
                 self.broken.first_line,
                 self.broken.faces(),
             ));
@@ -425,9 +449,9 @@ impl<'a> Builder<'a> {
         let (low, high) = self.mesh.bounds()?;
         let spacing = low.abs().max(high.abs()).max_element() * f32::EPSILON;
         let size = (high - low).length();
-        (spacing > 1e-5 * size).then(|| {
+        (spacing > 1e-4 * size).then(|| {
             format!(
-                "{}: the mesh is {size:.1} m large but far from the origin, so its positions are \
+                "{}: the mesh is {size:.3} m large but far from the origin, so its positions are \
                  rounded to {spacing:.1e} m. Move mesh and cameras towards the origin.",
                 self.file.display()
             )
@@ -462,28 +486,37 @@ fn no_faces(file: &Path, digest: &Digest) -> Error {
     Error::Invalid(Fault::new(file, "", problem, remedy))
 }
 
-/// The line of the first unusable vertex of the face on `face_line`.
-fn broken_vertex_line(text: &str, face_line: u32) -> Option<u32> {
+/// The line of the first unusable vertex of the face on `face_line`, and what is wrong with it.
+fn broken_vertex(text: &str, face_line: u32) -> Option<(u32, String)> {
     let mut vertices = Vec::new();
     let mut wanted = None;
     for_each_line(text, |number, line| {
         let (keyword, rest) = split_keyword(line);
         if keyword == "v" {
-            let mut numbers = [f32::NAN; 3];
-            for (number, word) in numbers.iter_mut().zip(rest.split_ascii_whitespace()) {
-                *number = word.parse().unwrap_or(f32::NAN);
-            }
-            vertices.push((number, is_usable(Vec3::from(numbers))));
+            let rest = rest.split('#').next().unwrap_or("");
+            let problem = wrong_numbers(rest, 3).or_else(|| {
+                let numbers = rest.split_ascii_whitespace().take(3);
+                let is_broken = |word: &str| {
+                    word.parse()
+                        .is_ok_and(|value: f32| !value.is_finite() || value.abs() >= FARTHEST)
+                };
+                let word = numbers.clone().find(|word| is_broken(word))?;
+                Some(format!("{} is no position in metres", shortened(word)))
+            });
+            vertices.push((number, problem));
         } else if number == face_line {
             let indices = rest.split_ascii_whitespace().filter_map(|word| vertex_index(word).ok());
-            let absolute =
-                |index: i64| if index < 0 { vertices.len() as i64 + index } else { index - 1 };
+            let before = vertices.len() as i64;
+            let absolute = |index: i64| if index < 0 { before + index } else { index - 1 };
             wanted = Some(indices.map(absolute).collect::<Vec<_>>());
         }
     });
     let indices = wanted?.into_iter().filter_map(|index| usize::try_from(index).ok());
-    let broken = |index: usize| vertices.get(index).filter(|(_, usable)| !usable);
-    indices.filter_map(broken).map(|(line, _)| *line).min()
+    let broken = |index: usize| {
+        let (line, problem) = vertices.get(index)?;
+        Some((*line, problem.clone()?))
+    };
+    indices.filter_map(broken).min_by_key(|(line, _)| *line)
 }
 
 fn vertex_index(word: &str) -> Result<i64, std::num::ParseIntError> {
@@ -508,11 +541,11 @@ fn locate(file: &Path, text: &str, reason: &str) -> Error {
         let problem = match keyword {
             "v" => {
                 counts[0] += 1;
-                wrong_numbers(rest, 3)
+                None
             }
             "vt" => {
                 counts[1] += 1;
-                wrong_numbers(rest, 1)
+                None
             }
             "f" => wrong_face(rest, counts, totals),
             _ => None,

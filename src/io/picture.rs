@@ -56,11 +56,15 @@ impl Format {
 
 /// Reads linear radiance: OpenEXR or Radiance.
 pub fn read(file: &Path) -> Result<Picture, Error> {
-    match Format::of(file)? {
-        Format::OpenExr => exr::read(file),
-        Format::Radiance => hdr::read(file),
+    match (Format::of(file)?, extension(file).as_str()) {
+        (Format::OpenExr, _) | (Format::Unknown, "exr") => exr::read(file),
+        (Format::Radiance, _) | (Format::Unknown, "hdr") => hdr::read(file),
         _ => Err(no_radiance(file)),
     }
+}
+
+fn extension(file: &Path) -> String {
+    file.extension().map_or_else(String::new, |own| own.to_string_lossy().to_lowercase())
 }
 
 /// Width and height, from the file's head alone.
@@ -76,11 +80,11 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
 fn displayed_dimensions(file: &Path) -> Result<(usize, usize), Error> {
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
     let reader = ::image::ImageReader::open(file).and_then(|reader| reader.with_guessed_format());
-    let (width, height) = reader.map_err(unreadable)?.into_dimensions().map_err(|failure| {
+    let (width, height) = reader.map_err(unreadable)?.into_dimensions().map_err(|_| {
         Error::Invalid(Fault::new(
             file,
             "",
-            format!("this image is damaged or cut off ({failure})"),
+            "this image is damaged or cut off",
             "Export or copy it again, or remove its frame from the camera file",
         ))
     })?;

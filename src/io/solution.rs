@@ -1,1 +1,238 @@
-//! To come.
+//! `solution.json` and `lights.json`: what a reconstruction gives back.
+//!
+//! A field that the method cannot give is `null`, never a made-up number. Unknown fields are
+//! ignored; another format or version is refused by name.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::{Error, Fault, atomic, json};
+use crate::math::rgb::Rgb;
+
+/// Lower and upper end of a 95 % interval, for each channel.
+pub type Intervals = [[f64; 2]; 3];
+
+const SOLUTION: &str = "lobelia-solution";
+const LIGHTS: &str = "lobelia-lights";
+const VERSION: u64 = 1;
+
+/// `solution.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Solution {
+    pub format: String,
+    pub version: u64,
+    pub method: String,
+    pub materials: Vec<Material>,
+    pub scene: Scene,
+    pub rms: Rms,
+    pub iterations: usize,
+    /// Why the refinement stopped.
+    pub stopped: String,
+    pub seconds: Seconds,
+    #[serde(default)]
+    pub warnings: Vec<String>,
+}
+
+/// An estimated reflectance.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Material {
+    pub name: String,
+    /// `diffuse` or `specular`.
+    pub kind: String,
+    pub surfaces: Vec<String>,
+    pub diffuse: Option<Rgb>,
+    pub diffuse_interval: Option<Intervals>,
+    pub specular: Option<Rgb>,
+    pub specular_interval: Option<Intervals>,
+    pub exponent: Option<f64>,
+    pub exponent_interval: Option<[f64; 2]>,
+    /// For each channel, whether the photographs determine the value.
+    pub identified: Option<[bool; 3]>,
+    /// 0 where no photograph sees the material.
+    pub samples: usize,
+}
+
+/// How large the problem was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Scene {
+    pub triangles: usize,
+    pub surfaces: usize,
+    pub images: usize,
+    pub samples: usize,
+    pub virtual_lights: usize,
+    pub candidate_lobes: usize,
+    pub active_lobes: usize,
+}
+
+/// Root mean square differences of observed and computed radiance, for each channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rms {
+    pub initial: Option<Rgb>,
+    #[serde(rename = "final")]
+    pub final_: Option<Rgb>,
+    pub relative_final: Option<Rgb>,
+    pub held_out: Option<Rgb>,
+}
+
+/// Time spent in each stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Seconds {
+    pub load: f64,
+    pub samples: f64,
+    pub lights: f64,
+    pub transport: f64,
+    pub solve: f64,
+    pub textures: f64,
+    pub total: f64,
+}
+
+/// `lights.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lights {
+    pub format: String,
+    pub version: u64,
+    pub lights: Vec<Light>,
+}
+
+/// A virtual light.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Light {
+    /// `sphere`, `surface`, `lamp`, `sky` or `sun`.
+    pub kind: String,
+    pub position: Option<[f64; 3]>,
+    /// Of a light without a position.
+    pub direction: Option<[f64; 3]>,
+    pub normal: Option<[f64; 3]>,
+    pub area_m2: Option<f64>,
+    pub radius_m: Option<f64>,
+    pub lobes: Vec<Lobe>,
+}
+
+/// A part of a light's directional emission.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lobe {
+    pub direction: [f64; 3],
+    /// 0 is isotropic.
+    pub exponent: f64,
+    pub emission: Rgb,
+}
+
+impl Solution {
+    /// An empty solution of this version, to be filled in.
+    pub fn new(method: impl Into<String>) -> Self {
+        Self {
+            format: SOLUTION.into(),
+            version: VERSION,
+            method: method.into(),
+            materials: Vec::new(),
+            scene: Scene::default(),
+            rms: Rms::default(),
+            iterations: 0,
+            stopped: String::new(),
+            seconds: Seconds::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        read_version(file, SOLUTION)
+    }
+
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        for material in &self.materials {
+            let numbers = material.diffuse.iter().chain(&material.specular).flatten();
+            let intervals = material.diffuse_interval.iter().chain(&material.specular_interval);
+            let exponents =
+                material.exponent.iter().chain(material.exponent_interval.iter().flatten());
+            let numbers = numbers.chain(intervals.flatten().flatten()).chain(exponents);
+            check_finite(file, || format!("material \"{}\"", material.name), numbers)?;
+        }
+        let rms = [self.rms.initial, self.rms.final_, self.rms.relative_final, self.rms.held_out];
+        check_finite(file, || "rms".into(), rms.iter().flatten().flatten())?;
+        let Seconds { load, samples, lights, transport, solve, textures, total } = self.seconds;
+        let seconds = [load, samples, lights, transport, solve, textures, total];
+        check_finite(file, || "seconds".into(), seconds.iter())?;
+        write_pretty(file, self)
+    }
+}
+
+impl Lights {
+    pub fn new(lights: Vec<Light>) -> Self {
+        Self { format: LIGHTS.into(), version: VERSION, lights }
+    }
+
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        read_version(file, LIGHTS)
+    }
+
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        for (index, light) in self.lights.iter().enumerate() {
+            let places = [light.position, light.direction, light.normal];
+            let sizes = light.area_m2.iter().chain(&light.radius_m);
+            let lobes = light.lobes.iter().flat_map(|lobe| {
+                lobe.direction.iter().chain(&lobe.emission).chain(std::iter::once(&lobe.exponent))
+            });
+            let numbers = places.iter().flatten().flatten().chain(sizes).chain(lobes);
+            check_finite(file, || format!("lights[{index}]"), numbers)?;
+        }
+        write_pretty(file, self)
+    }
+}
+
+/// serde_json would write NaN as `null`, which readers take for something else.
+fn check_finite<'a>(
+    file: &Path,
+    place: impl FnOnce() -> String,
+    mut numbers: impl Iterator<Item = &'a f64>,
+) -> Result<(), Error> {
+    if numbers.all(|number| number.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::Invalid(Fault::new(
+        file,
+        place(),
+        "a result is not finite, so nothing is written",
+        "This is a fault of the program: please report it with the capture",
+    )))
+}
+
+/// Indented JSON with a final line break, for whatever wants to be written so.
+pub fn write_pretty(file: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let mut bytes = serde_json::to_vec_pretty(value)
+        .map_err(|failure| Error::Write { file: file.to_owned(), source: failure.into() })?;
+    bytes.push(b'\n');
+    atomic::write_bytes(file, &bytes)
+}
+
+fn read_version<T: DeserializeOwned>(file: &Path, wanted: &str) -> Result<T, Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        format: Option<String>,
+        version: Option<serde_json::Value>,
+    }
+    let text = json::read_text(file)?;
+    let head: Head = serde_json::from_str(&text).map_err(|failure| json::broken(file, &failure))?;
+    if head.format.as_deref() != Some(wanted) {
+        let found = head.format.map_or("no format".into(), |format| format!("\"{format}\""));
+        return Err(Error::Unsupported(Fault::new(
+            file,
+            "format",
+            format!("\"{wanted}\" is expected here, and the file says {found}"),
+            "Choose the file that lobelia reconstruct wrote",
+        )));
+    }
+    if head.version.as_ref().and_then(serde_json::Value::as_u64) != Some(VERSION) {
+        let found = head.version.map_or("none".into(), |version| version.to_string());
+        return Err(Error::Unsupported(Fault::new(
+            file,
+            "version",
+            format!("version {found} is not known; this program reads version {VERSION}"),
+            "Use a newer lobelia, or reconstruct again with this one",
+        )));
+    }
+    serde_json::from_str(&text).map_err(|failure| json::broken(file, &failure))
+}
