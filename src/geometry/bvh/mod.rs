@@ -1,0 +1,110 @@
+//! Ray casting: closest hit and occlusion.
+//!
+//! `obvhs` builds a good binary tree (`build.rs`, the only file that names it) and this module
+//! traverses it: eight children and eight triangles are tested at once, with AVX2 where the
+//! processor has it. Two promises hold beyond speed:
+//!
+//! - No ray slips between two triangles that share an edge or a vertex (`triangle.rs`).
+//! - The answer is the nearest hit among *all* triangles, the lowest index among equally near
+//!   ones, as if each had been tested in turn with the same arithmetic. The boxes are widened by
+//!   more than that arithmetic can err (`ray.rs`), so neither the tree, nor the processor, nor the
+//!   number of threads shows in a result.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod build;
+mod portable;
+mod ray;
+mod traverse;
+mod wide;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use portable::Portable;
+use wide::WideTree;
+
+/// Rays in a batch that one task takes at a time.
+const RAYS_PER_TASK: usize = 256;
+
+/// A segment of a half-line: hits with `t_min <= t < t_max` count.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    pub origin: Vec3,
+    /// Unit length, so that `t` is in metres.
+    pub direction: Vec3,
+    pub t_min: f32,
+    pub t_max: f32,
+}
+
+/// Where a ray meets a triangle, at `(1 − u − v) a + u b + v c`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    pub t: f32,
+    pub triangle: u32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// The triangles in a bounding volume hierarchy.
+pub struct RayCaster {
+    tree: WideTree,
+    instructions: Instructions,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Instructions {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Instructions {
+    fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            return Self::Avx2;
+        }
+        Self::Portable
+    }
+}
+
+impl RayCaster {
+    /// Triangles without area are never hit, nor are those with a corner that is not finite or
+    /// farther than 1e30 from the origin.
+    pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        Self { tree: build::build(positions, triangles), instructions: Instructions::best() }
+    }
+
+    /// The nearest hit from either side, and of equally near ones that of the lowest triangle.
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        match self.instructions {
+            // SAFETY: every processor has the portable instructions.
+            Instructions::Portable => unsafe { traverse::closest::<Portable>(&self.tree, ray) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Instructions::best` found AVX2 on this processor.
+            Instructions::Avx2 => unsafe { avx2::closest(&self.tree, ray) },
+        }
+    }
+
+    /// Whether `closest` would find anything; cheaper, because any hit will do.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        match self.instructions {
+            // SAFETY: every processor has the portable instructions.
+            Instructions::Portable => unsafe { traverse::occluded::<Portable>(&self.tree, ray) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Instructions::best` found AVX2 on this processor.
+            Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray) },
+        }
+    }
+
+    /// `closest` of each ray, in their order, on all threads.
+    pub fn closest_batch(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
+        rays.par_iter().with_min_len(RAYS_PER_TASK).map(|ray| self.closest(ray)).collect()
+    }
+
+    /// `occluded` of each ray, in their order, on all threads.
+    pub fn occluded_batch(&self, rays: &[Ray]) -> Vec<bool> {
+        rays.par_iter().with_min_len(RAYS_PER_TASK).map(|ray| self.occluded(ray)).collect()
+    }
+}

@@ -1,0 +1,84 @@
+//! The tests in plain Rust, for processors without a kernel of their own.
+
+use std::array::from_fn;
+
+use super::ray::Prepared;
+use super::traverse::{Kernel, LeafHits};
+use super::wide::{LANES, Lanes, Leaf, Node};
+
+/// The kernel that every processor has.
+pub struct Portable {
+    prepared: Prepared,
+}
+
+impl Kernel for Portable {
+    #[inline(always)]
+    unsafe fn new(prepared: &Prepared) -> Self {
+        Self { prepared: *prepared }
+    }
+
+    #[inline(always)]
+    unsafe fn boxes(&self, node: &Node, t_max: f32) -> (u32, Lanes) {
+        let ray = &self.prepared;
+        let [mut near, mut far] = [[ray.t_min; LANES], [t_max; LANES]];
+        for axis in 0..3 {
+            let near_bound = &node.bounds[ray.near_row[axis]].0;
+            let far_bound = &node.bounds[ray.near_row[axis] ^ 1].0;
+            for lane in 0..LANES {
+                let enters = (near_bound[lane] - ray.near_origin[axis]) * ray.inverse[axis];
+                let leaves = (far_bound[lane] - ray.far_origin[axis]) * ray.inverse[axis];
+                near[lane] = larger(enters, near[lane]);
+                far[lane] = smaller(leaves, far[lane]);
+            }
+        }
+        (mask(|lane| near[lane] <= far[lane]), Lanes(near))
+    }
+
+    #[inline(always)]
+    unsafe fn triangles(&self, ray: &Prepared, leaf: &Leaf, t_max: f32) -> (u32, LeafHits) {
+        let [a, b, c] = leaf.corners.each_ref().map(|corner| {
+            let [x, y, z] = from_fn(|axis| {
+                let along = &corner[ray.axes[axis]].0;
+                from_fn::<f32, LANES, _>(|lane| along[lane] - ray.origin[axis])
+            });
+            let x: [f32; LANES] = from_fn(|lane| x[lane] - ray.shear[0] * z[lane]);
+            let y: [f32; LANES] = from_fn(|lane| y[lane] - ray.shear[1] * z[lane]);
+            [x, y, z]
+        });
+        let edge = |p: &[[f32; LANES]; 3], q: &[[f32; LANES]; 3]| -> [f32; LANES] {
+            from_fn(|lane| q[0][lane] * p[1][lane] - q[1][lane] * p[0][lane])
+        };
+        let (u, v, w) = (edge(&b, &c), edge(&c, &a), edge(&a, &b));
+        let sum: [f32; LANES] = from_fn(|lane| u[lane] + v[lane] + w[lane]);
+        let t: [f32; LANES] = from_fn(|lane| {
+            let weighted = u[lane] * a[2][lane] + v[lane] * b[2][lane] + w[lane] * c[2][lane];
+            weighted * ray.shear[2] / sum[lane]
+        });
+        let met = mask(|lane| {
+            let least = smaller(smaller(u[lane], v[lane]), w[lane]);
+            let most = larger(larger(u[lane], v[lane]), w[lane]);
+            (least >= 0.0 || most <= 0.0) && t[lane] >= ray.t_min && t[lane] <= t_max
+        });
+        let hits = LeafHits {
+            t: Lanes(t),
+            u: Lanes(from_fn(|lane| v[lane] / sum[lane])),
+            v: Lanes(from_fn(|lane| w[lane] / sum[lane])),
+        };
+        (met, hits)
+    }
+}
+
+#[inline(always)]
+fn mask(test: impl Fn(usize) -> bool) -> u32 {
+    (0..LANES).fold(0, |mask, lane| mask | u32::from(test(lane)) << lane)
+}
+
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}

@@ -1,0 +1,229 @@
+//! The way through the tree, the same for every instruction set.
+
+use std::mem::MaybeUninit;
+
+use super::ray::Prepared;
+use super::wide::{Child, Lanes, Leaf, Node, WideTree};
+use super::{Hit, Ray};
+
+/// The box and triangle tests of one instruction set. All give the same bits: none fuses a
+/// multiplication with an addition, and their minimum is `if a < b { a } else { b }`, their
+/// maximum `if a > b { a } else { b }`.
+pub trait Kernel {
+    /// # Safety
+    /// The processor has the kernel's instructions.
+    unsafe fn new(prepared: &Prepared) -> Self;
+
+    /// Which children's boxes the ray meets with `t_min <= t <= t_max`, and where it enters them.
+    ///
+    /// # Safety
+    /// The processor has the kernel's instructions.
+    unsafe fn boxes(&self, node: &Node, t_max: f32) -> (u32, Lanes);
+
+    /// Which triangles the ray meets with `t_min <= t <= t_max`, and where.
+    ///
+    /// # Safety
+    /// The processor has the kernel's instructions.
+    unsafe fn triangles(&self, prepared: &Prepared, leaf: &Leaf, t_max: f32) -> (u32, LeafHits);
+}
+
+/// Distances, and weights of the second and third corner. Only the lanes of triangles that are
+/// met mean anything.
+pub struct LeafHits {
+    pub t: Lanes,
+    pub u: Lanes,
+    pub v: Lanes,
+}
+
+/// A child put aside, and where the ray enters it.
+type Entry = (f32, Child);
+
+/// Entries that fit on the thread's stack; only a very unbalanced tree needs more.
+const STACK: usize = 256;
+
+const NO_TRIANGLE: u32 = u32::MAX;
+
+/// # Safety
+/// The processor has the kernel's instructions.
+#[inline(always)]
+pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
+    if tree.nodes.is_empty() {
+        return None;
+    }
+    let prepared = Prepared::new(ray, tree);
+    // SAFETY: as promised by the caller.
+    let kernel = unsafe { K::new(&prepared) };
+    // The interval is half open; closing it lets equal distances reach the comparison of indices.
+    let mut best = Hit { t: ray.t_max.next_down(), triangle: NO_TRIANGLE, u: 0.0, v: 0.0 };
+
+    let mut small = [const { MaybeUninit::<Entry>::uninit() }; STACK];
+    let mut large = Vec::new();
+    let mut stack = Stack::new(tree.stack_size, &mut small, &mut large);
+    let mut child = Child::node(0);
+    loop {
+        if child.is_leaf() {
+            // SAFETY: the builder made this index, and the caller's promise.
+            let (mut met, hits) = unsafe {
+                kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), best.t)
+            };
+            let triangles = &tree.leaves[child.index()].triangles;
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let (t, triangle) = (hits.t.0[lane & 7], triangles[lane & 7]);
+                if t < best.t || (t == best.t && triangle < best.triangle) {
+                    best = Hit { t, triangle, u: hits.u.0[lane & 7], v: hits.v.0[lane & 7] };
+                }
+            }
+        } else {
+            // SAFETY: the builder made this index, and the caller's promise.
+            let node = unsafe { tree.nodes.get_unchecked(child.index()) };
+            let (mut met, near) = unsafe { kernel.boxes(node, best.t) };
+            if met != 0 {
+                let lane = met.trailing_zeros() as usize & 7;
+                met &= met - 1;
+                let mut next = (near.0[lane], node.children[lane]);
+                let bottom = stack.len;
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize & 7;
+                    met &= met - 1;
+                    let mut other = (near.0[lane], node.children[lane]);
+                    if other.0 < next.0 {
+                        std::mem::swap(&mut other, &mut next);
+                    }
+                    // SAFETY: the stack holds `tree.stack_size` entries.
+                    unsafe { stack.push_sorted(other, bottom) };
+                }
+                child = next.1;
+                continue;
+            }
+        }
+        loop {
+            match stack.pop() {
+                None => return (best.triangle != NO_TRIANGLE).then_some(best),
+                Some((t, next)) if t <= best.t => {
+                    child = next;
+                    break;
+                }
+                Some(_) => {}
+            }
+        }
+    }
+}
+
+/// # Safety
+/// The processor has the kernel's instructions.
+#[inline(always)]
+pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray) -> bool {
+    if tree.nodes.is_empty() {
+        return false;
+    }
+    let prepared = Prepared::new(ray, tree);
+    // SAFETY: as promised by the caller.
+    let kernel = unsafe { K::new(&prepared) };
+    let t_max = ray.t_max.next_down();
+
+    let mut small = [const { MaybeUninit::<Entry>::uninit() }; STACK];
+    let mut large = Vec::new();
+    let mut stack = Stack::new(tree.stack_size, &mut small, &mut large);
+    let mut child = Child::node(0);
+    loop {
+        if child.is_leaf() {
+            // SAFETY: the builder made this index, and the caller's promise.
+            let (met, _) = unsafe {
+                kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), t_max)
+            };
+            if met != 0 {
+                return true;
+            }
+        } else {
+            // SAFETY: the builder made this index, and the caller's promise.
+            let node = unsafe { tree.nodes.get_unchecked(child.index()) };
+            let (mut met, near) = unsafe { kernel.boxes(node, t_max) };
+            if met != 0 {
+                let lane = met.trailing_zeros() as usize & 7;
+                met &= met - 1;
+                let mut next = (near.0[lane], node.children[lane]);
+                while met != 0 {
+                    let lane = met.trailing_zeros() as usize & 7;
+                    met &= met - 1;
+                    let mut other = (near.0[lane], node.children[lane]);
+                    if other.0 < next.0 {
+                        std::mem::swap(&mut other, &mut next);
+                    }
+                    // SAFETY: the stack holds `tree.stack_size` entries.
+                    unsafe { stack.push(other) };
+                }
+                child = next.1;
+                continue;
+            }
+        }
+        match stack.pop() {
+            None => return false,
+            Some((_, next)) => child = next,
+        }
+    }
+}
+
+/// Children put aside.
+struct Stack<'a> {
+    entries: &'a mut [MaybeUninit<Entry>],
+    len: usize,
+}
+
+impl<'a> Stack<'a> {
+    /// A stack of at least `size` entries, on the heap only where `small` does not suffice.
+    #[inline(always)]
+    fn new(
+        size: usize,
+        small: &'a mut [MaybeUninit<Entry>; STACK],
+        large: &'a mut Vec<MaybeUninit<Entry>>,
+    ) -> Self {
+        if size <= STACK {
+            return Self { entries: small, len: 0 };
+        }
+        large.resize(size, MaybeUninit::uninit());
+        Self { entries: large, len: 0 }
+    }
+
+    /// # Safety
+    /// The stack is not full.
+    #[inline(always)]
+    unsafe fn push(&mut self, entry: Entry) {
+        // SAFETY: not full, says the caller.
+        unsafe { self.entries.get_unchecked_mut(self.len).write(entry) };
+        self.len += 1;
+    }
+
+    /// Pushes, and keeps the entries from `bottom` on in order, the nearest on top.
+    ///
+    /// # Safety
+    /// The stack is not full, and holds at least `bottom` entries.
+    #[inline(always)]
+    unsafe fn push_sorted(&mut self, entry: Entry, bottom: usize) {
+        let mut place = self.len;
+        // SAFETY: `place <= len`, not full says the caller, and all below `len` are written.
+        unsafe {
+            while place > bottom {
+                let below = self.entries.get_unchecked(place - 1).assume_init();
+                if below.0 >= entry.0 {
+                    break;
+                }
+                self.entries.get_unchecked_mut(place).write(below);
+                place -= 1;
+            }
+            self.entries.get_unchecked_mut(place).write(entry);
+        }
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Entry> {
+        if self.len == 0 {
+            return None;
+        }
+        self.len -= 1;
+        // SAFETY: everything below the old `len` was written.
+        Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
+    }
+}
