@@ -1,5 +1,86 @@
-use crate::cli::Ending;
+//! `lobelia score CAPTURE SOLUTION`.
+
+use std::path::PathBuf;
+
 use clap::ArgMatches;
-pub(super) fn run(_m: &ArgMatches) -> Result<(), Ending> {
+
+use crate::cli::Ending;
+use crate::io::solution::{Solution, write_pretty};
+use crate::io::truth::Truth;
+use crate::math::rgb::Rgb;
+use crate::study::score::{Errors, Score, compare};
+
+pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
+    let capture = matches.get_one::<PathBuf>("capture").cloned().unwrap_or_default();
+    let mut file = matches.get_one::<PathBuf>("solution").cloned().unwrap_or_default();
+    if file.is_dir() {
+        file.push("solution.json");
+    }
+    let solution = Solution::read(&file)?;
+    let truth = Truth::read(&capture.join("truth.json"))?;
+    let score = compare(&solution, &truth);
+    print(&score);
+    if let Some(json) = matches.get_one::<PathBuf>("json") {
+        write_pretty(json, &score)?;
+    }
     Ok(())
+}
+
+fn print(score: &Score) {
+    let widest = score.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).max(8);
+    println!("{:widest$}  {:24}{:24}samples", "material", "estimated", "true");
+    for material in &score.materials {
+        println!(
+            "{:widest$}  {:24}{:24}{}",
+            material.name,
+            triple(material.estimated_diffuse),
+            triple(material.true_diffuse),
+            material.samples
+        );
+        let specular = material.estimated_specular.filter(|s| s.iter().any(|&v| v > 0.0));
+        if specular.is_some() || material.true_specular != [0.0; 3] {
+            let exponent = |n: Option<f64>| n.map_or("-".to_owned(), |n| format!("{n:.1}"));
+            println!(
+                "{:widest$}  {:24}{:24}exponent {} (true {})",
+                "  specular",
+                triple(specular.unwrap_or_default()),
+                triple(material.true_specular),
+                exponent(material.estimated_exponent),
+                exponent(material.true_exponent),
+            );
+        }
+    }
+    for skipped in &score.skipped {
+        println!("{:widest$}  not compared: {}", skipped.name, skipped.reason);
+    }
+    let line = |name: &str, errors: &Errors, scale: Option<Rgb>| {
+        let specular = match errors.mean_specular.zip(errors.largest_specular) {
+            Some((mean, largest)) => format!("; specular mean {mean:.4}, largest {largest:.4}"),
+            None => String::new(),
+        };
+        let scale = scale.map_or(String::new(), |scale| format!("  (scale {})", triple(scale)));
+        println!(
+            "{name}: mean {:.4}, largest {:.4}{specular}{scale}",
+            errors.mean_diffuse, errors.largest_diffuse
+        );
+    };
+    println!("absolute error of the reflectances");
+    match &score.raw {
+        Some(errors) => line("  raw", errors, None),
+        None => println!("  nothing could be compared"),
+    }
+    if let Some(scaled) = &score.common_scale {
+        line("  after one common scale", &scaled.errors, Some(scaled.scale));
+    }
+    if let Some(scaled) = &score.channel_scale {
+        line("  after a scale per channel", &scaled.errors, Some(scaled.scale));
+    }
+    match score.intervals.of {
+        0 => println!("no intervals given"),
+        of => println!("true values in their intervals: {} of {of}", score.intervals.inside),
+    }
+}
+
+fn triple([r, g, b]: Rgb) -> String {
+    format!("{r:.3} {g:.3} {b:.3}")
 }

@@ -53,14 +53,14 @@ pub fn solve(
             let Some(reflectance) = &reflectances[row.material] else { continue };
             let radiance = row.radiance[channel];
             let photographed = equations.photographed(row, reflectance, transport, channel);
-            let remainder = radiance - photographed;
-            let floor = options.weight_floor * radiance.max(equations.dark(channel));
+            let weight =
+                weight(radiance, photographed, equations.dark(channel), options.weight_floor);
             // A diffuse row of the system is k_ij itself, shared by the channels: its
             // reflectance goes into the weight and the target.
             let scale = row_scale(row, reflectance, channel);
             if scale > 0.0 {
-                weights[index] = row.share.sqrt() * scale / remainder.abs().max(floor);
-                target[index] = remainder / scale;
+                weights[index] = row.share.sqrt() * scale * weight;
+                target[index] = (radiance - photographed) / scale;
             }
         }
         let built;
@@ -87,6 +87,12 @@ pub fn solve(
         }
     }
     Ok(Emissions { emission, unconverged })
+}
+
+/// 1/(L − L⁺), the weight of Eq. 9, kept finite where the photographed surfaces explain all of L
+/// or more.
+pub fn weight(radiance: f64, photographed: f64, dark: f64, floor: f64) -> f64 {
+    1.0 / (radiance - photographed).abs().max(floor * radiance.max(dark))
 }
 
 /// What a row of the system is multiplied by to become Eq. 9.
