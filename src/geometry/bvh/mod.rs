@@ -132,3 +132,6 @@ impl RayCaster {
         vec![Slot::uninit(); self.tree.stack_size]
     }
 }
+
+#[cfg(test)]
+mod tests;
