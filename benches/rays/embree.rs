@@ -50,20 +50,15 @@ const FORMAT_UINT3: c_int = 0x5003;
 const FORMAT_FLOAT3: c_int = 0x9003;
 
 type Handle = *mut c_void;
-type Release = unsafe extern "C" fn(Handle);
+type Commit = unsafe extern "C" fn(Handle);
 type Intersect1 = unsafe extern "C" fn(Handle, *mut RtcContext, *mut RtcRayHit);
 type Occluded1 = unsafe extern "C" fn(Handle, *mut RtcContext, *mut RtcRay);
 
-/// A scene of one triangle mesh.
+/// A scene of one triangle mesh, kept until the process ends.
 pub struct Embree {
-    device: Handle,
     scene: Handle,
     intersect: Intersect1,
     occluded: Occluded1,
-    release_scene: Release,
-    release_device: Release,
-    /// Keeps the functions above in memory.
-    _library: Library,
 }
 
 impl Embree {
@@ -71,7 +66,8 @@ impl Embree {
         // SAFETY: the library's initialisers are those of a distribution's package; the
         // signatures are those of Embree 3's headers; buffers hold the counts they are told to.
         unsafe {
-            let library = Library::new("libembree3.so.3")?;
+            // Never unloaded: its worker threads outlive the scene, and would wake to nothing.
+            let library: &Library = Box::leak(Box::new(Library::new("libembree3.so.3")?));
             let new_device: Symbol<unsafe extern "C" fn(*const c_char) -> Handle> =
                 library.get(b"rtcNewDevice")?;
             let new_scene: Symbol<unsafe extern "C" fn(Handle) -> Handle> =
@@ -81,11 +77,11 @@ impl Embree {
             let new_buffer: Symbol<
                 unsafe extern "C" fn(Handle, c_int, c_uint, c_int, usize, usize) -> *mut c_void,
             > = library.get(b"rtcSetNewGeometryBuffer")?;
-            let commit_geometry: Symbol<Release> = library.get(b"rtcCommitGeometry")?;
+            let commit_geometry: Symbol<Commit> = library.get(b"rtcCommitGeometry")?;
             let attach: Symbol<unsafe extern "C" fn(Handle, Handle) -> c_uint> =
                 library.get(b"rtcAttachGeometry")?;
-            let release_geometry: Symbol<Release> = library.get(b"rtcReleaseGeometry")?;
-            let commit_scene: Symbol<Release> = library.get(b"rtcCommitScene")?;
+            let release_geometry: Symbol<Commit> = library.get(b"rtcReleaseGeometry")?;
+            let commit_scene: Symbol<Commit> = library.get(b"rtcCommitScene")?;
 
             let device = new_device(null());
             let geometry = new_geometry(device, GEOMETRY_TYPE_TRIANGLE);
@@ -104,13 +100,9 @@ impl Embree {
             commit_scene(scene);
 
             Ok(Self {
-                device,
                 scene,
                 intersect: *library.get(b"rtcIntersect1")?,
                 occluded: *library.get(b"rtcOccluded1")?,
-                release_scene: *library.get(b"rtcReleaseScene")?,
-                release_device: *library.get(b"rtcReleaseDevice")?,
-                _library: library,
             })
         }
     }
@@ -143,16 +135,6 @@ impl Embree {
             ray.far == f32::NEG_INFINITY
         };
         rays.iter().filter(met).count()
-    }
-}
-
-impl Drop for Embree {
-    fn drop(&mut self) {
-        // SAFETY: both handles came from Embree and are released once.
-        unsafe {
-            (self.release_scene)(self.scene);
-            (self.release_device)(self.device);
-        }
     }
 }
 

@@ -21,11 +21,14 @@ mod wide;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use portable::Portable;
+use traverse::Slot;
 use wide::WideTree;
 
 /// Rays in a batch that one task takes at a time.
 const RAYS_PER_TASK: usize = 256;
+
+/// Children that can be put aside without a heap; only a very unbalanced tree needs more.
+const STACK: usize = 256;
 
 /// A segment of a half-line: hits with `t_min <= t < t_max` count.
 #[derive(Clone, Copy, Debug)]
@@ -77,25 +80,21 @@ impl RayCaster {
     }
 
     /// The nearest hit from either side, and of equally near ones that of the lowest triangle.
+    #[inline]
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        match self.instructions {
-            // SAFETY: every processor has the portable instructions.
-            Instructions::Portable => unsafe { traverse::closest::<Portable>(&self.tree, ray) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Instructions::best` found AVX2 on this processor.
-            Instructions::Avx2 => unsafe { avx2::closest(&self.tree, ray) },
+        if self.tree.stack_size > STACK {
+            return self.closest_with(ray, &mut self.large_stack());
         }
+        self.closest_with(ray, &mut [const { Slot::uninit() }; STACK])
     }
 
     /// Whether `closest` would find anything; cheaper, because any hit will do.
+    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        match self.instructions {
-            // SAFETY: every processor has the portable instructions.
-            Instructions::Portable => unsafe { traverse::occluded::<Portable>(&self.tree, ray) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Instructions::best` found AVX2 on this processor.
-            Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray) },
+        if self.tree.stack_size > STACK {
+            return self.occluded_with(ray, &mut self.large_stack());
         }
+        self.occluded_with(ray, &mut [const { Slot::uninit() }; STACK])
     }
 
     /// `closest` of each ray, in their order, on all threads.
@@ -107,4 +106,32 @@ impl RayCaster {
     pub fn occluded_batch(&self, rays: &[Ray]) -> Vec<bool> {
         rays.par_iter().with_min_len(RAYS_PER_TASK).map(|ray| self.occluded(ray)).collect()
     }
+
+    #[inline]
+    fn closest_with(&self, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
+        match self.instructions {
+            Instructions::Portable => portable::closest(&self.tree, ray, stack),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Instructions::best` found them on this processor.
+            Instructions::Avx2 => unsafe { avx2::closest(&self.tree, ray, stack) },
+        }
+    }
+
+    #[inline]
+    fn occluded_with(&self, ray: &Ray, stack: &mut [Slot]) -> bool {
+        match self.instructions {
+            Instructions::Portable => portable::occluded(&self.tree, ray, stack),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Instructions::best` found them on this processor.
+            Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray, stack) },
+        }
+    }
+
+    #[cold]
+    fn large_stack(&self) -> Vec<Slot> {
+        vec![Slot::uninit(); self.tree.stack_size]
+    }
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,11 +3,22 @@
 use std::array::from_fn;
 
 use super::ray::Prepared;
-use super::traverse::{Kernel, LeafHits};
-use super::wide::{LANES, Lanes, Leaf, Node};
+use super::traverse::{self, Kernel, LeafHits, Slot};
+use super::wide::{LANES, Lanes, Leaf, Node, WideTree};
+use super::{Hit, Ray};
 
-/// The kernel that every processor has.
-pub struct Portable {
+pub fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
+    // SAFETY: every processor has these instructions.
+    unsafe { traverse::closest::<Portable>(tree, ray, stack) }
+}
+
+pub fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
+    // SAFETY: every processor has these instructions.
+    unsafe { traverse::occluded::<Portable>(tree, ray, stack) }
+}
+
+/// A ray as it was prepared.
+struct Portable {
     prepared: Prepared,
 }
 
@@ -59,11 +70,7 @@ impl Kernel for Portable {
             let most = larger(larger(u[lane], v[lane]), w[lane]);
             (least >= 0.0 || most <= 0.0) && t[lane] >= ray.t_min && t[lane] <= t_max
         });
-        let hits = LeafHits {
-            t: Lanes(t),
-            u: Lanes(from_fn(|lane| v[lane] / sum[lane])),
-            v: Lanes(from_fn(|lane| w[lane] / sum[lane])),
-        };
+        let hits = LeafHits { t: Lanes(t), v: Lanes(v), w: Lanes(w), sum: Lanes(sum) };
         (met, hits)
     }
 }

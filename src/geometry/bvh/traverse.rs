@@ -27,26 +27,28 @@ pub trait Kernel {
     unsafe fn triangles(&self, prepared: &Prepared, leaf: &Leaf, t_max: f32) -> (u32, LeafHits);
 }
 
-/// Distances, and weights of the second and third corner. Only the lanes of triangles that are
-/// met mean anything.
+/// Distances, and weights of the second and third corner as parts of `sum`. Only the lanes of
+/// triangles that are met mean anything.
 pub struct LeafHits {
     pub t: Lanes,
-    pub u: Lanes,
     pub v: Lanes,
+    pub w: Lanes,
+    pub sum: Lanes,
 }
 
-/// A child put aside, and where the ray enters it.
-type Entry = (f32, Child);
+/// Room for a child put aside.
+pub type Slot = MaybeUninit<Entry>;
 
-/// Entries that fit on the thread's stack; only a very unbalanced tree needs more.
-const STACK: usize = 256;
+/// A child, and where the ray enters it.
+pub type Entry = (f32, Child);
 
 const NO_TRIANGLE: u32 = u32::MAX;
 
 /// # Safety
 /// The processor has the kernel's instructions.
 #[inline(always)]
-pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
+pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
+    assert!(stack.len() >= tree.stack_size);
     if tree.nodes.is_empty() {
         return None;
     }
@@ -54,11 +56,10 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
     // SAFETY: as promised by the caller.
     let kernel = unsafe { K::new(&prepared) };
     // The interval is half open; closing it lets equal distances reach the comparison of indices.
+    let mut sum = 1.0;
     let mut best = Hit { t: ray.t_max.next_down(), triangle: NO_TRIANGLE, u: 0.0, v: 0.0 };
 
-    let mut small = [const { MaybeUninit::<Entry>::uninit() }; STACK];
-    let mut large = Vec::new();
-    let mut stack = Stack::new(tree.stack_size, &mut small, &mut large);
+    let mut stack = Stack { entries: stack, len: 0 };
     let mut child = Child::node(0);
     loop {
         if child.is_leaf() {
@@ -72,7 +73,8 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
                 met &= met - 1;
                 let (t, triangle) = (hits.t.0[lane & 7], triangles[lane & 7]);
                 if t < best.t || (t == best.t && triangle < best.triangle) {
-                    best = Hit { t, triangle, u: hits.u.0[lane & 7], v: hits.v.0[lane & 7] };
+                    best = Hit { t, triangle, u: hits.v.0[lane & 7], v: hits.w.0[lane & 7] };
+                    sum = hits.sum.0[lane & 7];
                 }
             }
         } else {
@@ -100,7 +102,8 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
         }
         loop {
             match stack.pop() {
-                None => return (best.triangle != NO_TRIANGLE).then_some(best),
+                None if best.triangle == NO_TRIANGLE => return None,
+                None => return Some(Hit { u: best.u / sum, v: best.v / sum, ..best }),
                 Some((t, next)) if t <= best.t => {
                     child = next;
                     break;
@@ -114,7 +117,8 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray) -> Option<Hit> {
 /// # Safety
 /// The processor has the kernel's instructions.
 #[inline(always)]
-pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray) -> bool {
+pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
+    assert!(stack.len() >= tree.stack_size);
     if tree.nodes.is_empty() {
         return false;
     }
@@ -123,9 +127,7 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray) -> bool {
     let kernel = unsafe { K::new(&prepared) };
     let t_max = ray.t_max.next_down();
 
-    let mut small = [const { MaybeUninit::<Entry>::uninit() }; STACK];
-    let mut large = Vec::new();
-    let mut stack = Stack::new(tree.stack_size, &mut small, &mut large);
+    let mut stack = Stack { entries: stack, len: 0 };
     let mut child = Child::node(0);
     loop {
         if child.is_leaf() {
@@ -167,25 +169,11 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray) -> bool {
 
 /// Children put aside.
 struct Stack<'a> {
-    entries: &'a mut [MaybeUninit<Entry>],
+    entries: &'a mut [Slot],
     len: usize,
 }
 
-impl<'a> Stack<'a> {
-    /// A stack of at least `size` entries, on the heap only where `small` does not suffice.
-    #[inline(always)]
-    fn new(
-        size: usize,
-        small: &'a mut [MaybeUninit<Entry>; STACK],
-        large: &'a mut Vec<MaybeUninit<Entry>>,
-    ) -> Self {
-        if size <= STACK {
-            return Self { entries: small, len: 0 };
-        }
-        large.resize(size, MaybeUninit::uninit());
-        Self { entries: large, len: 0 }
-    }
-
+impl Stack<'_> {
     /// # Safety
     /// The stack is not full.
     #[inline(always)]
