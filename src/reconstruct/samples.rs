@@ -174,7 +174,7 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
                         && (!off_edges || map.is_off_edges(x, y))
                         && map.image.radiance(x, y).is_some();
                     let sight = (camera - position).normalize_or_zero();
-                    let cosine = capture.mesh.normal(triangle as usize).dot(sight).abs();
+                    let cosine = views.normals[triangle as usize].dot(sight).abs();
                     (usable && f64::from(cosine) >= options.min_cosine).then_some(Candidate {
                         position,
                         triangle,
@@ -247,7 +247,7 @@ fn read(
     candidate: &Candidate,
 ) -> Option<(Sample, Vec<View>)> {
     let mesh = &views.capture.mesh;
-    let normal = mesh.normal(candidate.triangle as usize);
+    let normal = views.normals[candidate.triangle as usize];
     let towards = candidate.camera - candidate.position;
     let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
     let site = Site { position: candidate.position, normal };

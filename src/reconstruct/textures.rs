@@ -172,7 +172,7 @@ fn rasterize(views: &Views, unwrap: &Unwrap) -> Vec<Option<Place>> {
         let low = a.min(b).min(c).floor().max(Vec2::ZERO);
         let high = a.max(b).max(c).ceil().min(size);
         let positions = mesh.corners(triangle);
-        let normal = mesh.normal(triangle);
+        let normal = views.normals[triangle];
         for y in low.y as usize..high.y as usize {
             for x in low.x as usize..high.x as usize {
                 let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);

@@ -18,6 +18,8 @@ pub struct Views<'a> {
     pub capture: &'a Capture,
     pub caster: &'a RayCaster,
     pub maps: Vec<PixelMap<'a>>,
+    /// Unit normal of each triangle, by winding.
+    pub normals: Vec<Vec3>,
     /// Distance in metres by which rays are started off a surface, against hitting it again.
     pub offset_m: f32,
 }
@@ -29,10 +31,16 @@ pub struct PixelMap<'a> {
     pub camera: &'a Camera,
     pub image: &'a Image,
     position: Vec3,
-    /// Per pixel: the hit's position, and its triangle or `NOTHING`.
-    hits: Vec<(Vec3, u32)>,
-    /// Per pixel: the nine hits around it lie on one smooth piece of one surface.
-    clean: Vec<bool>,
+    hits: Vec<PixelHit>,
+}
+
+/// What the ray through a pixel's centre met.
+#[derive(Clone, Copy)]
+struct PixelHit {
+    position: Vec3,
+    /// The triangle, or `NOTHING`. Its highest bit says that the nine hits around the pixel lie
+    /// on one smooth piece of one surface; here, because visibility asks for both at once.
+    triangle_and_clean: u32,
 }
 
 /// A side of a point on the known surfaces.
@@ -43,7 +51,19 @@ pub struct Site {
     pub normal: Vec3,
 }
 
-const NOTHING: u32 = u32::MAX;
+const NOTHING: u32 = u32::MAX >> 1;
+const CLEAN: u32 = 1 << 31;
+
+impl PixelHit {
+    fn triangle(self) -> Option<u32> {
+        let triangle = self.triangle_and_clean & !CLEAN;
+        (triangle != NOTHING).then_some(triangle)
+    }
+
+    fn is_clean(self) -> bool {
+        self.triangle_and_clean & CLEAN != 0
+    }
+}
 
 /// Neighbouring hits whose normals differ by more belong to different faces (20°).
 const SMOOTH_COSINE: f32 = 0.94;
@@ -58,17 +78,22 @@ impl<'a> Views<'a> {
         let extent = capture.mesh.bounds().map_or(1.0, |(low, high)| {
             (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
         });
+        let normals: Vec<Vec3> = (0..capture.mesh.triangles.len())
+            .map(|triangle| capture.mesh.normal(triangle))
+            .collect();
         let mut maps = Vec::new();
         watch.begin(capture.measurements().map(|(_, camera, _)| camera.height as u64).sum());
         for (photograph, camera, image) in capture.measurements() {
-            maps.push(PixelMap::new(capture, caster, photograph, camera, image, watch)?);
+            let mut map = PixelMap::cast(caster, photograph, camera, image, watch)?;
+            map.mark_clean(capture, &normals);
+            maps.push(map);
         }
-        Ok(Self { capture, caster, maps, offset_m: 2e-5 * extent })
+        Ok(Self { capture, caster, maps, normals, offset_m: 2e-5 * extent })
     }
 
     /// Whether any pixel of any photograph shows the known geometry.
     pub fn shows_anything(&self) -> bool {
-        self.maps.iter().any(|map| map.hits.iter().any(|&(_, triangle)| triangle != NOTHING))
+        self.maps.iter().any(|map| map.hits.iter().any(|hit| hit.triangle().is_some()))
     }
 
     /// What is odd about the photographs and the geometry together.
@@ -77,12 +102,11 @@ impl<'a> Views<'a> {
         for map in &self.maps {
             let name = &self.capture.photographs[map.photograph].name;
             let (mut shown, mut inner) = (0usize, 0usize);
-            for &(position, triangle) in &map.hits {
-                if triangle != NOTHING {
-                    let sight = position - map.position;
+            for hit in &map.hits {
+                if let Some(triangle) = hit.triangle() {
+                    let sight = hit.position - map.position;
                     shown += 1;
-                    let normal = self.capture.mesh.normal(triangle as usize);
-                    inner += usize::from(normal.dot(sight) > 0.0);
+                    inner += usize::from(self.normals[triangle as usize].dot(sight) > 0.0);
                 }
             }
             if shown == 0 {
@@ -104,7 +128,7 @@ impl<'a> Views<'a> {
 
     /// The side of the surface that a ray met.
     pub fn site(&self, ray: &Ray, hit: &Hit) -> Site {
-        let normal = self.capture.mesh.normal(hit.triangle as usize);
+        let normal = self.normals[hit.triangle as usize];
         let facing = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
         Site { position: ray.origin + ray.direction * hit.t, normal: facing }
     }
@@ -144,17 +168,17 @@ impl<'a> Views<'a> {
         let direction = towards / distance as f32;
         let seen = Seen { x, y, direction, cosine: direction.dot(site.normal) };
         let index = y * map.camera.width + x;
-        let (hit_position, triangle) = map.hits[index];
-        if map.clean[index] {
+        let hit = map.hits[index];
+        if let Some(triangle) = hit.triangle().filter(|_| hit.is_clean()) {
             let footprint = distance as f32 / map.camera.focal_px.min_element() as f32;
-            let normal = self.capture.mesh.normal(triangle as usize);
+            let normal = self.normals[triangle as usize];
             // How far along the line of sight the point is off the pixel's tangent plane.
             let cosine = normal.dot(direction).abs().max(0.02);
-            let off_plane = normal.dot(site.position - hit_position).abs() / cosine;
+            let off_plane = normal.dot(site.position - hit.position).abs() / cosine;
             if off_plane <= footprint {
                 return Some(seen);
             }
-            if distance as f32 > map.position.distance(hit_position) + 4.0 * footprint
+            if distance as f32 > map.position.distance(hit.position) + 4.0 * footprint
                 && off_plane > 4.0 * footprint
             {
                 return None;
@@ -199,8 +223,7 @@ pub struct Seen {
 }
 
 impl<'a> PixelMap<'a> {
-    fn new(
-        capture: &Capture,
+    fn cast(
         caster: &RayCaster,
         photograph: usize,
         camera: &'a Camera,
@@ -208,31 +231,38 @@ impl<'a> PixelMap<'a> {
         watch: &Watch,
     ) -> Result<Self, Cancelled> {
         let position = camera.position.as_vec3();
-        let rows: Vec<Vec<(Vec3, u32)>> = (0..camera.height)
+        let rows: Vec<Vec<PixelHit>> = (0..camera.height)
             .into_par_iter()
             .map(|y| {
                 watch.tick()?;
                 Ok((0..camera.width).map(|x| cast(caster, camera, position, x, y)).collect())
             })
             .collect::<Result<_, Cancelled>>()?;
-        let hits = rows.concat();
-        let mut map = Self { photograph, camera, image, position, hits, clean: Vec::new() };
-        map.clean = (0..map.hits.len())
+        Ok(Self { photograph, camera, image, position, hits: rows.concat() })
+    }
+
+    fn mark_clean(&mut self, capture: &Capture, normals: &[Vec3]) {
+        let width = self.camera.width;
+        let clean: Vec<bool> = (0..self.hits.len())
             .into_par_iter()
-            .map(|index| map.is_clean(capture, index % camera.width, index / camera.width))
+            .map(|index| self.is_clean(capture, normals, index % width, index / width))
             .collect();
-        Ok(map)
+        for (hit, clean) in self.hits.iter_mut().zip(clean) {
+            if clean {
+                hit.triangle_and_clean |= CLEAN;
+            }
+        }
     }
 
     /// The triangle and position that a pixel's centre sees.
     pub fn hit(&self, x: usize, y: usize) -> Option<(Vec3, u32)> {
-        let (position, triangle) = self.hits[y * self.camera.width + x];
-        (triangle != NOTHING).then_some((position, triangle))
+        let hit = self.hits[y * self.camera.width + x];
+        Some((hit.position, hit.triangle()?))
     }
 
     /// Whether a pixel is off every face and silhouette edge by a pixel.
     pub fn is_off_edges(&self, x: usize, y: usize) -> bool {
-        self.clean[y * self.camera.width + x]
+        self.hits[y * self.camera.width + x].is_clean()
     }
 
     /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel.
@@ -254,7 +284,7 @@ impl<'a> PixelMap<'a> {
         Some(sum.map(|value| value / count as f32))
     }
 
-    fn is_clean(&self, capture: &Capture, x: usize, y: usize) -> bool {
+    fn is_clean(&self, capture: &Capture, normals: &[Vec3], x: usize, y: usize) -> bool {
         let (width, height) = (self.camera.width, self.camera.height);
         if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
             return false;
@@ -265,7 +295,7 @@ impl<'a> PixelMap<'a> {
         let sight = position - self.position;
         let footprint = sight.length() / self.camera.focal_px.min_element() as f32;
         let direction = sight.normalize_or_zero();
-        let normal = mesh.normal(triangle);
+        let normal = normals[triangle];
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         let steepness = normal.dot(direction).abs().max(0.02);
         (y - 1..=y + 1).all(|v| {
@@ -280,7 +310,7 @@ impl<'a> PixelMap<'a> {
                 }
                 // Both sides of a thin sheet, or two steps of a stair, are different faces:
                 // compare normals as seen, and depth against this pixel's tangent plane.
-                let n = mesh.normal(neighbour);
+                let n = normals[neighbour];
                 let n = if n.dot(direction) > 0.0 { -n } else { n };
                 let off_plane = normal.dot(other - position).abs() / steepness;
                 n.dot(normal) > SMOOTH_COSINE && off_plane <= footprint
@@ -289,13 +319,17 @@ impl<'a> PixelMap<'a> {
     }
 }
 
-fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> (Vec3, u32) {
+fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> PixelHit {
+    let nothing = PixelHit { position: Vec3::ZERO, triangle_and_clean: NOTHING };
     let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-    let Some(direction) = camera.direction(centre) else { return (Vec3::ZERO, NOTHING) };
+    let Some(direction) = camera.direction(centre) else { return nothing };
     let direction = direction.as_vec3();
     let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
     match caster.closest(&ray) {
-        Some(hit) => (origin + direction * hit.t, hit.triangle),
-        None => (Vec3::ZERO, NOTHING),
+        Some(hit) => {
+            let position = origin + direction * hit.t;
+            PixelHit { position, triangle_and_clean: hit.triangle }
+        }
+        None => nothing,
     }
 }
