@@ -80,7 +80,11 @@ fn every_beginning_of_a_sound_file_ends_in_a_message() {
         let bytes = std::fs::read(data(path)).unwrap();
         for step in 0..60 {
             let length = bytes.len() * step / 60;
-            let file = put(folder.path(), Path::new(path).file_name().unwrap().to_str().unwrap(), &bytes[..length]);
+            let file = put(
+                folder.path(),
+                Path::new(path).file_name().unwrap().to_str().unwrap(),
+                &bytes[..length],
+            );
             read(&file);
         }
         // One changed byte anywhere: a header that lies.
@@ -88,7 +92,11 @@ fn every_beginning_of_a_sound_file_ends_in_a_message() {
             let mut changed = bytes.clone();
             let place = (step * 7919) % changed.len().min(1200);
             changed[place] = changed[place].wrapping_add(1 + (step % 255) as u8);
-            let file = put(folder.path(), Path::new(path).file_name().unwrap().to_str().unwrap(), &changed);
+            let file = put(
+                folder.path(),
+                Path::new(path).file_name().unwrap().to_str().unwrap(),
+                &changed,
+            );
             read(&file);
         }
     }
@@ -102,6 +110,10 @@ fn sound_files_are_read() {
     for file in files {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         let refusal = read(&file);
-        assert_eq!(refusal.is_some(), refused_for_cause.contains(&name.as_str()), "{name}: {refusal:?}");
+        assert_eq!(
+            refusal.is_some(),
+            refused_for_cause.contains(&name.as_str()),
+            "{name}: {refusal:?}"
+        );
     }
 }

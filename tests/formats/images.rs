@@ -51,7 +51,9 @@ fn the_data_window_is_placed_into_the_display_window() {
     let outer = read("formats/exr/t15.exr");
     assert_eq!((outer.width, outer.height), (481, 371)); // display from (-40, -40)
     let is_covered = |x: usize, y: usize| outer.pixels[y * 481 + x][0].is_finite();
-    assert!(!is_covered(39, 40) && is_covered(40, 40) && is_covered(439, 339) && !is_covered(440, 339));
+    assert!(
+        !is_covered(39, 40) && is_covered(40, 40) && is_covered(439, 339) && !is_covered(440, 339)
+    );
     // The same picture in both.
     assert_eq!(inner.pixels[0], outer.pixels[(20 + 40) * 481 + 30 + 40]);
     let nan = outer.pixels.iter().filter(|pixel| pixel[0].is_nan()).count();
@@ -85,7 +87,8 @@ fn header(width: i32, height: i32, compression: u8) -> Vec<u8> {
         channels.extend([name, 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
     }
     channels.push(0);
-    let window: Vec<u8> = [0, 0, width - 1, height - 1].iter().flat_map(|v: &i32| v.to_le_bytes()).collect();
+    let window: Vec<u8> =
+        [0, 0, width - 1, height - 1].iter().flat_map(|v: &i32| v.to_le_bytes()).collect();
     attribute("channels", "chlist", &channels);
     attribute("compression", "compression", &[compression]);
     attribute("dataWindow", "box2i", &window);
@@ -159,8 +162,13 @@ fn radiance_samples_have_the_values_of_their_bytes() {
     };
     let rows: Vec<usize> = (0..4).map(strongest).collect();
     let columns: Vec<usize> = (0..4)
-        .map(|x| (0..3).max_by(|a, b| picture.pixels[x][*a].total_cmp(&picture.pixels[x][*b])).unwrap())
+        .map(|x| {
+            (0..3).max_by(|a, b| picture.pixels[x][*a].total_cmp(&picture.pixels[x][*b])).unwrap()
+        })
         .collect();
     assert!(rows == [0, 1, 2, 0] || columns == [0, 1, 2, 0], "{rows:?} {columns:?}");
-    assert_eq!((read("formats/hdr/image1.hdr").width, read("formats/hdr/scale.hdr").width), (128, 256));
+    assert_eq!(
+        (read("formats/hdr/image1.hdr").width, read("formats/hdr/scale.hdr").width),
+        (128, 256)
+    );
 }

@@ -42,7 +42,8 @@ fn surfaces_are_usemtl_groups_in_order_of_appearance() {
 
 #[test]
 fn texture_coordinates_count_for_wholly_unwrapped_surfaces_only() {
-    let faces = "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\nf 1 3 4\n";
+    let faces =
+        "vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\nf 1 3 4\n";
     let geometry = load(format!("{SQUARE}{faces}")).unwrap();
     assert!(geometry.surfaces[0].has_texcoords && !geometry.surfaces[1].has_texcoords);
     assert_eq!(geometry.mesh.texcoords.len(), 3);
@@ -96,13 +97,20 @@ fn hopeless_files_name_the_line() {
     message(load(format!("{SQUARE}f 1 2 x\n")), &["line 5", "no corner"]);
     message(load(""), &["no geometry"]);
     message(load(SQUARE), &["4 vertices but no faces"]);
-    message(load("\u{feff}v".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>()), &["UTF-16"]);
+    message(
+        load("\u{feff}v".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>()),
+        &["UTF-16"],
+    );
 }
 
 #[test]
 fn shiny_materials_are_those_that_the_library_says() {
     let folder = folder();
-    put(folder.path(), "my lib.mtl", "newmtl gloss\nillum 2\nKs 0.1 0.1 0.1\nNs 20\nnewmtl mat\nKs\n");
+    put(
+        folder.path(),
+        "my lib.mtl",
+        "newmtl gloss\nillum 2\nKs 0.1 0.1 0.1\nNs 20\nnewmtl mat\nKs\n",
+    );
     let text = format!("mtllib my lib.mtl\n{SQUARE}usemtl mat\nf 1 2 3\nusemtl gloss\nf 1 3 4\n");
     let geometry = obj::load(&put(folder.path(), "a.obj", text)).unwrap();
     assert_eq!(geometry.specular, [false, true]);
@@ -128,13 +136,26 @@ fn two_hundred_thousand_triangles_load_fast() {
     let mut text = String::new();
     for y in 0..320 {
         for x in 0..320 {
-            text += &format!("v {x}.25 {y}.5 {:.4}\nvt {:.6} {:.6}\n", (x * y % 7) as f64 * 0.1, x as f64 / 319.0, y as f64 / 319.0);
+            text += &format!(
+                "v {x}.25 {y}.5 {:.4}\nvt {:.6} {:.6}\n",
+                (x * y % 7) as f64 * 0.1,
+                x as f64 / 319.0,
+                y as f64 / 319.0
+            );
         }
     }
     for y in 0..319 {
         for x in 1..320 {
             let (a, b) = (y * 320 + x, y * 320 + x + 320);
-            text += &format!("f {a}/{a} {}/{} {}/{}\nf {a}/{a} {}/{} {b}/{b}\n", a + 1, a + 1, b + 1, b + 1, b + 1, b + 1);
+            text += &format!(
+                "f {a}/{a} {}/{} {}/{}\nf {a}/{a} {}/{} {b}/{b}\n",
+                a + 1,
+                a + 1,
+                b + 1,
+                b + 1,
+                b + 1,
+                b + 1
+            );
         }
     }
     let start = std::time::Instant::now();
