@@ -162,6 +162,7 @@ fn captures_load() {
         std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();
     folders.sort();
     for folder in folders.iter().filter(|folder| folder.join("transforms.json").exists()) {
+        lobelia::io::truth::Truth::read(&folder.join("truth.json")).unwrap();
         match read(folder) {
             Ok(capture) => println!(
                 "{}: {} triangles, {} of {} photographs measured {:#?}",

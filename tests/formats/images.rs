@@ -26,10 +26,14 @@ fn every_compression_gives_the_same_picture() {
     let float = read("formats/exr/exrs_f32_zip.exr");
     assert_eq!(read("formats/exr/exrs_f32_zips.exr").pixels, float.pixels);
     assert!(difference(&half, &float) < 1e-3);
-    // Lossy by design: B44 keeps six bits of a block's range, DWAB is quantised as JPEG is.
+    // Lossy by design: B44 keeps six bits of the range of 4 x 4 pixels, so edges may be far off
+    // and the mean may not; DWAB is quantised as JPEG is.
     for lossy in ["exrs_f16_b44", "exrs_f16_b44a", "exrs_f32_dwab"] {
-        let error = difference(&read(&format!("formats/exr/{lossy}.exr")), &float);
-        assert!(error < 0.1, "{lossy}: {error}");
+        let picture = read(&format!("formats/exr/{lossy}.exr"));
+        let pairs = std::iter::zip(picture.pixels.iter().flatten(), float.pixels.iter().flatten());
+        let sum: f32 = pairs.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).sum();
+        let mean = sum / (3 * float.pixels.len()) as f32;
+        assert!(mean < 0.01, "{lossy}: {mean}");
     }
 }
 
