@@ -14,6 +14,7 @@ pub mod hdr;
 mod json;
 pub mod mtl;
 pub mod obj;
+mod obj_text;
 pub mod picture;
 pub mod polygon;
 pub mod solution;
