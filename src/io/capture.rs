@@ -118,6 +118,9 @@ enum Job<'a> {
     Show(&'a Path),
 }
 
+/// A frame's image, if it is a measurement, and what is to be said about it.
+type Loaded = (Option<Image>, Vec<String>);
+
 /// The image of each frame, `None` where it is no measurement. Files are decoded in parallel;
 /// results and complaints are in the order of the frames whatever the number of threads.
 fn load_images(
@@ -156,7 +159,7 @@ fn load_images(
         ));
     }
     watch.begin(jobs.len() as u64);
-    let results: Vec<Result<(Option<Image>, Vec<String>), Error>> = jobs
+    let results: Vec<Result<Loaded, Error>> = jobs
         .par_iter()
         .zip(frames)
         .map(|(job, frame)| {
@@ -237,7 +240,7 @@ fn measured(
     frame: &Frame,
     vignetting: Option<Vignetting>,
     saturation: Option<f32>,
-) -> Result<(Option<Image>, Vec<String>), Error> {
+) -> Result<Loaded, Error> {
     let Picture { width, height, pixels, mut notes } = picture::read(file)?;
     let camera = &frame.camera;
     if (width, height) != (camera.width, camera.height) {

@@ -9,7 +9,9 @@ use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use exr::block::{UncompressedBlock, reader::ChunksReader};
+use exr::block::UncompressedBlock;
+use exr::block::chunk::CompressedBlock;
+use exr::block::reader::ChunksReader;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{
@@ -129,12 +131,8 @@ fn check_layer(file: &Path, header: &Header, bytes: u64) -> Result<(), Error> {
     check_size(file, header.layer_size)?;
     let pixel_bytes = header.channels.bytes_per_pixel as u128;
     let Vec2(width, height) = header.layer_size;
-    let block = match header.blocks {
-        BlockDescription::ScanLines => {
-            width as u128 * header.compression.scan_lines_per_block().min(height) as u128
-        }
-        BlockDescription::Tiles(tiles) => tiles.tile_size.0 as u128 * tiles.tile_size.1 as u128,
-    };
+    let Vec2(block_width, block_height) = block_size(header);
+    let block = block_width as u128 * block_height as u128;
     if block * pixel_bytes > LARGEST_BLOCK {
         return Err(unsupported(file, "blocks of pixels of more than 256 MB"));
     }
@@ -301,16 +299,66 @@ fn decompress(
     mut place: impl FnMut(UncompressedBlock),
 ) -> Result<(), exr::error::Error> {
     let reader = exr::block::read(BufReader::new(file), false)?;
-    let wanted = reader.filter_chunks(false, |_, tile, block| {
+    let chunks = reader.filter_chunks(false, |_, tile, block| {
         block.layer == layer && tile.level_index == Vec2(0, 0)
     })?;
-    wanted.decompress_sequential(false, |_, block| {
+    let meta = chunks.meta_data().clone();
+    for chunk in chunks {
+        let chunk = chunk?;
         // A damaged table may lead to a chunk of another layer or level.
-        if block.index.layer == layer && block.index.level == Vec2(0, 0) {
+        let Some(header) =
+            meta.headers.get(chunk.layer_index).filter(|_| chunk.layer_index == layer)
+        else {
+            return Err(exr::error::Error::Invalid("table of pixel blocks".into()));
+        };
+        check_cosine_sizes(header, &chunk.compressed_block)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false)?;
+        if block.index.level == Vec2(0, 0) {
             place(block);
         }
-        Ok(())
-    })
+    }
+    Ok(())
+}
+
+/// DWAA and DWAB blocks begin with the sizes of their decompressed parts, which the decoder
+/// allocates as they stand; one changed byte can make that exabytes.
+fn check_cosine_sizes(header: &Header, block: &CompressedBlock) -> Result<(), exr::error::Error> {
+    let bytes = match block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Ok(()),
+    };
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return Ok(());
+    }
+    // Parts are padded to 8 × 8 pixels, and run lengths may grow what they cannot shrink.
+    let Vec2(width, height) = block_size(header);
+    let padded = width.next_multiple_of(8) as u128 * height.next_multiple_of(8) as u128;
+    let most = 2 * padded * header.channels.bytes_per_pixel as u128 + 4096;
+    // Counters 1, 6 and 7 are in bytes, 8 and 9 in values of two bytes.
+    let counters = bytes.as_chunks::<8>().0.iter().take(10).enumerate();
+    for (index, counter) in counters {
+        let unit = match index {
+            1 | 6 | 7 => 1,
+            8 | 9 => 2,
+            _ => continue,
+        };
+        if unit * u128::from(u64::from_le_bytes(*counter)) > most {
+            return Err(exr::error::Error::Invalid("sizes of a DWA block".into()));
+        }
+    }
+    Ok(())
+}
+
+/// Width and height of the largest block of pixels.
+fn block_size(header: &Header) -> Vec2<usize> {
+    match header.blocks {
+        BlockDescription::ScanLines => {
+            let Vec2(width, height) = header.layer_size;
+            Vec2(width, header.compression.scan_lines_per_block().min(height))
+        }
+        BlockDescription::Tiles(tiles) => tiles.tile_size,
+    }
 }
 
 /// Which of the three values of a pixel a channel fills.

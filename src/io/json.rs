@@ -135,11 +135,6 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Whether the member is there, `null` included.
-    pub fn has(&self, key: &str) -> bool {
-        self.value.get(key).is_some()
-    }
-
     fn member(&self, key: &str, value: &'a Value) -> Self {
         let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
         Self { file: self.file, path, value }

@@ -15,6 +15,7 @@ pub mod hdr;
 mod json;
 pub mod mtl;
 pub mod obj;
+mod obj_text;
 pub mod options;
 pub mod picture;
 pub mod polygon;
