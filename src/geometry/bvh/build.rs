@@ -147,6 +147,7 @@ struct Task {
 
 impl Folding<'_> {
     fn fold(&mut self) {
+        self.tree.leaves.push(Leaf::empty());
         self.tree.nodes.push(Node::empty());
         let mut tasks = vec![Task { wide: 0, binary: 0, depth: 1 }];
         let mut deepest = 1;

@@ -10,7 +10,8 @@ pub const LANES: usize = 8;
 #[repr(C, align(32))]
 pub struct Lanes(pub [f32; LANES]);
 
-/// The boxes of eight children. Absent children have boxes that no ray meets.
+/// The boxes of eight children. Absent children have boxes that no ray meets; should one that is
+/// not finite seem to, it finds the empty leaf behind them.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
@@ -35,7 +36,7 @@ pub struct Leaf {
     pub triangles: [u32; LANES],
 }
 
-/// Node 0 is the root; without nodes there is nothing to hit.
+/// Node 0 is the root and leaf 0 is empty; without nodes there is nothing to hit.
 #[derive(Clone, Debug, Default)]
 pub struct WideTree {
     pub nodes: Vec<Node>,
@@ -74,7 +75,7 @@ impl Child {
 impl Node {
     pub fn empty() -> Self {
         let (low, high) = (Lanes([f32::INFINITY; LANES]), Lanes([f32::NEG_INFINITY; LANES]));
-        Self { bounds: [low, high, low, high, low, high], children: [Child(0); LANES] }
+        Self { bounds: [low, high, low, high, low, high], children: [Child::leaf(0); LANES] }
     }
 
     pub fn set(&mut self, lane: usize, low: Vec3, high: Vec3, child: Child) {
