@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::memory::Pages;
+
 /// Children of a node, and triangles of a leaf: as many as one AVX2 register has floats.
 pub const LANES: usize = 8;
 
@@ -12,7 +14,7 @@ pub struct Lanes(pub [f32; LANES]);
 
 /// The boxes of eight children. Absent children have boxes that no ray meets; should one that is
 /// not finite seem to, it finds the empty leaf behind them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
     /// Smallest and largest coordinate along x, then y, then z.
@@ -27,7 +29,7 @@ pub struct Child(pub u32);
 
 /// The corners of up to eight triangles. Those that are absent have NaN corners, which no
 /// comparison accepts.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Leaf {
     /// By corner, then by axis.
@@ -37,10 +39,10 @@ pub struct Leaf {
 }
 
 /// Node 0 is the root and leaf 0 is empty; without nodes there is nothing to hit.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug)]
 pub struct WideTree {
-    pub nodes: Vec<Node>,
-    pub leaves: Vec<Leaf>,
+    pub nodes: Pages<Node>,
+    pub leaves: Pages<Leaf>,
     /// The box around everything.
     pub low: Vec3,
     pub high: Vec3,
