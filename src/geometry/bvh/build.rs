@@ -95,6 +95,7 @@ struct Plan {
     cost: [f64; LANES],
     /// How many slots then go to the left half; 0 means one slot fewer than given.
     left: [u8; LANES],
+    area: f64,
     triangles: usize,
     is_leaf: bool,
 }
@@ -105,7 +106,7 @@ fn plan(binary: &Bvh2) -> Vec<Plan> {
         let (low, high) = bounds(binary, node);
         let size = high.as_dvec3() - low.as_dvec3();
         let area = size.x * size.y + size.y * size.z + size.z * size.x;
-        let mut plan = Plan::default();
+        let mut plan = Plan { area, ..Plan::default() };
         if binary.nodes[node].is_leaf() {
             plan.triangles = binary.nodes[node].prim_count as usize;
             plan.is_leaf = true;
@@ -185,7 +186,10 @@ impl Folding {
         let mut deepest = 1;
         while let Some(task) = tasks.pop() {
             deepest = deepest.max(task.depth);
-            for (lane, child) in source.children(task.binary).into_iter().enumerate() {
+            let mut children = source.children(task.binary);
+            // Leaves first and the largest node last, for `traverse::occluded`.
+            children.sort_by(|&a, &b| source.rank(a).total_cmp(&source.rank(b)));
+            for (lane, child) in children.into_iter().enumerate() {
                 let (low, high) = bounds(source.binary, child);
                 let reference = if source.plans[child].is_leaf {
                     self.leaves.push(source.leaf(child));
@@ -228,6 +232,10 @@ impl Source<'_> {
             }
         }
         children
+    }
+
+    fn rank(&self, node: usize) -> f64 {
+        if self.plans[node].is_leaf { -1.0 } else { self.plans[node].area }
     }
 
     fn leaf(&self, node: usize) -> Leaf {
