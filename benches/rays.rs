@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench rays` times our calls with Criterion, then traces the same rays with
 //! Embree's single-ray calls (`rtcIntersect1`, `rtcOccluded1`, one thread, default build
-//! quality), ours and theirs in turn, and prints the least time of each over the rounds. Hit
+//! quality), ours and theirs in turn, and prints the least times over the rounds. Hit
 //! counts must agree. Without `libembree3.so.3` only ours are timed. `LOBELIA_RAYS_ROUNDS=n` sets
 //! the rounds, and `cargo bench --bench rays -- none` skips Criterion's part.
 
@@ -56,28 +56,38 @@ fn count_occluded(caster: &RayCaster, rays: &[Ray]) -> usize {
     rays.iter().filter(|ray| caster.occluded(ray)).count()
 }
 
+/// Rays that are timed at a time, ours and theirs in turn: so few that a busy machine disturbs
+/// both alike, and in some round neither.
+const CHUNK: usize = 4096;
+
 fn compare(caster: &RayCaster, embree: &Embree, sets: &[RaySet]) {
     let rounds = std::env::var("LOBELIA_RAYS_ROUNDS").ok().and_then(|n| n.parse().ok());
     for set in sets {
-        let rays = &set.rays;
-        for (call, ours, theirs) in [
+        type Count<'a> = &'a dyn Fn(&[Ray]) -> usize;
+        let calls: [(&str, [Count; 2]); 2] = [
+            ("closest", [&|rays| count_closest(caster, rays), &|rays| embree.count_closest(rays)]),
             (
-                "closest",
-                &(|| count_closest(caster, rays)) as &dyn Fn() -> usize,
-                &(|| embree.count_closest(rays)) as &dyn Fn() -> usize,
+                "occluded",
+                [&|rays| count_occluded(caster, rays), &|rays| embree.count_occluded(rays)],
             ),
-            ("occluded", &|| count_occluded(caster, rays), &|| embree.count_occluded(rays)),
-        ] {
-            let mut least = [f64::INFINITY; 2];
+        ];
+        for (call, counters) in calls {
+            let mut least = vec![[f64::INFINITY; 2]; set.rays.len().div_ceil(CHUNK)];
             let mut counts = [0; 2];
-            for _ in 0..rounds.unwrap_or(9) {
-                for (who, trace) in [ours, theirs].into_iter().enumerate() {
-                    let start = Instant::now();
-                    counts[who] = black_box(trace());
-                    least[who] = least[who].min(start.elapsed().as_secs_f64());
+            for round in 0..rounds.unwrap_or(9) {
+                for (chunk, least) in set.rays.chunks(CHUNK).zip(&mut least) {
+                    for who in [round % 2, 1 - round % 2] {
+                        let start = Instant::now();
+                        let count = black_box(counters[who](chunk));
+                        least[who] = least[who].min(start.elapsed().as_secs_f64());
+                        counts[who] += if round == 0 { count } else { 0 };
+                    }
                 }
             }
-            let [our_ns, their_ns] = least.map(|seconds| seconds * 1e9 / rays.len() as f64);
+            let [our_ns, their_ns] = [0, 1].map(|who| {
+                let seconds: f64 = least.iter().map(|chunk| chunk[who]).sum();
+                seconds * 1e9 / set.rays.len() as f64
+            });
             println!(
                 "rays: {} {call} {our_ns:.0} ns, Embree {their_ns:.0} ns, ratio {:.2} (hits {} and {})",
                 set.name,
@@ -87,7 +97,7 @@ fn compare(caster: &RayCaster, embree: &Embree, sets: &[RaySet]) {
             );
             // Rays that graze an edge may be counted otherwise: Embree's default is not watertight.
             let difference = counts[0].abs_diff(counts[1]);
-            assert!(difference * 10_000 <= rays.len(), "hit counts differ by {difference}");
+            assert!(difference * 10_000 <= set.rays.len(), "hit counts differ by {difference}");
         }
     }
 }

@@ -6,13 +6,15 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::triangle::Triangle;
 
+use super::memory::Pages;
 use super::wide::{Child, LANES, Leaf, Node, WideTree};
 
 /// Coordinates beyond this overflow while the tree is built.
 const FARTHEST: f32 = 1e30;
 
 /// What testing a leaf costs, a node being 1.
-const LEAF_COST: f64 = 1.0;
+static LEAF_COST_L: std::sync::LazyLock<f64> =
+    std::sync::LazyLock::new(|| std::env::var("LC").map_or(1.0, |v| v.parse().unwrap()));
 
 pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> WideTree {
     let mut indices = Vec::new();
@@ -24,20 +26,31 @@ pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> WideTree {
             corners.push(triangle);
         }
     }
-    if corners.is_empty() {
-        return WideTree::default();
+    let mut folding = Folding::default();
+    let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
+    if !corners.is_empty() {
+        let binary = build_binary(&corners);
+        (low, high) = bounds(&binary, 0);
+        folding.fold(&Source {
+            plans: &plan(&binary),
+            binary: &binary,
+            corners: &corners,
+            indices: &indices,
+        });
+        println!(
+            "nodes {} leaves {} fill {:.2}",
+            folding.nodes.len(),
+            folding.leaves.len(),
+            corners.len() as f64 / folding.leaves.len() as f64
+        );
     }
-    let binary = build_binary(&corners);
-    let plans = plan(&binary);
-    let mut folding = Folding {
-        binary: &binary,
-        plans: &plans,
-        corners: &corners,
-        indices: &indices,
-        tree: WideTree { low: low(&binary, 0), high: high(&binary, 0), ..Default::default() },
-    };
-    folding.fold();
-    folding.tree
+    WideTree {
+        nodes: Pages::new(&folding.nodes),
+        leaves: Pages::new(&folding.leaves),
+        low,
+        high,
+        stack_size: folding.stack_size,
+    }
 }
 
 fn can_be_hit(&[a, b, c]: &[Vec3; 3]) -> bool {
@@ -52,16 +65,26 @@ fn build_binary(corners: &[[Vec3; 3]]) -> Bvh2 {
         .iter()
         .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
         .collect();
-    let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+    let parameters = BvhBuildParams {
+        max_prims_per_leaf: 1,
+        ..(match std::env::var("BP").as_deref() {
+            Ok("fast") => BvhBuildParams::fast_build(),
+            Ok("slow") => BvhBuildParams::slow_build(),
+            Ok("slown") => BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() },
+            Ok("vslow") => BvhBuildParams::very_slow_build(),
+            Ok("vslown") => {
+                BvhBuildParams { pre_split: false, ..BvhBuildParams::very_slow_build() }
+            }
+            _ => BvhBuildParams::medium_build(),
+        })
+    };
     obvhs::bvh2::builder::build_bvh2_from_tris(&triangles, parameters, &mut Default::default())
 }
 
-fn low(binary: &Bvh2, node: usize) -> Vec3 {
-    binary.nodes[node].aabb().min.into()
-}
-
-fn high(binary: &Bvh2, node: usize) -> Vec3 {
-    binary.nodes[node].aabb().max.into()
+/// Smallest and largest corner of a subtree's box.
+fn bounds(binary: &Bvh2, node: usize) -> (Vec3, Vec3) {
+    let aabb = binary.nodes[node].aabb();
+    (aabb.min.into(), aabb.max.into())
 }
 
 /// How to put a binary subtree into a wide node with the least expected cost (Ylitie, Karras,
@@ -72,6 +95,7 @@ struct Plan {
     cost: [f64; LANES],
     /// How many slots then go to the left half; 0 means one slot fewer than given.
     left: [u8; LANES],
+    area: f64,
     triangles: usize,
     is_leaf: bool,
 }
@@ -79,14 +103,14 @@ struct Plan {
 fn plan(binary: &Bvh2) -> Vec<Plan> {
     let mut plans = vec![Plan::default(); binary.nodes.len()];
     for node in downwards(binary).into_iter().rev() {
-        let aabb = binary.nodes[node].aabb();
-        let size = DVec3::from(Vec3::from(aabb.max).as_dvec3() - Vec3::from(aabb.min).as_dvec3());
+        let (low, high) = bounds(binary, node);
+        let size = high.as_dvec3() - low.as_dvec3();
         let area = size.x * size.y + size.y * size.z + size.z * size.x;
-        let mut plan = Plan::default();
+        let mut plan = Plan { area, ..Plan::default() };
         if binary.nodes[node].is_leaf() {
             plan.triangles = binary.nodes[node].prim_count as usize;
             plan.is_leaf = true;
-            plan.cost = [area * LEAF_COST; LANES];
+            plan.cost = [area * *LEAF_COST_L; LANES];
         } else {
             let left = binary.nodes[node].first_index as usize;
             let (left, right) = (&plans[left], &plans[left + 1]);
@@ -100,7 +124,7 @@ fn plan(binary: &Bvh2) -> Vec<Plan> {
             }
             plan.triangles = left.triangles + right.triangles;
             let as_node = area + plan.cost[LANES - 1];
-            let as_leaf = if plan.triangles <= LANES { area * LEAF_COST } else { f64::INFINITY };
+            let as_leaf = if plan.triangles <= LANES { area * *LEAF_COST_L } else { f64::INFINITY };
             plan.is_leaf = as_leaf <= as_node;
             plan.cost[0] = as_leaf.min(as_node);
             for slots in 1..LANES - 1 {
@@ -130,12 +154,21 @@ fn downwards(binary: &Bvh2) -> Vec<usize> {
     order
 }
 
-struct Folding<'a> {
+/// What is folded.
+struct Source<'a> {
     binary: &'a Bvh2,
     plans: &'a [Plan],
     corners: &'a [[Vec3; 3]],
+    /// The caller's index of each triangle.
     indices: &'a [u32],
-    tree: WideTree,
+}
+
+/// The wide tree as it grows.
+#[derive(Default)]
+struct Folding {
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+    stack_size: usize,
 }
 
 /// A wide node to be filled from a binary subtree.
@@ -145,30 +178,37 @@ struct Task {
     depth: usize,
 }
 
-impl Folding<'_> {
-    fn fold(&mut self) {
-        self.tree.nodes.push(Node::empty());
+impl Folding {
+    fn fold(&mut self, source: &Source) {
+        self.leaves.push(Leaf::empty());
+        self.nodes.push(Node::empty());
         let mut tasks = vec![Task { wide: 0, binary: 0, depth: 1 }];
         let mut deepest = 1;
         while let Some(task) = tasks.pop() {
             deepest = deepest.max(task.depth);
-            for (lane, child) in self.children(task.binary).into_iter().enumerate() {
-                let (low, high) = (low(self.binary, child), high(self.binary, child));
-                let reference = if self.plans[child].is_leaf {
-                    self.push_leaf(child)
+            let mut children = source.children(task.binary);
+            // Leaves first and the largest node last, for `traverse::occluded`.
+            children.sort_by(|&a, &b| source.rank(a).total_cmp(&source.rank(b)));
+            for (lane, child) in children.into_iter().enumerate() {
+                let (low, high) = bounds(source.binary, child);
+                let reference = if source.plans[child].is_leaf {
+                    self.leaves.push(source.leaf(child));
+                    Child::leaf(self.leaves.len() - 1)
                 } else {
-                    let wide = self.tree.nodes.len();
-                    self.tree.nodes.push(Node::empty());
+                    let wide = self.nodes.len();
+                    self.nodes.push(Node::empty());
                     tasks.push(Task { wide, binary: child, depth: task.depth + 1 });
                     Child::node(wide)
                 };
-                self.tree.nodes[task.wide].set(lane, low, high, reference);
+                self.nodes[task.wide].set(lane, low, high, reference);
             }
         }
         // On each level all children but one may wait.
-        self.tree.stack_size = deepest * (LANES - 1);
+        self.stack_size = deepest * (LANES - 1);
     }
+}
 
+impl Source<'_> {
     /// The binary nodes that become the children of a wide node.
     fn children(&self, node: usize) -> Vec<usize> {
         if self.plans[node].is_leaf {
@@ -194,7 +234,11 @@ impl Folding<'_> {
         children
     }
 
-    fn push_leaf(&mut self, node: usize) -> Child {
+    fn rank(&self, node: usize) -> f64 {
+        if self.plans[node].is_leaf { -1.0 } else { self.plans[node].area }
+    }
+
+    fn leaf(&self, node: usize) -> Leaf {
         let mut leaf = Leaf::empty();
         let mut lane = 0;
         let mut open = vec![node];
@@ -210,7 +254,6 @@ impl Folding<'_> {
                 open.extend([first + 1, first]);
             }
         }
-        self.tree.leaves.push(leaf);
-        Child::leaf(self.tree.leaves.len() - 1)
+        leaf
     }
 }

@@ -13,6 +13,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod build;
+mod memory;
 mod portable;
 mod ray;
 mod traverse;

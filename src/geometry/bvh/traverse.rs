@@ -128,41 +128,33 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
     let t_max = ray.t_max.next_down();
 
     let mut stack = Stack { entries: stack, len: 0 };
-    let mut child = Child::node(0);
+    let mut node = Child::node(0);
     loop {
-        if child.is_leaf() {
-            // SAFETY: the builder made this index, and the caller's promise.
-            let (met, _) = unsafe {
-                kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), t_max)
-            };
-            if met != 0 {
-                return true;
-            }
-        } else {
-            // SAFETY: the builder made this index, and the caller's promise.
-            let node = unsafe { tree.nodes.get_unchecked(child.index()) };
-            let (mut met, near) = unsafe { kernel.boxes(node, t_max) };
-            if met != 0 {
-                let lane = met.trailing_zeros() as usize & 7;
-                met &= met - 1;
-                let mut next = (near.0[lane], node.children[lane]);
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize & 7;
-                    met &= met - 1;
-                    let mut other = (near.0[lane], node.children[lane]);
-                    if other.0 < next.0 {
-                        std::mem::swap(&mut other, &mut next);
-                    }
-                    // SAFETY: the stack holds `tree.stack_size` entries.
-                    unsafe { stack.push(other) };
+        // SAFETY: only nodes are put aside, the builder made their indices; the caller's promise.
+        let children = unsafe { tree.nodes.get_unchecked(node.index()) };
+        let (mut met, near) = unsafe { kernel.boxes(children, t_max) };
+        // The builder sorts leaves to the front and the largest node to the back. Leaves first,
+        // then the largest node: where anything will do, the place to look is where most is.
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize & 7;
+            met &= met - 1;
+            let child = children.children[lane];
+            if child.is_leaf() {
+                // SAFETY: the builder made this index, and the caller's promise.
+                let (hit, _) = unsafe {
+                    kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), t_max)
+                };
+                if hit != 0 {
+                    return true;
                 }
-                child = next.1;
-                continue;
+            } else {
+                // SAFETY: the stack holds `tree.stack_size` entries.
+                unsafe { stack.push((near.0[lane], child)) };
             }
         }
         match stack.pop() {
             None => return false,
-            Some((_, next)) => child = next,
+            Some((_, next)) => node = next,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::memory::Pages;
+
 /// Children of a node, and triangles of a leaf: as many as one AVX2 register has floats.
 pub const LANES: usize = 8;
 
@@ -10,8 +12,9 @@ pub const LANES: usize = 8;
 #[repr(C, align(32))]
 pub struct Lanes(pub [f32; LANES]);
 
-/// The boxes of eight children. Absent children have boxes that no ray meets.
-#[derive(Clone, Debug)]
+/// The boxes of eight children. Absent children have boxes that no ray meets; should one that is
+/// not finite seem to, it finds the empty leaf behind them.
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
     /// Smallest and largest coordinate along x, then y, then z.
@@ -26,7 +29,7 @@ pub struct Child(pub u32);
 
 /// The corners of up to eight triangles. Those that are absent have NaN corners, which no
 /// comparison accepts.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Leaf {
     /// By corner, then by axis.
@@ -35,11 +38,11 @@ pub struct Leaf {
     pub triangles: [u32; LANES],
 }
 
-/// Node 0 is the root; without nodes there is nothing to hit.
-#[derive(Clone, Debug, Default)]
+/// Node 0 is the root and leaf 0 is empty; without nodes there is nothing to hit.
+#[derive(Debug)]
 pub struct WideTree {
-    pub nodes: Vec<Node>,
-    pub leaves: Vec<Leaf>,
+    pub nodes: Pages<Node>,
+    pub leaves: Pages<Leaf>,
     /// The box around everything.
     pub low: Vec3,
     pub high: Vec3,
@@ -74,7 +77,7 @@ impl Child {
 impl Node {
     pub fn empty() -> Self {
         let (low, high) = (Lanes([f32::INFINITY; LANES]), Lanes([f32::NEG_INFINITY; LANES]));
-        Self { bounds: [low, high, low, high, low, high], children: [Child(0); LANES] }
+        Self { bounds: [low, high, low, high, low, high], children: [Child::leaf(0); LANES] }
     }
 
     pub fn set(&mut self, lane: usize, low: Vec3, high: Vec3, child: Child) {
