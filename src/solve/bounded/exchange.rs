@@ -5,10 +5,10 @@ use super::model::Model;
 use crate::watch::Watch;
 
 /// The unknowns of the working columns, and their box.
-pub struct Box<'a> {
-    pub y: &'a mut [f64],
-    pub lower: &'a [f64],
-    pub upper: &'a [f64],
+pub struct State {
+    pub y: Vec<f64>,
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
 }
 
 /// Ends when no working column violates its optimality condition by more than `tolerance` (in
@@ -21,7 +21,7 @@ pub struct Box<'a> {
 /// of these is lower than the one before, and there are finitely many.
 pub fn solve<M: Model>(
     model: &mut M,
-    state: &mut Box,
+    state: &mut State,
     start_free: &[usize],
     tolerance: f64,
     limit: usize,
@@ -66,7 +66,7 @@ enum Descent {
 
 fn descend<M: Model>(
     model: &mut M,
-    state: &mut Box,
+    state: &mut State,
     newcomers: &[usize],
     refused: &mut [bool],
 ) -> Descent {
@@ -118,9 +118,8 @@ fn descend<M: Model>(
     let moves: Vec<f64> = free.iter().zip(&cut).map(|(&j, to)| to - state.y[j]).collect();
     model.advance(&moves);
     // Along a step d the quadratic falls by d·(g + g')/2, g and g' being the ends' gradients.
-    let fall: f64 = (0..free.len())
-        .map(|p| 0.5 * moves[p] * (before[p] + model.gradient()[free[p]]))
-        .sum();
+    let fall: f64 =
+        (0..free.len()).map(|p| 0.5 * moves[p] * (before[p] + model.gradient()[free[p]])).sum();
     let reached = if fall >= 0.5 * fraction * (1.0 - 0.5 * fraction) * slope {
         cut
     } else {
@@ -167,16 +166,14 @@ pub fn violation(y: f64, lower: f64, upper: f64, gradient: f64) -> f64 {
 }
 
 /// The columns to enter next: those whose violation is not far from the largest.
-fn violating<M: Model>(model: &M, state: &Box, refused: &[bool], tolerance: f64) -> Vec<usize> {
+fn violating<M: Model>(model: &M, state: &State, refused: &[bool], tolerance: f64) -> Vec<usize> {
     let mut is_free = vec![false; state.y.len()];
     for &j in model.free() {
         is_free[j] = true;
     }
     let mut found: Vec<(f64, usize)> = (0..state.y.len())
         .filter(|&j| !refused[j] && !is_free[j])
-        .map(|j| {
-            (violation(state.y[j], state.lower[j], state.upper[j], model.gradient()[j]), j)
-        })
+        .map(|j| (violation(state.y[j], state.lower[j], state.upper[j], model.gradient()[j]), j))
         .filter(|&(violation, _)| violation > tolerance)
         .collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
