@@ -82,7 +82,7 @@ mod tests {
             .collect();
         let mut factor = ActiveCholesky::default();
         let mut list: Vec<usize> = Vec::new();
-        let mut enter = |factor: &mut ActiveCholesky, list: &mut Vec<usize>, j: usize| {
+        let enter = |factor: &mut ActiveCholesky, list: &mut Vec<usize>, j: usize| {
             let products = list.iter().map(|&i| dot(&a[i], &a[j])).collect();
             assert!(factor.append(products, dot(&a[j], &a[j]), 1e-10));
             list.push(j);

@@ -5,14 +5,15 @@ use super::model::Model;
 use crate::watch::Watch;
 
 /// The unknowns of the working columns, and their box.
-pub struct Box<'a> {
-    pub y: &'a mut [f64],
-    pub lower: &'a [f64],
-    pub upper: &'a [f64],
+pub struct State {
+    pub y: Vec<f64>,
+    pub lower: Vec<f64>,
+    pub upper: Vec<f64>,
 }
 
 /// Ends when no working column violates its optimality condition by more than `tolerance` (in
-/// the units of the gradient), or after `limit` subspace solutions; gives their number.
+/// the units of the gradient), or after `limit` subspace solutions; gives their
+/// number.
 ///
 /// Columns that violate enter several at once. Each subspace minimum is approached through the
 /// box: the whole step cut off at the bounds if that lowers the objective at least as much as
@@ -21,16 +22,19 @@ pub struct Box<'a> {
 /// of these is lower than the one before, and there are finitely many.
 pub fn solve<M: Model>(
     model: &mut M,
-    state: &mut Box,
+    state: &mut State,
     start_free: &[usize],
     tolerance: f64,
     limit: usize,
     watch: &Watch,
 ) -> Result<usize, BoundedError> {
+    // Columns that cannot enter the present free ones: they depend on them, or would leave the
+    // box at once. It holds until others are free.
     let mut refused = vec![false; state.y.len()];
     for &column in start_free {
         refused[column] = !model.enter(column);
     }
+    let limit = limit.min(LIMIT_PER_COLUMN * state.y.len() + LIMIT_AT_LEAST);
     let mut iterations = 0;
     let mut newcomers = Vec::new();
     loop {
@@ -66,7 +70,7 @@ enum Descent {
 
 fn descend<M: Model>(
     model: &mut M,
-    state: &mut Box,
+    state: &mut State,
     newcomers: &[usize],
     refused: &mut [bool],
 ) -> Descent {
@@ -84,7 +88,7 @@ fn descend<M: Model>(
     if !stuck.is_empty() {
         for &p in &stuck {
             // Its gradient said otherwise only by rounding or by the others that entered with
-            // it: it waits until something has moved.
+            // it: it waits until something has changed.
             refused[free[p]] |= newcomers.contains(&free[p]);
         }
         model.leave(&stuck);
@@ -99,7 +103,9 @@ fn descend<M: Model>(
             fraction = fraction.min(room / step[p]);
         }
     }
-    refused.fill(false);
+    if newcomers.iter().any(|j| free.contains(j)) {
+        refused.fill(false);
+    }
     if fraction >= 1.0 {
         model.advance(&step);
         for (p, &j) in free.iter().enumerate() {
@@ -153,6 +159,7 @@ fn descend<M: Model>(
         arrived.push(p);
     }
     model.leave(&arrived);
+    refused.fill(false);
     Descent::Continue
 }
 
@@ -166,7 +173,7 @@ pub fn violation(y: f64, lower: f64, upper: f64, gradient: f64) -> f64 {
 }
 
 /// The columns to enter next: those whose violation is not far from the largest.
-fn violating<M: Model>(model: &M, state: &Box, refused: &[bool], tolerance: f64) -> Vec<usize> {
+fn violating<M: Model>(model: &M, state: &State, refused: &[bool], tolerance: f64) -> Vec<usize> {
     let mut is_free = vec![false; state.y.len()];
     for &j in model.free() {
         is_free[j] = true;
@@ -183,6 +190,10 @@ fn violating<M: Model>(model: &M, state: &Box, refused: &[bool], tolerance: f64)
     found.into_iter().take(most).take_while(|found| found.0 >= fraction).map(|f| f.1).collect()
 }
 
+/// Subspace solutions on w working columns end after this many times w, and this many more: only
+/// rounding can ask for so many, and a fresh gradient from `A` helps more then.
+const LIMIT_PER_COLUMN: usize = 4;
+const LIMIT_AT_LEAST: usize = 500;
 /// At most 1 + free / this many columns enter at once.
 const ENTER_SHARE: usize = 4;
 /// Columns enter whose violation is at least this part of the largest.

@@ -5,6 +5,7 @@ use faer::{Mat, MatRef};
 
 use super::cholesky::ActiveCholesky;
 use super::kernels::{add_scaled, dot};
+use super::system::{Point, System};
 
 /// A quadratic over the working columns with a list of free ones, over which it can be solved.
 pub trait Model {
@@ -111,7 +112,32 @@ pub struct FactorModel {
 }
 
 impl FactorModel {
-    pub fn new(columns: Mat<f64>, residual: Vec<f64>) -> Self {
+    /// The working columns without their squares: themselves, or, when there are more rows than
+    /// columns, the triangle of their QR factors and the residual in that basis.
+    pub fn of(system: &System, members: &[usize], point: &Point) -> Self {
+        let count = members.len();
+        // A ridge is as many rows more, with residual 0 − ridge y.
+        let extra = if system.ridge > 0.0 { count } else { 0 };
+        let rows = system.rows + extra;
+        let mut all = Mat::zeros(rows, count + 1);
+        for (position, &j) in members.iter().enumerate() {
+            let column = all.col_mut(position).try_as_col_major_mut().expect("column-major");
+            system.copy_column(j, &mut column.as_slice_mut()[..system.rows]);
+            if extra > 0 {
+                all[(system.rows + position, position)] = system.ridge;
+                all[(system.rows + position, count)] = -system.ridge * point.y[j];
+            }
+        }
+        for (row, &value) in point.residual.iter().enumerate() {
+            all[(row, count)] = value;
+        }
+        let small = if rows > count + 1 { all.qr().thin_R().to_owned() } else { all };
+        let columns = small.subcols(0, count).to_owned();
+        let residual = small.col(count).iter().copied().collect();
+        Self::new(columns, residual)
+    }
+
+    fn new(columns: Mat<f64>, residual: Vec<f64>) -> Self {
         let gradient = vec![0.0; columns.ncols()];
         let (free, basis, triangle) = (Vec::new(), Vec::new(), Vec::new());
         let mut model = Self { columns, residual, gradient, free, basis, triangle };

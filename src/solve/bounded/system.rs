@@ -138,17 +138,25 @@ impl<'a> System<'a> {
             .collect()
     }
 
-    /// Brings residual and gradient of `point` up to date with its `y`: one pass over `A`.
-    pub fn evaluate(&self, point: &mut Point) {
+    /// Brings the residual of `point` up to date with its `y`, and its gradient for these
+    /// columns (ascending), or all: one pass over them.
+    pub fn evaluate(&self, point: &mut Point, columns: Option<&[usize]>) {
         let x: Vec<f64> = (0..self.columns)
             .map(|j| if self.is_zero(j) { 0.0 } else { point.y[j] / self.norms[j] })
             .collect();
         point.residual = self.residual(&x);
         let weighted = self.weighted(&point.residual);
-        let y = &point.y;
-        self.for_each_column(&mut point.gradient, |j, gradient| {
-            *gradient = self.scaled_gradient(j, dot(self.column(j), &weighted), y[j]);
-        });
+        let price = |j: usize| self.scaled_gradient(j, dot(self.column(j), &weighted), point.y[j]);
+        match columns {
+            None => self.for_each_column(&mut point.gradient, |j, gradient| *gradient = price(j)),
+            Some(columns) => {
+                let mut prices = vec![0.0; columns.len()];
+                self.for_each_column(&mut prices, |i, out| *out = price(columns[i]));
+                for (&j, price) in columns.iter().zip(prices) {
+                    point.gradient[j] = price;
+                }
+            }
+        }
     }
 
     /// Writes column j, weighted and of unit length, to `out` (length m).
@@ -203,7 +211,7 @@ impl<'a> System<'a> {
                 job(index * COLUMN_BLOCK + offset, out);
             }
         };
-        if self.rows * self.columns < PARALLEL_ENTRIES {
+        if self.rows * out.len() < PARALLEL_ENTRIES {
             out.chunks_mut(COLUMN_BLOCK).enumerate().for_each(block);
         } else {
             out.par_chunks_mut(COLUMN_BLOCK).enumerate().for_each(block);
