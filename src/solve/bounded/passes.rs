@@ -33,96 +33,6 @@ pub fn solve(
     Ok(search.solution(start, converged))
 }
 
-<<<<<<< HEAD
-    let mut working = Working::new(system);
-    let first: Vec<usize> = (0..n)
-        .filter(|&j| {
-            movable[j] && (path == Path::Gram || (lower[j] < point.y[j] && point.y[j] < upper[j]))
-        })
-        .collect();
-    working.extend(system, &first);
-
-    let goal = options.tolerance * system.scale;
-    let (mut passes, mut iterations) = (1, 0);
-    let mut exact = false;
-    let (mut best_violation, mut best_objective) = (f64::INFINITY, f64::INFINITY);
-    let mut stalled = 0;
-    let mut last_largest = f64::INFINITY;
-    loop {
-        let violations: Vec<f64> = (0..n)
-            .map(|j| {
-                if movable[j] {
-                    violation(point.y[j], lower[j], upper[j], point.gradient[j])
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        let largest = violations.iter().copied().fold(0.0, f64::max);
-        let inside = working.members.iter().map(|&j| violations[j]).fold(0.0, f64::max);
-        let objective = dot(&point.residual, &point.residual)
-            + system.ridge * system.ridge * dot(&point.y, &point.y);
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "pass {passes} w {} kkt {:.2e} inside {:.2e} obj {objective:.15e} it {iterations} exact {exact} nviol {}",
-                working.members.len(),
-                largest / system.scale,
-                inside / system.scale,
-                violations.iter().filter(|v| **v > goal).count()
-            );
-        }
-        let converged = largest <= goal;
-        if largest < 0.5 * best_violation || objective < best_objective * (1.0 - 1e-12) {
-            stalled = 0;
-        } else {
-            stalled += 1;
-        }
-        best_violation = best_violation.min(largest);
-        best_objective = best_objective.min(objective);
-        if converged || iterations >= options.max_iterations || stalled >= PATIENCE {
-            let x = system.unscaled(&point.y, start);
-            return Ok(BoundedSolution {
-                residual_norm: norm(&point.residual),
-                kkt_residual: largest / system.scale,
-                kkt_absolute: (0..n).map(|j| violations[j] * system.norm(j)).fold(0.0, f64::max),
-                active: (0..n)
-                    .filter(|&j| movable[j] && lower[j] < point.y[j] && point.y[j] < upper[j])
-                    .count(),
-                iterations,
-                passes,
-                path,
-                converged,
-                x,
-            });
-        }
-        exact |=
-            stalled > 0 || (passes > 1 && inside > goal && inside > CONTRACTION * last_largest);
-        last_largest = largest;
-
-        let wanted = wanted(&violations, goal, |j| !working.contains(j), working.members.len());
-        let limit = options.max_iterations - iterations;
-        let inner_goal = 0.5 * goal;
-        if exact {
-            let members = exact_members(&violations, goal, &point.y, &lower, &upper, &movable);
-            let mut model = factor_model(system, &members, &point);
-            iterations += correct(
-                &mut model, &members, &mut point, &lower, &upper, inner_goal, limit, watch,
-            )?;
-        } else {
-            working.extend(system, &wanted);
-            let gradient = working.members.iter().map(|&j| point.gradient[j]).collect();
-            let mut model = GramModel::new(working.gram(), gradient);
-            iterations += correct(
-                &mut model,
-                &working.members,
-                &mut point,
-                &lower,
-                &upper,
-                inner_goal,
-                limit,
-                watch,
-            )?;
-=======
 struct Search<'a> {
     system: &'a System<'a>,
     point: Point,
@@ -308,7 +218,6 @@ impl<'a> Search<'a> {
             passes: self.passes,
             path: self.path,
             converged,
->>>>>>> solve
         }
     }
 }
@@ -321,43 +230,6 @@ struct Region {
     movable: Vec<bool>,
 }
 
-<<<<<<< HEAD
-fn wanted(
-    violations: &[f64],
-    goal: f64,
-    eligible: impl Fn(usize) -> bool,
-    size: usize,
-) -> Vec<usize> {
-    let mut found: Vec<usize> =
-        (0..violations.len()).filter(|&j| violations[j] > goal && eligible(j)).collect();
-    found.sort_by(|&a, &b| violations[b].total_cmp(&violations[a]).then(a.cmp(&b)));
-    let most = (env("KMIN", 32.0) as usize).max((size as f64 * env("KSHARE", 0.5)) as usize);
-    let fraction = found.first().map_or(0.0, |&j| env("KFRAC", 0.0) * violations[j]);
-    found.into_iter().take(most).take_while(|&j| violations[j] >= fraction).collect()
-}
-
-fn exact_members(
-    violations: &[f64],
-    goal: f64,
-    y: &[f64],
-    lower: &[f64],
-    upper: &[f64],
-    movable: &[bool],
-) -> Vec<usize> {
-    let between = |j: usize| movable[j] && lower[j] < y[j] && y[j] < upper[j];
-    let mut members: Vec<usize> = (0..y.len()).filter(|&j| between(j)).collect();
-    members.extend(wanted(violations, goal, |j| !between(j), members.len()));
-    members
-}
-
-#[allow(clippy::too_many_arguments)]
-fn correct<M: super::model::Model>(
-    model: &mut M,
-    members: &[usize],
-    point: &mut Point,
-    lower: &[f64],
-    upper: &[f64],
-=======
 impl Region {
     fn new(system: &System) -> Self {
         let n = system.columns;
@@ -377,7 +249,6 @@ impl Region {
 
 /// A solution on some columns, starting at a point whose gradient is known.
 struct Correction<'a> {
->>>>>>> solve
     goal: f64,
     limit: usize,
     watch: &'a Watch,

@@ -71,16 +71,6 @@ impl Working {
         }
     }
 
-<<<<<<< HEAD
-    /// Fills in the products of the columns from `before` on with all.
-    fn multiply(&mut self, before: usize, ridge: f64) {
-        let after = self.members.len();
-        let range =
-            |chunk: usize, from: usize| (chunk * CHUNK).max(from)..((chunk + 1) * CHUNK).min(after);
-        let first = before / CHUNK;
-        let pairs: Vec<(usize, usize)> = (first..self.chunks.len())
-            .flat_map(|new| (0..=new).map(move |other| (other, new)))
-=======
     /// Puts at most CHUNK columns in `places`, those beyond the present end in order.
     fn admit(&mut self, system: &System, columns: &[usize], places: &[usize]) {
         let jobs: Vec<_> = self.fresh.col_iter_mut().zip(columns).collect();
@@ -102,7 +92,6 @@ impl Working {
         let used = self.members.len();
         let pairs: Vec<(usize, usize)> = (0..used.div_ceil(CHUNK))
             .flat_map(|chunk| (0..columns.len()).step_by(STRIP).map(move |first| (chunk, first)))
->>>>>>> solve
             .collect();
         let products: Vec<Mat<f64>> = pairs
             .par_iter()
