@@ -19,41 +19,41 @@ const LARGEST_BATCH: usize = 1 << 18;
 const SMALLEST_BLOCK: usize = 1 << 10;
 const BLOCK_PART: usize = 16;
 
-/// Indices of the candidates kept, greedily in their order: a candidate is kept if and only if
-/// no earlier kept one is nearer than `min_distance` (in the unit of the coordinates).
+/// Indices of the candidates kept, greedily in the given order: a candidate is kept if and only
+/// if no earlier kept one is nearer than `min_distance` (in the unit of the coordinates).
 ///
-/// Candidates that are not finite are never kept. All others are where `min_distance` is not
-/// positive.
-///
-/// # Panics
-/// With more candidates than a `u32` can number.
+/// `order` lists the indices of the candidates that are in question. Candidates that are not
+/// finite are never kept. All others are where `min_distance` is not positive. Candidates that
+/// are neighbours in space are best neighbours in the slice: then most are rejected by the
+/// point that rejected their neighbour.
 pub fn select_spaced(
     candidates: &[Vec3],
+    order: &[u32],
     min_distance: f32,
     watch: &Watch,
 ) -> Result<Vec<u32>, Cancelled> {
-    assert!(u32::try_from(candidates.len()).is_ok(), "more candidates than u32 can number");
-    let finite = (0..candidates.len()).filter(|&index| candidates[index].is_finite());
+    let point = |index: u32| candidates[index as usize];
+    let finite = order.iter().copied().filter(|&index| point(index).is_finite());
     if min_distance.is_nan() || min_distance <= 0.0 {
-        return Ok(finite.map(|index| index as u32).collect());
+        return Ok(finite.collect());
     }
     let Some(first) = finite.clone().next() else { return Ok(Vec::new()) };
 
     // Each batch is thinned in parallel by what is kept already; what survives is decided in the
-    // candidates' order, so the answer is the sequential one however many threads there are.
-    let mut kept = Kept::new(candidates[first], min_distance);
-    let mut start = first;
+    // given order, so the answer is the sequential one however many threads there are.
+    let mut kept = Kept::new(point(first), min_distance);
+    let mut start = 0;
     let mut batch = FIRST_BATCH;
-    while start < candidates.len() {
+    while start < order.len() {
         watch.check()?;
-        let end = candidates.len().min(start + batch);
-        let mut survivors: Vec<u32> = (start as u32..end as u32)
-            .into_par_iter()
-            .with_min_len(256)
-            .filter(|&index| {
-                let point = candidates[index as usize];
-                point.is_finite() && !kept.has_nearer(point)
-            })
+        let end = order.len().min(start + batch);
+        let mut by_place = order[start..end].to_vec();
+        by_place.par_sort_unstable();
+        let free = kept.thin(candidates, &by_place);
+        let mut survivors: Vec<u32> = order[start..end]
+            .iter()
+            .copied()
+            .filter(|index| free.binary_search(index).is_ok())
             .collect();
         while !survivors.is_empty() {
             watch.check()?;
@@ -61,18 +61,14 @@ pub fn select_spaced(
             let rest = survivors.split_off(survivors.len().min(largest));
             let block = kept.points.len();
             for index in survivors {
-                let point = candidates[index as usize];
-                if !kept.points[block..].iter().any(|&other| kept.is_nearer(other, point)) {
-                    kept.points.push(point);
+                let near = |&other: &Vec3| kept.is_nearer(other, point(index));
+                if !kept.points[block..].iter().any(near) {
+                    kept.points.push(point(index));
                     kept.indices.push(index);
                 }
             }
             kept.rebuild();
-            survivors = rest
-                .into_par_iter()
-                .with_min_len(256)
-                .filter(|&index| !kept.has_nearer(candidates[index as usize]))
-                .collect();
+            survivors = kept.thin(candidates, &rest);
         }
         start = end;
         batch = (batch * 2).min(LARGEST_BATCH);
@@ -104,20 +100,44 @@ impl Kept {
         local.to_array().map(|x| x.clamp(-1e15, 1e15) as f32)
     }
 
-    /// Whether a point of the tree is nearer than the distance.
-    fn has_nearer(&self, point: Vec3) -> bool {
-        let Some(tree) = &self.tree else { return false };
+    /// The candidates of a list that are finite and not near a point of the tree, in its order.
+    fn thin(&self, candidates: &[Vec3], list: &[u32]) -> Vec<u32> {
+        let thin = |chunk: &[u32]| {
+            let mut rejecting = self.points.first().copied();
+            let mut free = Vec::new();
+            for &index in chunk {
+                let point = candidates[index as usize];
+                if !point.is_finite() || rejecting.is_some_and(|near| self.is_nearer(near, point)) {
+                    continue;
+                }
+                match self.nearer(point) {
+                    None => free.push(index),
+                    near => rejecting = near,
+                }
+            }
+            free
+        };
+        let chunks: Vec<Vec<u32>> = list.par_chunks(1 << 12).map(thin).collect();
+        chunks.concat()
+    }
+
+    /// A point of the tree nearer than the distance.
+    fn nearer(&self, point: Vec3) -> Option<Vec3> {
+        let tree = self.tree.as_ref()?;
         let place = self.local(point);
         let nearest = tree.query(&place).nearest_one::<SquaredEuclidean<f32>>().execute();
-        if self.is_nearer(self.points[nearest.item as usize], point) {
-            return true;
+        let found = self.points[nearest.item as usize];
+        if self.is_nearer(found, point) {
+            return Some(found);
         }
         // Rounded coordinates of far points may make another one seem the nearest; then all that
         // seem nearly as near are asked.
         let rounding = 4.0 * f32::EPSILON * place.iter().fold(1.0f32, |a, b| a.max(b.abs()));
         let reach = 1.0 + 2.0 * rounding;
-        nearest.distance <= reach * reach
-            && self.points.iter().any(|&other| self.is_nearer(other, point))
+        if nearest.distance > reach * reach {
+            return None;
+        }
+        self.points.iter().copied().find(|&other| self.is_nearer(other, point))
     }
 
     /// Distances are compared in double precision, and everywhere by this one function.
@@ -164,9 +184,26 @@ mod tests {
         kept
     }
 
+    fn select(candidates: &[Vec3], min_distance: f32) -> Vec<u32> {
+        let order: Vec<u32> = (0..candidates.len() as u32).collect();
+        select_spaced(candidates, &order, min_distance, &Watch::new()).unwrap()
+    }
+
     fn check(candidates: &[Vec3], min_distance: f32) {
-        let kept = select_spaced(candidates, min_distance, &Watch::new()).unwrap();
+        let kept = select(candidates, min_distance);
         assert_eq!(kept, brute_force(candidates, min_distance), "distance {min_distance}");
+    }
+
+    #[test]
+    fn the_order_decides() {
+        let points = scattered(3000, 9);
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        Random::new(1, 1, 1).shuffle(&mut order);
+        let ordered: Vec<Vec3> = order.iter().map(|&index| points[index as usize]).collect();
+        let expected: Vec<u32> =
+            brute_force(&ordered, 0.2).into_iter().map(|place| order[place as usize]).collect();
+        assert_eq!(select_spaced(&points, &order, 0.2, &Watch::new()), Ok(expected));
+        assert_eq!(select_spaced(&points, &[7], 0.2, &Watch::new()), Ok(vec![7]));
     }
 
     #[test]
@@ -185,24 +222,24 @@ mod tests {
     #[test]
     fn duplicates_count_once() {
         let same = vec![Vec3::splat(0.3); 5000];
-        assert_eq!(select_spaced(&same, 1e-3, &Watch::new()), Ok(vec![0]));
+        assert_eq!(select(&same, 1e-3), [0]);
         check(&[scattered(3000, 2), scattered(3000, 2)].concat(), 1e-4);
     }
 
     #[test]
     fn points_at_the_distance_are_kept() {
         let row: Vec<Vec3> = (0..100).map(|i| Vec3::X * i as f32).collect();
-        assert_eq!(select_spaced(&row, 1.0, &Watch::new()).unwrap().len(), 100);
-        assert_eq!(select_spaced(&row, 1.001, &Watch::new()).unwrap().len(), 50);
+        assert_eq!(select(&row, 1.0).len(), 100);
+        assert_eq!(select(&row, 1.001).len(), 50);
     }
 
     #[test]
     fn odd_input() {
         let odd = [Vec3::NAN, Vec3::ZERO, Vec3::INFINITY, Vec3::ZERO, Vec3::splat(1e30)];
-        assert_eq!(select_spaced(&odd, 1.0, &Watch::new()), Ok(vec![1, 4]));
-        assert_eq!(select_spaced(&odd, 0.0, &Watch::new()), Ok(vec![1, 3, 4]));
-        assert_eq!(select_spaced(&odd, -1.0, &Watch::new()), Ok(vec![1, 3, 4]));
-        assert_eq!(select_spaced(&[], 1.0, &Watch::new()), Ok(vec![]));
+        assert_eq!(select(&odd, 1.0), [1, 4]);
+        assert_eq!(select(&odd, 0.0), [1, 3, 4]);
+        assert_eq!(select(&odd, -1.0), [1, 3, 4]);
+        assert!(select(&[], 1.0).is_empty());
         let huge: Vec<Vec3> = scattered(3000, 3).iter().map(|p| *p * 1e30).collect();
         for distance in [1e-30, 1.0, 1e29, 3e38] {
             check(&huge, distance);
@@ -216,18 +253,6 @@ mod tests {
     fn a_cancelled_watch_stops() {
         let watch = Watch::new();
         watch.cancel();
-        assert_eq!(select_spaced(&scattered(10, 4), 0.1, &watch), Err(Cancelled));
-    }
-
-    /// `cargo test --release -- --ignored seven_million --nocapture`
-    #[test]
-    #[ignore = "a measurement, not a test"]
-    fn seven_million_candidates() {
-        let candidates: Vec<Vec3> = scattered(7_000_000, 7).iter().map(|p| p.with_z(0.0)).collect();
-        for distance in [0.0105, 0.004] {
-            let start = std::time::Instant::now();
-            let kept = select_spaced(&candidates, distance, &Watch::new()).unwrap();
-            println!("{} kept in {:.2} s", kept.len(), start.elapsed().as_secs_f32());
-        }
+        assert_eq!(select_spaced(&scattered(10, 4), &[0, 1], 0.1, &watch), Err(Cancelled));
     }
 }

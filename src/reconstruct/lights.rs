@@ -142,18 +142,18 @@ pub fn place(
         })
         .collect::<Result<_, Cancelled>>()?;
 
-    let mut candidates: Vec<VirtualLight> = found.into_iter().flatten().collect();
+    let candidates: Vec<VirtualLight> = found.into_iter().flatten().collect();
     // The rays of one sample come one after the other; in that order the first samples would
     // decide where all lights are.
-    Random::new(seed, Stream::Lights as u64, u64::MAX).shuffle(&mut candidates);
+    let mut order: Vec<u32> = (0..candidates.len() as u32).collect();
+    Random::new(seed, Stream::Lights as u64, u64::MAX).shuffle(&mut order);
     let positions: Vec<Vec3> = candidates.iter().map(|light| light.position).collect();
     let spacing_m = match options.spacing_factor {
         Some(factor) => factor as f32 * cloud.spacing_m,
-        None => {
-            spacing_for(&positions, options.count, watch)?.max(SMALLEST_FACTOR * cloud.spacing_m)
-        }
+        None => spacing_for(&positions, &order, options.count, watch)?
+            .max(SMALLEST_FACTOR * cloud.spacing_m),
     };
-    let kept = select_spaced(&positions, spacing_m, watch)?;
+    let kept = select_spaced(&positions, &order, spacing_m, watch)?;
     let radius_m = options.disc_radius_factor as f32 * spacing_m;
     let light = |index: u32| VirtualLight { radius_m, ..candidates[index as usize] };
     Ok(VirtualLights {

@@ -121,18 +121,19 @@ pub fn place(
         }
     }
     // In the order of the pixels, samples would line up along the rows of the first photograph.
-    Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut candidates);
+    let mut order: Vec<u32> = (0..candidates.len() as u32).collect();
+    Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut order);
     watch.tick()?;
 
     let positions: Vec<Vec3> = candidates.iter().map(|candidate| candidate.position).collect();
     let spacing_m = match options.spacing_m {
         Some(spacing) => spacing as f32,
-        None => spacing_for(&positions, options.count, watch)?,
+        None => spacing_for(&positions, &order, options.count, watch)?,
     };
-    let mut kept = select_spaced(&positions, spacing_m, watch)?;
+    let mut kept = select_spaced(&positions, &order, spacing_m, watch)?;
     watch.tick()?;
 
-    densify(views, options, &candidates, spacing_m, &mut kept, watch)?;
+    densify(views, options, &candidates, (&positions, &order), spacing_m, &mut kept, watch)?;
     let read: Vec<Option<(Sample, Vec<View>)>> = kept
         .par_iter()
         .map(|&index| {
@@ -189,8 +190,13 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
     candidates
 }
 
-/// The minimum distance at which about `count` of the points, in random order, are kept.
-pub fn spacing_for(positions: &[Vec3], count: usize, watch: &Watch) -> Result<f32, Cancelled> {
+/// The minimum distance at which about `count` of the points, in a random order, are kept.
+pub fn spacing_for(
+    positions: &[Vec3],
+    order: &[u32],
+    count: usize,
+    watch: &Watch,
+) -> Result<f32, Cancelled> {
     let Some(&first) = positions.first() else { return Ok(1.0) };
     let (low, high) =
         positions.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
@@ -202,8 +208,8 @@ pub fn spacing_for(positions: &[Vec3], count: usize, watch: &Watch) -> Result<f3
     // the second corrects for the edges of small surfaces.
     let mut spacing = spacing_of(f64::from(box_area).max(1e-12), count.min(1000) as f64);
     for trial in [count.min(1000), count] {
-        let some = &positions[..positions.len().min(50 * trial.max(200))];
-        let kept = select_spaced(some, spacing, watch)?.len();
+        let some = &order[..order.len().min(50 * trial.max(200))];
+        let kept = select_spaced(positions, some, spacing, watch)?.len();
         let area = kept as f64 * f64::from(spacing).powi(2) / JAMMING_DENSITY;
         spacing = spacing_of(area, count as f64);
     }
@@ -215,6 +221,7 @@ fn densify(
     views: &Views,
     options: &SampleOptions,
     candidates: &[Candidate],
+    (positions, order): (&[Vec3], &[u32]),
     spacing_m: f32,
     kept: &mut Vec<u32>,
     watch: &Watch,
@@ -227,15 +234,14 @@ fn densify(
         if count == 0 || count >= options.min_per_material {
             continue;
         }
-        let own: Vec<u32> = (0..candidates.len() as u32)
+        let own: Vec<u32> = order
+            .iter()
+            .copied()
             .filter(|&index| material_of(views, &candidates[index as usize]) == material)
             .collect();
-        let positions: Vec<Vec3> =
-            own.iter().map(|&index| candidates[index as usize].position).collect();
         let closer = spacing_m * (count as f32 / options.min_per_material as f32).sqrt();
         kept.retain(|&index| material_of(views, &candidates[index as usize]) != material);
-        let selected = select_spaced(&positions, closer, watch)?;
-        kept.extend(selected.into_iter().map(|index| own[index as usize]));
+        kept.extend(select_spaced(positions, &own, closer, watch)?);
     }
     Ok(())
 }
