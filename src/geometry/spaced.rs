@@ -151,23 +151,35 @@ impl Grid {
     }
 
     fn has_nearer(&self, point: Vec3) -> bool {
+        // Its own cell answers for most points.
+        let own = self.cell(point.as_dvec3());
+        if self.cell_has_nearer(own, point) {
+            return true;
+        }
         // The little more makes rounding harmless.
         let reach = DVec3::splat(self.min_distance * 1.00001);
         let low = self.cell(point.as_dvec3() - reach);
         let high = self.cell(point.as_dvec3() + reach);
-        let squared_distance = self.min_distance * self.min_distance;
         for x in low[0]..=high[0] {
             for y in low[1]..=high[1] {
                 for z in low[2]..=high[2] {
-                    let mut next = self.newest.get(&[x, y, z]).copied().unwrap_or(NONE);
-                    while next != NONE {
-                        if is_nearer(self.points[next as usize], point, squared_distance) {
-                            return true;
-                        }
-                        next = self.previous[next as usize];
+                    if [x, y, z] != own && self.cell_has_nearer([x, y, z], point) {
+                        return true;
                     }
                 }
             }
+        }
+        false
+    }
+
+    fn cell_has_nearer(&self, cell: [i64; 3], point: Vec3) -> bool {
+        let squared_distance = self.min_distance * self.min_distance;
+        let mut next = self.newest.get(&cell).copied().unwrap_or(NONE);
+        while next != NONE {
+            if is_nearer(self.points[next as usize], point, squared_distance) {
+                return true;
+            }
+            next = self.previous[next as usize];
         }
         false
     }

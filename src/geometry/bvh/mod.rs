@@ -1,6 +1,6 @@
 //! Ray casting: closest hit and occlusion.
 //!
-//! `obvhs` builds a good binary tree (`build.rs`, the only file that names it) and this module
+//! A crate builds a good binary tree (`build.rs` is the only file that names it) and this module
 //! traverses it: eight children and eight triangles are tested at once, with AVX2 where the
 //! processor has it. Two promises hold beyond speed:
 //!
