@@ -10,8 +10,18 @@ use super::traverse::{self, Kernel, LeafHits, Slot};
 use super::wide::{Lanes, Leaf, Node, WideTree};
 use super::{Hit, Ray};
 
+/// Whether the processor has AVX2, as this file calls it: with the instructions for masks that
+/// came along with it.
+pub fn is_available() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
 /// # Safety
-/// The processor has AVX2.
+/// `is_available`.
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
     // SAFETY: as promised by the caller.
@@ -19,7 +29,7 @@ pub unsafe fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<
 }
 
 /// # Safety
-/// The processor has AVX2.
+/// `is_available`.
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
 pub unsafe fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
     // SAFETY: as promised by the caller.
@@ -105,6 +115,7 @@ impl Kernel for Avx2 {
             let c = sheared(&leaf.corners[2], ray, &origin, &shear);
             let (u, v, w) = (edge(&b, &c), edge(&c, &a), edge(&a, &b));
 
+            let nothing = Lanes([0.0; 8]);
             let zero = _mm256_setzero_ps();
             let least = _mm256_min_ps(_mm256_min_ps(u, v), w);
             let most = _mm256_max_ps(_mm256_max_ps(u, v), w);
@@ -113,7 +124,6 @@ impl Kernel for Avx2 {
                 _mm256_cmp_ps::<_CMP_LE_OQ>(most, zero),
             );
             if _mm256_movemask_ps(inside) == 0 {
-                let nothing = Lanes([0.0; 8]);
                 return (0, LeafHits { t: nothing, v: nothing, w: nothing, sum: nothing });
             }
 
@@ -126,8 +136,11 @@ impl Kernel for Avx2 {
             let late = _mm256_cmp_ps::<_CMP_GE_OQ>(t, self.t_min);
             let early = _mm256_cmp_ps::<_CMP_LE_OQ>(t, _mm256_set1_ps(t_max));
             let met = _mm256_and_ps(inside, _mm256_and_ps(late, early));
-            let hits = LeafHits { t: store(t), v: store(v), w: store(w), sum: store(sum) };
-            (_mm256_movemask_ps(met) as u32, hits)
+            let met = _mm256_movemask_ps(met) as u32;
+            if met == 0 {
+                return (0, LeafHits { t: nothing, v: nothing, w: nothing, sum: nothing });
+            }
+            (met, LeafHits { t: store(t), v: store(v), w: store(w), sum: store(sum) })
         }
     }
 }

@@ -13,8 +13,7 @@ use super::wide::{Child, LANES, Leaf, Node, WideTree};
 const FARTHEST: f32 = 1e30;
 
 /// What testing a leaf costs, a node being 1.
-static LEAF_COST_L: std::sync::LazyLock<f64> =
-    std::sync::LazyLock::new(|| std::env::var("LC").map_or(1.0, |v| v.parse().unwrap()));
+const LEAF_COST: f64 = 1.0;
 
 pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> WideTree {
     let mut indices = Vec::new();
@@ -37,12 +36,6 @@ pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> WideTree {
             corners: &corners,
             indices: &indices,
         });
-        println!(
-            "nodes {} leaves {} fill {:.2}",
-            folding.nodes.len(),
-            folding.leaves.len(),
-            corners.len() as f64 / folding.leaves.len() as f64
-        );
     }
     WideTree {
         nodes: Pages::new(&folding.nodes),
@@ -65,19 +58,10 @@ fn build_binary(corners: &[[Vec3; 3]]) -> Bvh2 {
         .iter()
         .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
         .collect();
-    let parameters = BvhBuildParams {
-        max_prims_per_leaf: 1,
-        ..(match std::env::var("BP").as_deref() {
-            Ok("fast") => BvhBuildParams::fast_build(),
-            Ok("slow") => BvhBuildParams::slow_build(),
-            Ok("slown") => BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() },
-            Ok("vslow") => BvhBuildParams::very_slow_build(),
-            Ok("vslown") => {
-                BvhBuildParams { pre_split: false, ..BvhBuildParams::very_slow_build() }
-            }
-            _ => BvhBuildParams::medium_build(),
-        })
-    };
+    // Twice the medium preset's time buys a twentieth of a ray's. One triangle a leaf, for `plan`
+    // decides where leaves end; unsplit, so that every box holds all of its triangles.
+    let parameters =
+        BvhBuildParams { pre_split: false, max_prims_per_leaf: 1, ..BvhBuildParams::slow_build() };
     obvhs::bvh2::builder::build_bvh2_from_tris(&triangles, parameters, &mut Default::default())
 }
 
@@ -110,7 +94,7 @@ fn plan(binary: &Bvh2) -> Vec<Plan> {
         if binary.nodes[node].is_leaf() {
             plan.triangles = binary.nodes[node].prim_count as usize;
             plan.is_leaf = true;
-            plan.cost = [area * *LEAF_COST_L; LANES];
+            plan.cost = [area * LEAF_COST; LANES];
         } else {
             let left = binary.nodes[node].first_index as usize;
             let (left, right) = (&plans[left], &plans[left + 1]);
@@ -124,7 +108,7 @@ fn plan(binary: &Bvh2) -> Vec<Plan> {
             }
             plan.triangles = left.triangles + right.triangles;
             let as_node = area + plan.cost[LANES - 1];
-            let as_leaf = if plan.triangles <= LANES { area * *LEAF_COST_L } else { f64::INFINITY };
+            let as_leaf = if plan.triangles <= LANES { area * LEAF_COST } else { f64::INFINITY };
             plan.is_leaf = as_leaf <= as_node;
             plan.cost[0] = as_leaf.min(as_node);
             for slots in 1..LANES - 1 {
@@ -203,7 +187,8 @@ impl Folding {
                 self.nodes[task.wide].set(lane, low, high, reference);
             }
         }
-        // On each level all children but one may wait.
+        // On each level all children but one may wait. `occluded` puts the one aside, too, but no
+        // leaves, and so nothing on the last level.
         self.stack_size = deepest * (LANES - 1);
     }
 }

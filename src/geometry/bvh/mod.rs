@@ -1,10 +1,10 @@
 //! Ray casting: closest hit and occlusion.
 //!
-//! `obvhs` builds a good binary tree (`build.rs`, the only file that names it) and this module
+//! A crate builds a good binary tree (`build.rs` is the only file that names it) and this module
 //! traverses it: eight children and eight triangles are tested at once, with AVX2 where the
 //! processor has it. Two promises hold beyond speed:
 //!
-//! - No ray slips between two triangles that share an edge or a vertex (`triangle.rs`).
+//! - No ray slips between two triangles that share an edge or a vertex (`portable.rs` says why).
 //! - The answer is the nearest hit among *all* triangles, the lowest index among equally near
 //!   ones, as if each had been tested in turn with the same arithmetic. The boxes are widened by
 //!   more than that arithmetic can err (`ray.rs`), so neither the tree, nor the processor, nor the
@@ -66,7 +66,7 @@ enum Instructions {
 impl Instructions {
     fn best() -> Self {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
+        if avx2::is_available() {
             return Self::Avx2;
         }
         Self::Portable
@@ -75,7 +75,8 @@ impl Instructions {
 
 impl RayCaster {
     /// Triangles without area are never hit, nor are those with a corner that is not finite or
-    /// farther than 1e30 from the origin.
+    /// farther than 1e30 from the origin. Beyond 1e18, and below 1e-18, products of coordinates
+    /// leave the range of f32, and hits may be lost.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         Self { tree: build::build(positions, triangles), instructions: Instructions::best() }
     }

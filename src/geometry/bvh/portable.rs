@@ -1,4 +1,12 @@
 //! The tests in plain Rust, for processors without a kernel of their own.
+//!
+//! Why no ray slips between triangles (Woop, Benthin, Wald 2013): the corners are projected along
+//! the ray onto a plane, each by itself, so that neighbours agree to the bit on where a shared
+//! corner lies. There, a triangle is met if the ray's point is on the inner side of all edges or
+//! on an edge. Which side that is comes from comparing two products; rounding keeps their order or
+//! makes them equal, and so never takes one side for the other, only a side for the edge itself.
+//! What is inside the projected mesh is thus inside one of its triangles. Fused multiply-adds
+//! would round one product and not the other, and break this.
 
 use std::array::from_fn;
 

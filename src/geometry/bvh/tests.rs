@@ -191,7 +191,7 @@ fn batches_keep_the_order_for_any_number_of_threads() {
     }
 }
 
-/// Where `obvhs`'s own triangle test lets every ray through (−0.0 from behind).
+/// Where the triangle test of the builder's crate lets every ray through (−0.0 from behind).
 #[test]
 fn no_ray_slips_through_a_grid() {
     for axis in 0..3 {

@@ -44,6 +44,8 @@ pub type Entry = (f32, Child);
 
 const NO_TRIANGLE: u32 = u32::MAX;
 
+/// See `RayCaster::closest`. `stack` has room for `tree.stack_size` entries.
+///
 /// # Safety
 /// The processor has the kernel's instructions.
 #[inline(always)]
@@ -55,8 +57,9 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
     let prepared = Prepared::new(ray, tree);
     // SAFETY: as promised by the caller.
     let kernel = unsafe { K::new(&prepared) };
-    // The interval is half open; closing it lets equal distances reach the comparison of indices.
+    // Of the best hit's unscaled weights.
     let mut sum = 1.0;
+    // The interval is half open; closing it lets equal distances reach the comparison of indices.
     let mut best = Hit { t: ray.t_max.next_down(), triangle: NO_TRIANGLE, u: 0.0, v: 0.0 };
 
     let mut stack = Stack { entries: stack, len: 0 };
@@ -67,10 +70,12 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
             let (mut met, hits) = unsafe {
                 kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), best.t)
             };
-            let triangles = &tree.leaves[child.index()].triangles;
+            // SAFETY: as above.
+            let triangles = unsafe { &tree.leaves.get_unchecked(child.index()).triangles };
             while met != 0 {
                 let lane = met.trailing_zeros() as usize;
                 met &= met - 1;
+                // `& 7` changes nothing and spares the checks.
                 let (t, triangle) = (hits.t.0[lane & 7], triangles[lane & 7]);
                 if t < best.t || (t == best.t && triangle < best.triangle) {
                     best = Hit { t, triangle, u: hits.v.0[lane & 7], v: hits.w.0[lane & 7] };
@@ -114,6 +119,8 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
     }
 }
 
+/// See `RayCaster::occluded`. `stack` has room for `tree.stack_size` entries.
+///
 /// # Safety
 /// The processor has the kernel's instructions.
 #[inline(always)]
