@@ -17,8 +17,9 @@ use crate::watch::Watch;
 options! {
     /// The paper's alternation (Sections 5.2 to 5.4).
     RefineOptions in "refine" {
-        /// The iteration stops when RMS before − RMS now < tolerance × RMS before (Section 5.4),
-        /// so also when the RMS error rises, which the two half steps do not rule out.
+        /// The iteration stops when RMS before − RMS now < tolerance × RMS before (Section 5.4)
+        /// for both the absolute and the relative error, so also when they rise, which the two
+        /// half steps do not rule out.
         rms_tolerance: f64 = 0.01, Some((0.0, 1.0)), "";
         /// Iterations at most; the first uses the initial reflectances.
         max_iterations: usize = 50, Some((1.0, 1e6)), "";
@@ -46,6 +47,11 @@ impl Rms {
             if mean_radiance[c] > 0.0 { (self.absolute[c] / mean_radiance[c]).powi(2) } else { 0.0 }
         };
         ((0..CHANNELS).map(square).sum::<f64>() / CHANNELS as f64).sqrt()
+    }
+
+    /// The root mean square of the relative errors of all channels.
+    pub fn total_relative(&self) -> f64 {
+        (self.relative.iter().map(|value| value * value).sum::<f64>() / CHANNELS as f64).sqrt()
     }
 }
 
@@ -199,10 +205,15 @@ pub fn refine(
         };
         on_iteration(&iteration);
         watch.tick().map_err(BoundedError::from)?;
-        let now = iteration.rms.total(&equations.mean_radiance);
-        let old = solution.iterations.last().map(|last| last.rms.total(&equations.mean_radiance));
+        // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike.
+        let settled = solution.iterations.last().is_some_and(|last| {
+            let falls = |old: f64, new: f64| old - new >= options.rms_tolerance * old;
+            let mean = &equations.mean_radiance;
+            !falls(last.rms.total(mean), iteration.rms.total(mean))
+                && !falls(last.rms.total_relative(), iteration.rms.total_relative())
+        });
         solution.iterations.push(iteration);
-        if old.is_some_and(|old| old - now < options.rms_tolerance * old) {
+        if settled {
             solution.stopped = Stopped::RmsConverged;
             break;
         }

@@ -38,7 +38,7 @@ options! {
         /// changes quickly.
         stride: usize = 8, Some((1.0, 64.0)), "texels";
         /// Rays that gather the light of photographed surfaces where irradiance is computed.
-        rays: usize = 144, Some((1.0, 1e5)), "";
+        rays: usize = 196, Some((1.0, 1e5)), "";
         /// Rays over a light's disc there.
         disc_rays: usize = 4, Some((1.0, 1e4)), "";
     }
@@ -64,8 +64,9 @@ struct Place {
     site: Site,
 }
 
-/// Neighbouring irradiances that differ by less than this are interpolated between.
-const SMOOTH: f64 = 0.03;
+/// Neighbouring irradiances that differ by less than this are interpolated between: more than
+/// the noise of the few rays, less than the shadows that would be seen in a texture.
+const SMOOTH: f64 = 0.1;
 
 /// Reconstructs the textures of all textured materials that have samples.
 #[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]

@@ -5,7 +5,7 @@
 //! that project beside an edge need a ray of their own. A point has two sides, and a photograph
 //! sees only the one that faces it.
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
@@ -31,6 +31,10 @@ pub struct PixelMap<'a> {
     pub camera: &'a Camera,
     pub image: &'a Image,
     position: Vec3,
+    /// The camera in single precision, for what is asked millions of times.
+    camera_from_world: Mat3,
+    focal_px: Vec2,
+    principal_px: Vec2,
     hits: Vec<PixelHit>,
 }
 
@@ -64,6 +68,10 @@ impl PixelHit {
         self.triangle_and_clean & CLEAN != 0
     }
 }
+
+/// Photographs averaged for the radiance of one point that lights others: what they differ by is
+/// noise and gloss, and hundreds of such points light a sample.
+const ENOUGH_VIEWS: usize = 3;
 
 /// Neighbouring hits whose normals differ by more belong to different faces (20°).
 const SMOOTH_COSINE: f32 = 0.94;
@@ -163,14 +171,14 @@ impl<'a> Views<'a> {
         if towards.dot(site.normal) <= 0.0 {
             return None;
         }
-        let (pixel, distance) = map.camera.project(site.position.as_dvec3())?;
-        let (x, y) = (pixel.x as usize, pixel.y as usize);
-        let direction = towards / distance as f32;
+        let (x, y) = map.pixel(site.position)?;
+        let distance = towards.length();
+        let direction = towards / distance;
         let seen = Seen { x, y, direction, cosine: direction.dot(site.normal) };
         let index = y * map.camera.width + x;
         let hit = map.hits[index];
         if let Some(triangle) = hit.triangle().filter(|_| hit.is_clean()) {
-            let footprint = distance as f32 / map.camera.focal_px.min_element() as f32;
+            let footprint = distance / map.focal_px.min_element();
             let normal = self.normals[triangle as usize];
             // How far along the line of sight the point is off the pixel's tangent plane.
             let cosine = normal.dot(direction).abs().max(0.02);
@@ -178,7 +186,7 @@ impl<'a> Views<'a> {
             if off_plane <= footprint {
                 return Some(seen);
             }
-            if distance as f32 > map.position.distance(hit.position) + 4.0 * footprint
+            if distance > map.position.distance(hit.position) + 4.0 * footprint
                 && off_plane > 4.0 * footprint
             {
                 return None;
@@ -194,12 +202,20 @@ impl<'a> Views<'a> {
         })
     }
 
-    /// The mean radiance of a site over the photographs that measure it; `None` where none
-    /// does.
+    /// The radiance of a site: the mean over photographs that measure it; `None` where none
+    /// does. Of many, a few are asked, beginning with one that depends on the site, so that a
+    /// mean over sites is one over all photographs.
     pub fn radiance(&self, site: Site) -> Option<Radiance> {
         let mut sum = [0.0f32; CHANNELS];
         let mut count = 0;
-        for map in &self.maps {
+        let bits = site.position.to_array().map(f32::to_bits);
+        let mixed =
+            (bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22)).wrapping_mul(0x9e37_79b9);
+        let first = (mixed >> 8) as usize % self.maps.len().max(1);
+        for map in self.maps[first..].iter().chain(&self.maps[..first]) {
+            if count == ENOUGH_VIEWS {
+                break;
+            }
             let Some(seen) = self.seen(map, site) else { continue };
             let Some(radiance) = map.image.radiance(seen.x, seen.y) else { continue };
             for (sum, value) in sum.iter_mut().zip(radiance) {
@@ -238,7 +254,35 @@ impl<'a> PixelMap<'a> {
                 Ok((0..camera.width).map(|x| cast(caster, camera, position, x, y)).collect())
             })
             .collect::<Result<_, Cancelled>>()?;
-        Ok(Self { photograph, camera, image, position, hits: rows.concat() })
+        Ok(Self {
+            photograph,
+            camera,
+            image,
+            position,
+            camera_from_world: camera.world_from_camera.transpose().as_mat3(),
+            focal_px: camera.focal_px.as_vec2(),
+            principal_px: camera.principal_px.as_vec2(),
+            hits: rows.concat(),
+        })
+    }
+
+    /// The pixel that a point in front of the camera projects into.
+    fn pixel(&self, point: Vec3) -> Option<(usize, usize)> {
+        if !self.camera.distortion.is_none() {
+            let (pixel, _) = self.camera.project(point.as_dvec3())?;
+            return Some((pixel.x as usize, pixel.y as usize));
+        }
+        let local = self.camera_from_world * (point - self.position);
+        if local.z >= 0.0 {
+            return None;
+        }
+        let image = Vec2::new(local.x, -local.y) / -local.z;
+        let pixel = image * self.focal_px + self.principal_px;
+        let inside = pixel.x >= 0.0
+            && pixel.y >= 0.0
+            && pixel.x < self.camera.width as f32
+            && pixel.y < self.camera.height as f32;
+        inside.then_some((pixel.x as usize, pixel.y as usize))
     }
 
     fn mark_clean(&mut self, capture: &Capture, normals: &[Vec3]) {
