@@ -82,19 +82,19 @@ impl Case {
         let squares = (0..self.target.len()).map(|i| (self.weight(i) * self.target[i]).powi(2));
         let scale = squares.sum::<f64>().sqrt();
         let mut worst: f64 = 0.0;
-        for j in 0..x.len() {
+        for (j, &value) in x.iter().enumerate() {
             let (lower, upper) = self.bound(j);
-            assert!(lower <= x[j] && x[j] <= upper, "{}: x[{j}] = {}", self.name, x[j]);
+            assert!(lower <= value && value <= upper, "{}: x[{j}] = {value}", self.name);
             let norm = self.column_norm(j);
             if norm == 0.0 || lower == upper {
                 continue;
             }
             let product: f64 = (0..residual.len()).map(|i| self.matrix[(i, j)] * residual[i]).sum();
-            let mut descent = product / norm - self.ridge.powi(2) * norm * x[j];
-            if x[j] == lower {
+            let mut descent = product / norm - self.ridge.powi(2) * norm * value;
+            if value == lower {
                 descent = descent.max(0.0);
             }
-            if x[j] == upper {
+            if value == upper {
                 descent = descent.min(0.0);
             }
             worst = worst.max(descent.abs() / if scale > 0.0 { scale } else { 1.0 });

@@ -1,6 +1,6 @@
 //! The Cholesky factor of the Gram matrix of a changing list of columns.
 
-use super::kernels::{add_scaled, dot};
+use super::kernels::{add_scaled, dot, vectorised};
 
 /// L with L Lᵀ = H restricted to the columns entered so far, in order of entry. Row i is stored
 /// with its i + 1 entries.
@@ -14,7 +14,7 @@ impl ActiveCholesky {
     /// with itself. Refuses (false, nothing changed) when what is left of the square beyond
     /// the earlier columns is at most `threshold · square`: the column depends on those.
     pub fn append(&mut self, mut products: Vec<f64>, square: f64, threshold: f64) -> bool {
-        self.forward(&mut products);
+        vectorised(|| self.forward(&mut products));
         let pivot = square - dot(&products, &products);
         if pivot.is_nan() || pivot <= threshold * square {
             return false;
@@ -53,14 +53,17 @@ impl ActiveCholesky {
 
     /// Solves L Lᵀ z = `right` in place.
     pub fn solve(&self, right: &mut [f64]) {
-        self.forward(right);
-        for (i, row) in self.rows.iter().enumerate().rev() {
-            let value = right[i] / row[i];
-            right[i] = value;
-            add_scaled(&mut right[..i], -value, &row[..i]);
-        }
+        vectorised(|| {
+            self.forward(right);
+            for (i, row) in self.rows.iter().enumerate().rev() {
+                let value = right[i] / row[i];
+                right[i] = value;
+                add_scaled(&mut right[..i], -value, &row[..i]);
+            }
+        });
     }
 
+    #[inline(always)]
     fn forward(&self, right: &mut [f64]) {
         for (i, row) in self.rows.iter().enumerate() {
             right[i] = (right[i] - dot(&row[..i], &right[..i])) / row[i];

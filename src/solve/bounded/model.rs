@@ -4,7 +4,7 @@
 use faer::{Mat, MatRef};
 
 use super::cholesky::ActiveCholesky;
-use super::kernels::{add_scaled, dot};
+use super::kernels::{add_scaled, dot, vectorised};
 use super::system::{Point, System};
 
 /// A quadratic over the working columns with a list of free ones, over which it can be solved.
@@ -91,11 +91,13 @@ impl Model for GramModel<'_> {
     }
 
     fn advance(&mut self, step: &[f64]) {
-        for (&column, &step) in self.free.iter().zip(step) {
-            if step != 0.0 {
-                add_scaled(&mut self.gradient, -step, column_slice(self.gram, column));
+        vectorised(|| {
+            for (&column, &step) in self.free.iter().zip(step) {
+                if step != 0.0 {
+                    add_scaled(&mut self.gradient, -step, column_slice(self.gram, column));
+                }
             }
-        }
+        });
     }
 }
 

@@ -3,15 +3,15 @@
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::kernels::{add_scaled, dot, dot_and_square};
+use super::kernels::{add_scaled, dot, dot_and_square, vectorised};
 use super::{BoundedError, BoundedProblem, Bounds};
 
 /// Rows of the residual that one job computes; fixed, so that sums have one order.
 const ROW_BLOCK: usize = 1024;
 /// Columns whose gradient one job computes.
 const COLUMN_BLOCK: usize = 8;
-/// Matrices of fewer entries are not worth waking other threads.
-const PARALLEL_ENTRIES: usize = 100_000;
+/// Reading fewer entries is not worth waking other threads.
+pub const PARALLEL_ENTRIES: usize = 300_000;
 
 /// Unknown j is yⱼ = xⱼ ‖W aⱼ‖, so that every column has unit length.
 pub struct System<'a> {
@@ -79,7 +79,8 @@ impl<'a> System<'a> {
         let weighted = system.weighted(&residual);
         let mut sums = vec![(0.0, 0.0); columns];
         system.for_each_column(&mut sums, |j, sum| {
-            *sum = dot_and_square(system.column(j), &weighted, system.weights);
+            let column = system.column(j);
+            *sum = vectorised(|| dot_and_square(column, &weighted, system.weights));
         });
         for (j, &(_, square)) in sums.iter().enumerate() {
             if !square.is_finite() {
@@ -146,7 +147,10 @@ impl<'a> System<'a> {
             .collect();
         point.residual = self.residual(&x);
         let weighted = self.weighted(&point.residual);
-        let price = |j: usize| self.scaled_gradient(j, dot(self.column(j), &weighted), point.y[j]);
+        let price = |j: usize| {
+            let product = vectorised(|| dot(self.column(j), &weighted));
+            self.scaled_gradient(j, product, point.y[j])
+        };
         match columns {
             None => self.for_each_column(&mut point.gradient, |j, gradient| *gradient = price(j)),
             Some(columns) => {
@@ -182,9 +186,11 @@ impl<'a> System<'a> {
         let mut residual = self.target.to_vec();
         let block = |(index, part): (usize, &mut [f64])| {
             let rows = index * ROW_BLOCK..index * ROW_BLOCK + part.len();
-            for &j in &support {
-                add_scaled(part, -x[j], &self.column(j)[rows.clone()]);
-            }
+            vectorised(|| {
+                for &j in &support {
+                    add_scaled(part, -x[j], &self.column(j)[rows.clone()]);
+                }
+            });
         };
         if self.rows * support.len() < PARALLEL_ENTRIES {
             residual.chunks_mut(ROW_BLOCK).enumerate().for_each(block);

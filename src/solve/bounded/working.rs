@@ -2,10 +2,10 @@
 //! Columns enter a few at a time, in the places of ones no longer wanted where there are such.
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, ColMut, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use super::system::System;
+use super::system::{PARALLEL_ENTRIES, System};
 
 /// Columns stored, and multiplied, together. Fixed, so that products have one order of sums.
 const CHUNK: usize = 64;
@@ -73,11 +73,16 @@ impl Working {
 
     /// Puts at most CHUNK columns in `places`, those beyond the present end in order.
     fn admit(&mut self, system: &System, columns: &[usize], places: &[usize]) {
-        let jobs: Vec<_> = self.fresh.col_iter_mut().zip(columns).collect();
-        jobs.into_par_iter().for_each(|(out, &column)| {
+        let copy = |(out, &column): (ColMut<f64>, &usize)| {
             let out = out.try_as_col_major_mut().expect("matrices are column-major");
             system.copy_column(column, out.as_slice_mut());
-        });
+        };
+        let jobs: Vec<_> = self.fresh.col_iter_mut().zip(columns).collect();
+        if system.rows * columns.len() < PARALLEL_ENTRIES {
+            jobs.into_iter().for_each(copy);
+        } else {
+            jobs.into_par_iter().for_each(copy);
+        }
         for (i, (&column, &place)) in columns.iter().zip(places).enumerate() {
             if place == self.members.len() {
                 self.members.push(column);
