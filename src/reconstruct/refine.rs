@@ -71,6 +71,8 @@ pub struct Iteration {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
     RmsConverged,
+    /// Both absolute and relative RMS rose; the iteration before is the result.
+    RmsRose,
     IterationLimit,
     /// There is no sample, or none with a reflectance to estimate.
     NothingToSolve,
@@ -80,6 +82,7 @@ impl Stopped {
     pub fn describe(self) -> &'static str {
         match self {
             Self::RmsConverged => "rms change below threshold",
+            Self::RmsRose => "rms rose, so the iteration before is kept",
             Self::IterationLimit => "iteration limit reached",
             Self::NothingToSolve => "nothing to solve",
         }
@@ -164,7 +167,7 @@ pub fn refine(
     watch.begin(options.max_iterations as u64);
     let mut unconverged = [false; CHANNELS];
     for index in 1..=options.max_iterations {
-        let before = solution.reflectances.clone();
+        let before = solution.clone();
         if index > 1 {
             reflectance::update(
                 capture,
@@ -200,22 +203,31 @@ pub fn refine(
         let iteration = Iteration {
             index,
             rms: rms(equations, &solution.computed),
-            change: largest_change(&before, &solution.reflectances),
+            change: largest_change(&before.reflectances, &solution.reflectances),
             elapsed_secs: began.elapsed().as_secs_f64(),
         };
         on_iteration(&iteration);
         watch.tick().map_err(BoundedError::from)?;
-        // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike.
-        let settled = solution.iterations.last().is_some_and(|last| {
-            let falls = |old: f64, new: f64| old - new >= options.rms_tolerance * old;
+        let trend = solution.iterations.last().map(|last| {
+            // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike:
+            // both must have settled.
             let mean = &equations.mean_radiance;
-            !falls(last.rms.total(mean), iteration.rms.total(mean))
-                && !falls(last.rms.total_relative(), iteration.rms.total_relative())
+            let fall = |old: f64, new: f64| (old - new) / old.max(f64::MIN_POSITIVE);
+            let absolute = fall(last.rms.total(mean), iteration.rms.total(mean));
+            absolute.max(fall(last.rms.total_relative(), iteration.rms.total_relative()))
         });
-        solution.iterations.push(iteration);
-        if settled {
-            solution.stopped = Stopped::RmsConverged;
-            break;
+        match trend {
+            Some(fall) if fall < 0.0 => {
+                solution = before;
+                solution.stopped = Stopped::RmsRose;
+                break;
+            }
+            Some(fall) if fall < options.rms_tolerance => {
+                solution.iterations.push(iteration);
+                solution.stopped = Stopped::RmsConverged;
+                break;
+            }
+            _ => solution.iterations.push(iteration),
         }
     }
     for (channel, _) in unconverged.iter().enumerate().filter(|(_, unmet)| **unmet) {
