@@ -260,9 +260,8 @@ fn the_coupling_of_a_convex_scene_is_equation_10() {
     // Radiances from the exact coupling, light found with the library's.
     let rho = [0.6, 0.35, 0.2];
     let emission = emissions(lobes.lobes.len(), 21);
-    let all: Vec<Rgb> = (0..exact.nrows())
-        .map(|row| radiance(row, rho, [0.0; 3], &exact, &emission))
-        .collect();
+    let all: Vec<Rgb> =
+        (0..exact.nrows()).map(|row| radiance(row, rho, [0.0; 3], &exact, &emission)).collect();
     for (sample, radiance) in samples.samples.iter_mut().zip(&all) {
         sample.radiance = radiance.map(|value| value as f32);
     }
@@ -282,11 +281,8 @@ fn the_coupling_of_a_convex_scene_is_equation_10() {
         let weighted = Mat::from_fn(exact.nrows(), exact.ncols(), |row, column| {
             weights[row] * transport.coupling[(row, column)]
         });
-        let smallest = weighted
-            .singular_values()
-            .unwrap()
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
+        let smallest =
+            weighted.singular_values().unwrap().into_iter().fold(f64::INFINITY, f64::min);
         let perturbation: f64 = (0..exact.nrows())
             .map(|row| {
                 let change: f64 = (0..exact.ncols())

@@ -25,9 +25,8 @@ struct Case {
 fn case(radiances: &[[f32; 3]], irradiances: &[[f32; 3]], coupling: &[[f64; 2]]) -> Case {
     let mut room = Room::default();
     let material = room.diffuse("paper");
-    let samples = cloud(
-        radiances.iter().map(|&l| bare_sample(Vec3::ZERO, Vec3::Z, material, l)).collect(),
-    );
+    let samples =
+        cloud(radiances.iter().map(|&l| bare_sample(Vec3::ZERO, Vec3::Z, material, l)).collect());
     let transport = Transport {
         irradiance: irradiances.to_vec(),
         records: Vec::new(),

@@ -322,11 +322,8 @@ pub fn icosphere(subdivisions: usize) -> (Vec<DVec3>, Vec<[usize; 3]>) {
         positions.push(DVec3::new(t, 0.0, s).normalize());
     }
     // The faces are the triples of mutual neighbours.
-    let edge = positions
-        .iter()
-        .skip(1)
-        .map(|p| p.distance(positions[0]))
-        .fold(f64::INFINITY, f64::min);
+    let edge =
+        positions.iter().skip(1).map(|p| p.distance(positions[0])).fold(f64::INFINITY, f64::min);
     let near = |a: usize, b: usize| positions[a].distance(positions[b]) < 1.01 * edge;
     let mut faces = Vec::new();
     for a in 0..12 {
