@@ -64,10 +64,10 @@ fn the_mask_covers_the_solid_angle_of_a_rectangle() {
     let mut room = patch(half);
     photograph_from(&mut room, DVec3::new(0.1, -0.2, 2.0));
     let side = 384;
-    // Straight above, aside, and with a tilted normal that still has all of the patch before it.
+    // Nearly straight above, aside, and with a tilted normal that still has all of the patch before it.
     for (position, normal) in [
-        (Vec3::new(0.0, 0.0, 1.0), -Vec3::Z),
-        (Vec3::new(0.9, 0.4, 1.2), -Vec3::Z),
+        (Vec3::new(0.03, -0.05, 1.0), Vec3::new(0.05, 0.02, -1.0)),
+        (Vec3::new(0.9, 0.4, 1.2), Vec3::new(-0.03, 0.07, -1.0)),
         (Vec3::new(-0.7, 0.5, 1.5), Vec3::new(0.3, -0.2, -1.0)),
     ] {
         let mask = mask_of(&room, &light(position, normal), side);
@@ -75,13 +75,15 @@ fn the_mask_covers_the_solid_angle_of_a_rectangle() {
         let exact =
             rectangle_solid_angle([-half - p.x, half - p.x], [-half - p.y, half - p.y], p.z)
                 / (2.0 * PI);
-        // Only pixels on the rectangle's rim can be wrong. Both they and their neighbours are
-        // counted, and a rim pixel's centre decides for all of it, which is wrong by half of it
-        // at most.
-        let bound = 0.5 * boundary_pixels(&mask) as f64 / (side * side) as f64;
+        // Only pixels on the rectangle's rim can be wrong: about half of those that are counted,
+        // which lie on both sides of it. A rim pixel's centre decides for all of it. How the rim
+        // cuts pixels is as good as random where it is aligned with nothing: a uniform error of
+        // variance 1/12 of a pixel each, and five standard deviations of their sum.
+        let rim = 0.5 * boundary_pixels(&mask) as f64;
+        let bound = 5.0 * (rim / 12.0).sqrt() / (side * side) as f64;
         let found = set_fraction(&mask);
         assert!((found - exact).abs() <= bound, "{position}: {found} for {exact} ± {bound}");
-        assert!(bound < 0.05 * exact, "the bound {bound} says nothing about {exact}");
+        assert!(bound < 0.005 * exact, "the bound {bound} says nothing about {exact}");
     }
 }
 
@@ -134,7 +136,9 @@ fn pixels_that_are_no_measurement_cover_nothing() {
     let side = 256;
     let mask = mask_of(&room, &light(Vec3::new(0.0, 0.0, 1.0), -Vec3::Z), side);
     let exact = rectangle_solid_angle([0.0, 0.8], [-0.8, 0.8], 1.0) / (2.0 * PI);
-    let bound = 0.5 * boundary_pixels(&mask) as f64 / (side * side) as f64;
+    // Rim pixels, half of those counted, are off by half of themselves at most. On the line
+    // between the halves the photograph's pixel decides, whose border the line is.
+    let bound = 0.25 * boundary_pixels(&mask) as f64 / (side * side) as f64;
     assert!((set_fraction(&mask) - exact).abs() <= bound);
 }
 

@@ -1,18 +1,19 @@
 //! Captures with little, nothing or nonsense in them: an error or a warning that helps, never a
 //! panic or a number that is none.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use lobelia::math::rgb::Radiance;
 use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::{Error, Reconstruction};
 
 use crate::rooms::{Room, box_room, camera, cube_cameras, quick, run};
 
+fn finite(values: &mut impl Iterator<Item = f64>) -> bool {
+    values.all(f64::is_finite)
+}
+
 /// Every number of a result is finite, and reflectances are physical.
 fn assert_finite(result: &Reconstruction) {
-    let finite = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold(true, |all, value| all && value.is_finite())
-    };
     let samples = &result.samples.samples;
     assert!(finite(&mut samples.iter().flat_map(|s| s.position.to_array()).map(f64::from)));
     assert!(finite(&mut samples.iter().flat_map(|s| s.radiance).map(f64::from)));
@@ -251,7 +252,7 @@ fn tiny_and_huge_scenes_and_scenes_far_off() {
         room.open_box(sides, DVec3::new(-0.3, -0.2, 0.0), DVec3::new(0.25, 0.3, 0.5));
         let shift = DVec3::new(shift, -shift, 0.0);
         for p in &mut room.capture.mesh.positions {
-            *p = Vec3::from(*p) * scale as f32 + shift.as_vec3();
+            *p = *p * scale as f32 + shift.as_vec3();
         }
         for eye in [DVec3::new(1.6, -1.8, 1.4), DVec3::new(-1.7, -1.2, 1.5)] {
             room.photograph(camera((64, 48), 0.9, scale * eye + shift, shift), |struck| {

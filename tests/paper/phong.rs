@@ -123,8 +123,8 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
     let reflectance =
         Reflectance { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };
     let lobe = quadrature(10.0, 0.9, RINGS, SPOKES);
-    for channel in 0..3 {
-        let expected = f64::from(radiance[channel])
+    for (channel, &radiance) in radiance.iter().enumerate() {
+        let expected = f64::from(radiance)
             * (reflectance.diffuse[channel]
                 + 12.0 / (2.0 * PI) * reflectance.specular[channel] * lobe);
         let found = equations.photographed(&equations.rows[0], &reflectance, &transport, channel);

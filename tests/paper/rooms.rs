@@ -149,7 +149,6 @@ impl Room {
 /// What a camera ray meets.
 #[derive(Clone, Copy, Debug)]
 pub struct Struck {
-    pub triangle: usize,
     pub surface: usize,
     pub position: DVec3,
 }
@@ -240,7 +239,6 @@ impl Tracer {
                 let direction = sight(camera, pixel);
                 match self.nearest(camera.position, direction) {
                     Some((distance, triangle)) => radiance(Struck {
-                        triangle,
                         surface: self.faces[triangle].surface,
                         position: camera.position + distance * direction,
                     }),
