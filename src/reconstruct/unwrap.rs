@@ -42,8 +42,8 @@ pub fn unwrap(mesh: &Mesh, surface: usize, has_texcoords: bool, size: TexelSize)
     by_polygon(mesh, triangles, size)
 }
 
-/// The file's coordinates; `None` where they leave [0, 1]², which repeats the texture, or cover
-/// nothing.
+/// The file's coordinates; `None` where they leave [0, 1]², which repeats the texture, overlap,
+/// or cover nothing.
 fn own(mesh: &Mesh, triangles: &[usize], size: TexelSize) -> Option<Unwrap> {
     let corners: Vec<[Vec2; 3]> =
         triangles.iter().map(|&triangle| mesh.texcoords[triangle]).collect();
@@ -58,7 +58,41 @@ fn own(mesh: &Mesh, triangles: &[usize], size: TexelSize) -> Option<Unwrap> {
     }
     let side = ((area / covered).sqrt() / size.texel_m).ceil() as usize;
     let side = side.clamp(4, size.max_side.max(4));
+    if overlap(&corners, side) {
+        return None;
+    }
     Some(Unwrap { triangles: triangles.to_vec(), corners, width: side, height: side, is_own: true })
+}
+
+/// Whether more than a hundredth of the texels that triangles cover lie in two of them. Such a
+/// texel stands for two places, whose reflectances may differ.
+fn overlap(corners: &[[Vec2; 3]], side: usize) -> bool {
+    let mut covered = vec![false; side * side];
+    let (mut once, mut again) = (0usize, 0usize);
+    for triangle in corners {
+        let [a, b, c] = triangle.map(|uv| uv * side as f32);
+        let doubled = (b - a).perp_dot(c - a);
+        if doubled.abs() < 1e-12 {
+            continue;
+        }
+        let low = a.min(b).min(c).floor().max(Vec2::ZERO);
+        let high = a.max(b).max(c).ceil().min(Vec2::splat(side as f32));
+        for y in low.y as usize..high.y as usize {
+            for x in low.x as usize..high.x as usize {
+                let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let v = (p - a).perp_dot(c - a) / doubled;
+                let w = (b - a).perp_dot(p - a) / doubled;
+                // Neighbours both have the texels on their common edge.
+                if v < 1e-3 || w < 1e-3 || v + w > 0.999 {
+                    continue;
+                }
+                let known = &mut covered[y * side + x];
+                *(if *known { &mut again } else { &mut once }) += 1;
+                *known = true;
+            }
+        }
+    }
+    100 * again > once
 }
 
 /// Every polygon flat in its own rectangle, the rectangles in shelves (tallest first).
