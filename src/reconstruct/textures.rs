@@ -99,8 +99,9 @@ pub fn reconstruct(
         };
         let unwrap = unwrap(&capture.mesh, surface, tagged.has_texcoords, size);
         let places = rasterize(views, &unwrap);
-        watch.begin(places.len() as u64);
-        let irradiance = light.map(views, &places, unwrap.width, &options.textures, watch)?;
+        watch.begin(2 * places.len() as u64);
+        let irradiance =
+            light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
         let estimated: Vec<Option<Radiance>> = places
             .par_iter()
             .zip(&irradiance)
@@ -243,17 +244,42 @@ impl<'a> Light<'a> {
         Random::new(self.seed, Stream::Textures as u64, 0)
     }
 
-    /// G of Eq. 14 at a site.
-    fn irradiance(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+    /// I_s of Eq. 14 at a site.
+    fn photographed(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
-        let (photographed, _) = hemisphere(views, site, side, &mut self.random());
-        let mut total = photographed.map(f64::from);
+        hemisphere(views, site, side, &mut self.random()).0.map(f64::from)
+    }
+
+    /// The virtual lights' part of Eq. 14 at a site.
+    fn virtual_lights(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+        let mut total = [0.0; CHANNELS];
         for (_, irradiance) in self.from_lights(views, site, options) {
             for (total, value) in total.iter_mut().zip(irradiance) {
                 *total += value;
             }
         }
         total
+    }
+
+    /// G of Eq. 14 at every placed texel.
+    fn irradiance(
+        &self,
+        views: &Views,
+        places: &[Option<Place>],
+        width: usize,
+        options: &TextureOptions,
+        watch: &Watch,
+    ) -> Result<Vec<Option<Rgb>>, Cancelled> {
+        let direct = |site| self.virtual_lights(views, site, options);
+        let direct = map(places, width, options.stride, None, direct, watch)?;
+        // Light from photographed surfaces is the smaller and smoother part; where its changes
+        // are small against the whole, they are interpolated.
+        let indirect = |site| self.photographed(views, site, options);
+        let indirect = map(places, width, options.stride, Some(&direct), indirect, watch)?;
+        let sum = |(a, b): (Option<Rgb>, Option<Rgb>)| {
+            a.zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
+        };
+        Ok(direct.into_iter().zip(indirect).map(sum).collect())
     }
 
     /// Irradiance from each lit light above the horizon, with the light's index.
@@ -285,71 +311,6 @@ impl<'a> Light<'a> {
             }
         }
         found
-    }
-
-    /// Irradiance at every placed texel: at the corners of square cells, and at every texel of
-    /// the cells over which it changes or whose corners lie elsewhere.
-    fn map(
-        &self,
-        views: &Views,
-        places: &[Option<Place>],
-        width: usize,
-        options: &TextureOptions,
-        watch: &Watch,
-    ) -> Result<Vec<Option<Rgb>>, Cancelled> {
-        let mut known: Vec<Option<Rgb>> = vec![None; places.len()];
-        let height = places.len() / width.max(1);
-        // Halving must end at 1 with all cells aligned.
-        let mut stride = options.stride.next_power_of_two();
-        let mut wanted: Vec<usize> = (0..places.len())
-            .filter(|i| (i % width) % stride == 0 && (i / width) % stride == 0)
-            .collect();
-        loop {
-            wanted.retain(|&index| places[index].is_some() && known[index].is_none());
-            let computed: Vec<Rgb> = wanted
-                .par_iter()
-                .map(|&index| {
-                    watch.tick()?;
-                    let site = places[index].map(|place| place.site);
-                    Ok(site.map_or([0.0; CHANNELS], |site| self.irradiance(views, site, options)))
-                })
-                .collect::<Result<_, Cancelled>>()?;
-            for (&index, irradiance) in wanted.iter().zip(computed) {
-                known[index] = Some(irradiance);
-            }
-            if stride == 1 {
-                return Ok(known);
-            }
-            wanted.clear();
-            let finer = stride / 2;
-            for y in (0..height).step_by(stride) {
-                for x in (0..width).step_by(stride) {
-                    let corners =
-                        [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
-                            .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
-                    // A cell that a coarser one has interpolated is complete already.
-                    let cell = |step: usize| {
-                        (y..(y + stride).min(height)).step_by(step).flat_map(move |v| {
-                            (x..(x + stride).min(width)).step_by(step).map(move |u| v * width + u)
-                        })
-                    };
-                    match smooth(places, &known, corners) {
-                        Some(values) => {
-                            for index in cell(1) {
-                                if places[index].is_some() && known[index].is_none() {
-                                    let s = ((index % width) - x) as f64 / stride as f64;
-                                    let t = ((index / width) - y) as f64 / stride as f64;
-                                    known[index] = Some(bilinear(values, s, t));
-                                    watch.tick()?;
-                                }
-                            }
-                        }
-                        None => wanted.extend(cell(finer)),
-                    }
-                }
-            }
-            stride = finer;
-        }
     }
 
     /// Eq. 13 for one texel; `None` where no photograph measures it.
@@ -433,13 +394,80 @@ impl<'a> Light<'a> {
     }
 }
 
+/// Irradiance at every placed texel: at the corners of square cells, and at every texel of
+/// the cells over which it changes or whose corners lie elsewhere. Changes are judged against
+/// its sum with `base`.
+fn map(
+    places: &[Option<Place>],
+    width: usize,
+    stride: usize,
+    base: Option<&[Option<Rgb>]>,
+    evaluate: impl Fn(Site) -> Rgb + Sync,
+    watch: &Watch,
+) -> Result<Vec<Option<Rgb>>, Cancelled> {
+    let mut known: Vec<Option<Rgb>> = vec![None; places.len()];
+    let height = places.len() / width.max(1);
+    // Halving must end at 1 with all cells aligned.
+    let mut stride = stride.next_power_of_two();
+    let mut wanted: Vec<usize> = (0..places.len())
+        .filter(|i| (i % width) % stride == 0 && (i / width) % stride == 0)
+        .collect();
+    loop {
+        wanted.retain(|&index| places[index].is_some() && known[index].is_none());
+        let computed: Vec<Rgb> = wanted
+            .par_iter()
+            .map(|&index| {
+                watch.tick()?;
+                let site = places[index].map(|place| place.site);
+                Ok(site.map_or([0.0; CHANNELS], &evaluate))
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        for (&index, irradiance) in wanted.iter().zip(computed) {
+            known[index] = Some(irradiance);
+        }
+        if stride == 1 {
+            return Ok(known);
+        }
+        wanted.clear();
+        let finer = stride / 2;
+        for y in (0..height).step_by(stride) {
+            for x in (0..width).step_by(stride) {
+                let corners = [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
+                    .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
+                // A cell that a coarser one has interpolated is complete already.
+                let cell = |step: usize| {
+                    (y..(y + stride).min(height)).step_by(step).flat_map(move |v| {
+                        (x..(x + stride).min(width)).step_by(step).map(move |u| v * width + u)
+                    })
+                };
+                match smooth(places, &known, base, corners) {
+                    Some(values) => {
+                        for index in cell(1) {
+                            if places[index].is_some() && known[index].is_none() {
+                                let s = ((index % width) - x) as f64 / stride as f64;
+                                let t = ((index / width) - y) as f64 / stride as f64;
+                                known[index] = Some(bilinear(values, s, t));
+                                watch.tick()?;
+                            }
+                        }
+                    }
+                    None => wanted.extend(cell(finer)),
+                }
+            }
+        }
+        stride = finer;
+    }
+}
+
 /// The corners' irradiances if they lie on one polygon and hardly differ.
 fn smooth(
     places: &[Option<Place>],
     known: &[Option<Rgb>],
+    base: Option<&[Option<Rgb>]>,
     corners: [Option<usize>; 4],
 ) -> Option<[Rgb; 4]> {
     let mut values = [[0.0; CHANNELS]; 4];
+    let mut whole = [0.0f64; CHANNELS];
     let mut polygon = None;
     for (value, corner) in values.iter_mut().zip(corners) {
         let index = corner?;
@@ -448,11 +476,15 @@ fn smooth(
             return None;
         }
         *value = known[index]?;
+        let base = base.and_then(|base| base[index]).unwrap_or_default();
+        for c in 0..CHANNELS {
+            whole[c] = whole[c].max(value[c] + base[c]);
+        }
     }
     let alike = (0..CHANNELS).all(|c| {
         let low = values.iter().map(|v| v[c]).fold(f64::INFINITY, f64::min);
         let high = values.iter().map(|v| v[c]).fold(0.0, f64::max);
-        high - low <= SMOOTH * high
+        high - low <= SMOOTH * whole[c]
     });
     alike.then_some(values)
 }
