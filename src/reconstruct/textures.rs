@@ -271,11 +271,14 @@ impl<'a> Light<'a> {
         watch: &Watch,
     ) -> Result<Vec<Option<Rgb>>, Cancelled> {
         let direct = |site| self.virtual_lights(views, site, options);
-        let direct = map(places, width, options.stride, None, direct, watch)?;
-        // Light from photographed surfaces is the smaller and smoother part; where its changes
-        // are small against the whole, they are interpolated.
+        let grid = Grid { places, width, stride: options.stride, finest: 1 };
+        let direct = map(grid, None, direct, watch)?;
+        // Light from photographed surfaces comes from all around and is the smoother part: where
+        // its changes are small against the whole, or finer than its rays resolve, they are
+        // interpolated.
         let indirect = |site| self.photographed(views, site, options);
-        let indirect = map(places, width, options.stride, Some(&direct), indirect, watch)?;
+        let grid = Grid { finest: options.stride / 2, ..grid };
+        let indirect = map(grid, Some(&direct), indirect, watch)?;
         let sum = |(a, b): (Option<Rgb>, Option<Rgb>)| {
             a.zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
         };
@@ -394,17 +397,27 @@ impl<'a> Light<'a> {
     }
 }
 
+/// The texels over which irradiance is mapped.
+#[derive(Clone, Copy)]
+struct Grid<'a> {
+    places: &'a [Option<Place>],
+    width: usize,
+    /// Side of the largest cells, in texels.
+    stride: usize,
+    /// Cells of this side or less are interpolated however their corners differ.
+    finest: usize,
+}
+
 /// Irradiance at every placed texel: at the corners of square cells, and at every texel of
 /// the cells over which it changes or whose corners lie elsewhere. Changes are judged against
 /// its sum with `base`.
 fn map(
-    places: &[Option<Place>],
-    width: usize,
-    stride: usize,
+    grid: Grid,
     base: Option<&[Option<Rgb>]>,
     evaluate: impl Fn(Site) -> Rgb + Sync,
     watch: &Watch,
 ) -> Result<Vec<Option<Rgb>>, Cancelled> {
+    let Grid { places, width, stride, finest } = grid;
     let mut known: Vec<Option<Rgb>> = vec![None; places.len()];
     let height = places.len() / width.max(1);
     // Halving must end at 1 with all cells aligned.
@@ -440,7 +453,7 @@ fn map(
                         (x..(x + stride).min(width)).step_by(step).map(move |u| v * width + u)
                     })
                 };
-                match smooth(places, &known, base, corners) {
+                match smooth(places, &known, base, corners, stride <= finest) {
                     Some(values) => {
                         for index in cell(1) {
                             if places[index].is_some() && known[index].is_none() {
@@ -459,12 +472,13 @@ fn map(
     }
 }
 
-/// The corners' irradiances if they lie on one polygon and hardly differ.
+/// The corners' irradiances if they lie on one polygon and hardly differ, or whatever they are.
 fn smooth(
     places: &[Option<Place>],
     known: &[Option<Rgb>],
     base: Option<&[Option<Rgb>]>,
     corners: [Option<usize>; 4],
+    whatever_they_are: bool,
 ) -> Option<[Rgb; 4]> {
     let mut values = [[0.0; CHANNELS]; 4];
     let mut whole = [0.0f64; CHANNELS];
@@ -486,7 +500,7 @@ fn smooth(
         let high = values.iter().map(|v| v[c]).fold(0.0, f64::max);
         high - low <= SMOOTH * whole[c]
     });
-    alike.then_some(values)
+    (alike || whatever_they_are).then_some(values)
 }
 
 fn bilinear(values: [Rgb; 4], s: f64, t: f64) -> Rgb {
