@@ -108,6 +108,7 @@ impl crate::reconstruct::equations::Glossy {
     }
 }
 
+#[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
 /// Estimates every material's reflectance anew; a known diffuse reflectance stays as it is.
 pub fn update(
     capture: &Capture,
@@ -227,7 +228,11 @@ fn glossy(
         cost,
         &start,
         &steps,
-        &SubplexOptions { max_evaluations: options.max_evaluations, ..Default::default() },
+        &SubplexOptions {
+            tolerance: 1e-5,
+            max_evaluations: options.max_evaluations,
+            ..SubplexOptions::default()
+        },
     );
     let mut found = unpack(&report.x, known);
     found.exponent = report.x[free].clamp(log_limits.0, log_limits.1).exp();
