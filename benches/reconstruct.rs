@@ -24,7 +24,9 @@ fn whole(criterion: &mut Criterion) {
         group.bench_function("example", |b| b.iter(|| once(&capture, &Options::default())));
     }
     let Some(captures) = std::env::var_os("LOBELIA_CAPTURES").map(PathBuf::from) else {
-        println!("reconstruct: LOBELIA_CAPTURES names no folder, so the full captures are left out");
+        println!(
+            "reconstruct: LOBELIA_CAPTURES names no folder, so the full captures are left out"
+        );
         return;
     };
     // The paper's size: 3400 samples, 130 lights, 600 lobes, three channels.

@@ -48,7 +48,8 @@ impl Scene {
             .map(|pixel| {
                 let place = Vec2::new((pixel % IMAGE) as f32, (pixel / IMAGE) as f32);
                 let place = (place + 0.5) / IMAGE as f32 - 0.5;
-                let direction = Vec3::new(1.0, 1.6 * place.x - 0.3, -1.2 * place.y).normalize_or_zero();
+                let direction =
+                    Vec3::new(1.0, 1.6 * place.x - 0.3, -1.2 * place.y).normalize_or_zero();
                 ray(Vec3::new(-3.6, 0.5, 0.4), direction, f32::INFINITY)
             })
             .collect();

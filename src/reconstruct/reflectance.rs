@@ -185,6 +185,10 @@ fn glossy(
     // The lobe integrals depend on the exponent alone, which a simplex step may leave as it is.
     let mut lobe_light: (f64, Vec<Rgb>) = (f64::NAN, Vec::new());
     let cost = |x: &[f64]| {
+        // Cancelled: nothing is worth computing any more, and the search runs dry.
+        if watch.check().is_err() {
+            return f64::INFINITY;
+        }
         let candidate = unpack(x, known);
         let mut violation = 0.0;
         let log_exponent = x[x.len() - 1];
@@ -223,7 +227,6 @@ fn glossy(
     let free = start.len() - 1;
     let mut steps = vec![0.05; free];
     steps.push(0.5);
-    watch.check()?;
     let report = subplex(
         cost,
         &start,
@@ -234,6 +237,7 @@ fn glossy(
             ..SubplexOptions::default()
         },
     );
+    watch.check()?;
     let mut found = unpack(&report.x, known);
     found.exponent = report.x[free].clamp(log_limits.0, log_limits.1).exp();
     // A penalty bends the optimum to its bound only nearly.

@@ -138,7 +138,8 @@ fn every_view_of_a_sample_is_listed_with_its_pixel() {
                     && tracer.is_free(q + 1e-4 * normal, camera.position, 1e-6)
             };
             // Seen at a slant a pixel covers up to ten times as much along the surface.
-            let reach = footprint / (camera.position - p).normalize_or_zero().dot(normal).abs().max(0.1);
+            let reach =
+                footprint / (camera.position - p).normalize_or_zero().dot(normal).abs().max(0.1);
             let answers =
                 [DVec3::ZERO, reach * across, -reach * across, reach * along, -reach * along]
                     .map(|shift| is_seen(p + shift));

@@ -64,7 +64,11 @@ fn sphere(levels: usize) -> Mesh {
         .collect();
     for _ in 0..levels {
         let halved = |[a, b, c]: [Vec3; 3]| {
-            let [ab, bc, ca] = [(a + b).normalize_or_zero(), (b + c).normalize_or_zero(), (c + a).normalize_or_zero()];
+            let [ab, bc, ca] = [
+                (a + b).normalize_or_zero(),
+                (b + c).normalize_or_zero(),
+                (c + a).normalize_or_zero(),
+            ];
             [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
         };
         faces = faces.into_iter().flat_map(halved).collect();

@@ -93,7 +93,7 @@ pub fn reconstruct(
             max_side: options.textures.max_side,
         };
         let unwrap = unwrap(&capture.mesh, surface, tagged.has_texcoords, size);
-        let places = rasterize(views, &unwrap);
+        let places = rasterize(views, &unwrap, watch)?;
         watch.begin(2 * places.len() as u64);
         let irradiance =
             light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
@@ -153,13 +153,17 @@ fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> 
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// The place of every texel's centre; the first triangle that covers a texel has it, unless
-/// that place is seen by no photograph and a later one is.
-fn rasterize(views: &Views, unwrap: &Unwrap) -> Vec<Option<Place>> {
+/// The place of every texel's centre, on the side that is photographed.
+fn rasterize(
+    views: &Views,
+    unwrap: &Unwrap,
+    watch: &Watch,
+) -> Result<Vec<Option<Place>>, Cancelled> {
     let mesh = &views.capture.mesh;
     let size = Vec2::new(unwrap.width as f32, unwrap.height as f32);
     let mut places: Vec<Option<Place>> = vec![None; unwrap.width * unwrap.height];
     for (&triangle, corners) in unwrap.triangles.iter().zip(&unwrap.corners) {
+        watch.check()?;
         // Texel coordinates, rows from the top.
         let [a, b, c] = corners.map(|uv| Vec2::new(uv.x, 1.0 - uv.y) * size);
         let doubled = (b - a).perp_dot(c - a);
@@ -175,30 +179,24 @@ fn rasterize(views: &Views, unwrap: &Unwrap) -> Vec<Option<Place>> {
                 let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
                 let v = (p - a).perp_dot(c - a) / doubled;
                 let w = (b - a).perp_dot(p - a) / doubled;
-                // A texel on the edge between two triangles belongs to both.
-                if v < -1e-4 || w < -1e-4 || v + w > 1.0002 {
-                    continue;
-                }
-                let position = positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
-                let place = &mut places[y * unwrap.width + x];
-                let polygon = mesh.polygon[triangle];
-                match place {
-                    None => {
-                        let site = visible_side(views, Site { position, normal });
-                        *place = Some(Place { polygon, site });
-                    }
-                    Some(other) if other.polygon != polygon => {
-                        let site = visible_side(views, Site { position, normal });
-                        if !views.is_measured(other.site) && views.is_measured(site) {
-                            *place = Some(Place { polygon, site });
-                        }
-                    }
-                    Some(_) => {}
+                // A texel on the edge between two triangles belongs to both; the first has it.
+                if v >= -1e-4 && w >= -1e-4 && v + w <= 1.0002 {
+                    let position =
+                        positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
+                    let site = Site { position, normal };
+                    let polygon = mesh.polygon[triangle];
+                    places[y * unwrap.width + x].get_or_insert(Place { polygon, site });
                 }
             }
         }
     }
     places
+        .into_par_iter()
+        .map(|place| {
+            watch.check()?;
+            Ok(place.map(|place| Place { site: visible_side(views, place.site), ..place }))
+        })
+        .collect()
 }
 
 /// The side of a surface that is photographed: the outer one, unless only the inner one is.
