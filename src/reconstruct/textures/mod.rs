@@ -153,7 +153,7 @@ fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> 
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// The place of every texel's centre, on the side that is photographed.
+/// The place of every texel's centre that a photograph measures, on the side that it sees.
 fn rasterize(
     views: &Views,
     unwrap: &Unwrap,
@@ -194,15 +194,18 @@ fn rasterize(
         .into_par_iter()
         .map(|place| {
             watch.check()?;
-            Ok(place.map(|place| Place { site: visible_side(views, place.site), ..place }))
+            Ok(place.and_then(|place| {
+                let site = measured_side(views, place.site)?;
+                Some(Place { site, ..place })
+            }))
         })
         .collect()
 }
 
 /// The side of a surface that is photographed: the outer one, unless only the inner one is.
-fn visible_side(views: &Views, outer: Site) -> Site {
+fn measured_side(views: &Views, outer: Site) -> Option<Site> {
     let inner = Site { normal: -outer.normal, ..outer };
-    if !views.is_measured(outer) && views.is_measured(inner) { inner } else { outer }
+    [outer, inner].into_iter().find(|&site| views.is_measured(site))
 }
 
 /// Gives every texel without an estimate the mean of its neighbours that have one, working
