@@ -22,6 +22,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         io::options::read(file, &mut options)?;
     }
     arguments::apply(matches, &mut options)?;
+    io::export::check_folder(&folder)?;
     if let Some(&threads) = matches.get_one::<u64>("threads") {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
