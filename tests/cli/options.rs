@@ -17,6 +17,7 @@ fn flags_win_over_the_file() {
     .unwrap();
     let iterations = |flags: &[&str]| {
         let mut command = coarse(&copy.capture(), &copy.out());
+        command.args(["--samples.min_per_material", "0"]);
         Run::of(command.arg("--options").arg(&file).args(flags)).succeeds();
         let solution = json(&copy.out().join("solution.json"));
         (solution["iterations"].as_u64().unwrap(), solution["scene"]["samples"].as_u64().unwrap())
