@@ -114,12 +114,12 @@ impl System {
         let mut matrix = Vec::with_capacity(rows * columns);
         for _ in 0..lights {
             let direction = DVec3::from_array(std::array::from_fn(|_| normal(&mut random).abs()));
-            let light = DVec3::ONE + 3.0 * direction.normalize();
+            let light = DVec3::ONE + 3.0 * direction.normalize_or_zero();
             for _ in 0..LOBES_PER_LIGHT {
                 let aim = 2.0 * DVec3::from_array(std::array::from_fn(|_| uniform(&mut random)));
-                let axis = (aim - light).normalize();
+                let axis = (aim - light).normalize_or_zero();
                 matrix.extend(samples.iter().map(|&(position, normal)| {
-                    let view = (position - light).normalize();
+                    let view = (position - light).normalize_or_zero();
                     view.dot(axis).max(0.0).powi(20) * (-view.dot(normal)).max(0.0) * 0.3
                 }));
             }

@@ -48,7 +48,8 @@ impl Scene {
             .map(|pixel| {
                 let place = Vec2::new((pixel % IMAGE) as f32, (pixel / IMAGE) as f32);
                 let place = (place + 0.5) / IMAGE as f32 - 0.5;
-                let direction = Vec3::new(1.0, 1.6 * place.x - 0.3, -1.2 * place.y).normalize();
+                let direction =
+                    Vec3::new(1.0, 1.6 * place.x - 0.3, -1.2 * place.y).normalize_or_zero();
                 ray(Vec3::new(-3.6, 0.5, 0.4), direction, f32::INFINITY)
             })
             .collect();
@@ -65,7 +66,7 @@ impl Scene {
         for ray_in in &bounce {
             if let Some((place, _)) = self.hit(caster, ray_in) {
                 let path = lights[random.below(lights.len())] - place;
-                shadow.push(ray(place, path.normalize(), path.length() - OFFSET));
+                shadow.push(ray(place, path.normalize_or_zero(), path.length() - OFFSET));
             }
         }
         [
@@ -80,7 +81,7 @@ impl Scene {
         let hit = caster.closest(ray)?;
         let [a, b, c] =
             self.triangles[hit.triangle as usize].map(|vertex| self.positions[vertex as usize]);
-        let normal = (b - a).cross(c - a).normalize();
+        let normal = (b - a).cross(c - a).normalize_or_zero();
         let place = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
         Some((place, if normal.dot(ray.direction) > 0.0 { -normal } else { normal }))
     }

@@ -34,6 +34,8 @@ impl Display {
     /// Names the stage that begins.
     pub(super) fn stage(&self, name: &str) {
         self.bar.reset();
+        // Until the stage says how much there is to do.
+        self.bar.set_length(1);
         self.bar.set_position(0);
         self.bar.set_prefix(name.to_owned());
         self.bar.set_message("");

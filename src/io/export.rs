@@ -180,7 +180,7 @@ fn samples(
     for (equation, computed) in equations.rows.iter().zip(&result.computed) {
         let Some(reflectance) = &result.reflectances[equation.material] else { continue };
         let row = &mut rows[equation.sample];
-        for c in 0..CHANNELS {
+        for (c, &computed) in computed.iter().enumerate() {
             let photographed =
                 equations.photographed(equation, reflectance, &reconstruction.transport, c);
             let weight = emission::weight(
@@ -190,9 +190,9 @@ fn samples(
                 options.refine.weight_floor,
             );
             row.observed[c] += equation.share * equation.radiance[c];
-            row.computed[c] += equation.share * computed[c];
+            row.computed[c] += equation.share * computed;
             row.photographed[c] += equation.share * photographed;
-            row.virtual_lights[c] += equation.share * (computed[c] - photographed);
+            row.virtual_lights[c] += equation.share * (computed - photographed);
             row.weight += equation.share * weight / CHANNELS as f64;
         }
     }

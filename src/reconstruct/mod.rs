@@ -29,7 +29,7 @@ use crate::reconstruct::refine::{Iteration, Solution};
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::transport::Transport;
-use crate::scene::{Capture, Views};
+use crate::scene::{Capture, KnownLight, Views};
 use crate::solve::bounded::BoundedError;
 use crate::watch::{Cancelled, Watch};
 
@@ -293,6 +293,14 @@ fn warn(
             warnings.push(format!(
                 "material \"{}\" is measured in no photograph: its reflectance stays unknown",
                 material.name
+            ));
+        }
+    }
+    for light in &capture.lights {
+        if let KnownLight::Shape { name, kind } = light {
+            warnings.push(format!(
+                "light \"{name}\" ({kind}) is not used by the method \"paper\", which takes all \
+                 light from outside the photographs to be unknown"
             ));
         }
     }

@@ -18,8 +18,8 @@ options! {
     /// The paper's alternation (Sections 5.2 to 5.4).
     RefineOptions in "refine" {
         /// The iteration stops when RMS before − RMS now < tolerance × RMS before (Section 5.4)
-        /// for both the absolute and the relative error, so also when they rise, which the two
-        /// half steps do not rule out.
+        /// for both the absolute and the relative error. When both rise by as much, which the
+        /// two half steps do not rule out, the iteration before is the result.
         rms_tolerance: f64 = 0.01, Some((0.0, 1.0)), "";
         /// Iterations at most; the first uses the initial reflectances.
         max_iterations: usize = 50, Some((1.0, 1e6)), "";
@@ -135,6 +135,9 @@ impl Solution {
     }
 }
 
+/// RMS errors, relative to the mean radiance, below which changes are rounding.
+const ROUNDING: f64 = 1e-6;
+
 #[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
 /// Alternates between Eq. 9 and Eq. 13 from the given reflectances until the RMS error settles.
 pub fn refine(
@@ -212,12 +215,12 @@ pub fn refine(
             // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike:
             // both must have settled.
             let mean = &equations.mean_radiance;
-            let fall = |old: f64, new: f64| (old - new) / old.max(f64::MIN_POSITIVE);
+            let fall = |old: f64, new: f64| (old - new) / old.max(ROUNDING);
             let absolute = fall(last.rms.total(mean), iteration.rms.total(mean));
             absolute.max(fall(last.rms.total_relative(), iteration.rms.total_relative()))
         });
         match trend {
-            Some(fall) if fall < 0.0 => {
+            Some(fall) if fall < -options.rms_tolerance => {
                 solution = before;
                 solution.stopped = Stopped::RmsRose;
                 break;

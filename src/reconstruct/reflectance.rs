@@ -108,6 +108,7 @@ impl crate::reconstruct::equations::Glossy {
     }
 }
 
+#[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
 /// Estimates every material's reflectance anew; a known diffuse reflectance stays as it is.
 pub fn update(
     capture: &Capture,
@@ -184,6 +185,10 @@ fn glossy(
     // The lobe integrals depend on the exponent alone, which a simplex step may leave as it is.
     let mut lobe_light: (f64, Vec<Rgb>) = (f64::NAN, Vec::new());
     let cost = |x: &[f64]| {
+        // Cancelled: nothing is worth computing any more, and the search runs dry.
+        if watch.check().is_err() {
+            return f64::INFINITY;
+        }
         let candidate = unpack(x, known);
         let mut violation = 0.0;
         let log_exponent = x[x.len() - 1];
@@ -222,13 +227,17 @@ fn glossy(
     let free = start.len() - 1;
     let mut steps = vec![0.05; free];
     steps.push(0.5);
-    watch.check()?;
     let report = subplex(
         cost,
         &start,
         &steps,
-        &SubplexOptions { max_evaluations: options.max_evaluations, ..Default::default() },
+        &SubplexOptions {
+            tolerance: 1e-5,
+            max_evaluations: options.max_evaluations,
+            ..SubplexOptions::default()
+        },
     );
+    watch.check()?;
     let mut found = unpack(&report.x, known);
     found.exponent = report.x[free].clamp(log_limits.0, log_limits.1).exp();
     // A penalty bends the optimum to its bound only nearly.

@@ -43,8 +43,10 @@ impl Worker {
                     wake();
                 };
                 emit(Happening::Started);
-                emit(perform(command, &watch, &emit));
+                let ending = perform(command, &watch, &emit);
+                // Before the ending is told: who hears of it finds no progress any more.
                 shared.lock().unwrap_or_else(PoisonError::into_inner).remove(&job);
+                emit(ending);
             }
         })?;
         Ok(Self { commands: Some(commands), events, watches, next: 0, thread: Some(thread) })

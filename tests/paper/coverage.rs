@@ -23,7 +23,12 @@ fn photograph_from(room: &mut Room, position: DVec3) {
 }
 
 fn light(position: Vec3, normal: Vec3) -> VirtualLight {
-    VirtualLight { kind: LightKind::Sphere, position, normal: normal.normalize(), radius_m: 0.1 }
+    VirtualLight {
+        kind: LightKind::Sphere,
+        position,
+        normal: normal.normalize_or_zero(),
+        radius_m: 0.1,
+    }
 }
 
 fn mask_of(room: &Room, light: &VirtualLight, side: usize) -> CoverageMask {

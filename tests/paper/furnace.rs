@@ -193,7 +193,7 @@ fn no_ray_escapes_a_closed_sphere() {
     for _ in 0..200_000 {
         let direction =
             DVec3::new(dice.uniform() - 0.5, dice.uniform() - 0.5, dice.uniform() - 0.5)
-                .normalize();
+                .normalize_or_zero();
         let ray = lobelia::geometry::bvh::Ray {
             origin: EYE.as_vec3(),
             direction: direction.as_vec3(),

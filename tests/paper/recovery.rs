@@ -67,11 +67,11 @@ fn lights() -> (VirtualLights, Lobes) {
         lights.lights.push(VirtualLight {
             kind: LightKind::Sphere,
             position,
-            normal: -position.normalize(),
+            normal: -position.normalize_or_zero(),
             radius_m: 0.25,
         });
         for (x, y) in [(0.0, 0.0), (1.5, 1.5), (1.5, -1.5), (-1.5, 1.5), (-1.5, -1.5)] {
-            let direction = (Vec3::new(x, y, 0.0) - position).normalize();
+            let direction = (Vec3::new(x, y, 0.0) - position).normalize_or_zero();
             lobes.lobes.push(Lobe { light: index, direction, exponent: 20.0 });
         }
         lobes.first.push(lobes.lobes.len());

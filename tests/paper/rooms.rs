@@ -270,7 +270,7 @@ pub fn sight(camera: &Camera, pixel: DVec2) -> DVec3 {
         let (u, v) = distort(&camera.distortion, x, y);
         (x, y) = (x + wanted.x - u, y + wanted.y - v);
     }
-    (camera.world_from_camera * DVec3::new(x, -y, -1.0)).normalize()
+    (camera.world_from_camera * DVec3::new(x, -y, -1.0)).normalize_or_zero()
 }
 
 /// Where a camera shows a point in front of it, in pixels, whether inside the image or not.
@@ -295,9 +295,9 @@ pub fn bent_camera(
     target: DVec3,
     distortion: Distortion,
 ) -> Camera {
-    let forward = (target - position).normalize();
+    let forward = (target - position).normalize_or_zero();
     let up = if forward.z.abs() > 0.99 { DVec3::Y } else { DVec3::Z };
-    let right = forward.cross(up).normalize();
+    let right = forward.cross(up).normalize_or_zero();
     let axes = DMat3::from_cols(right, right.cross(forward), -forward);
     let centre = DVec2::new(size.0 as f64, size.1 as f64) / 2.0;
     Camera::new(size, DVec2::splat(focal * size.0 as f64), centre, distortion, axes, position)
@@ -315,9 +315,9 @@ pub fn icosphere(subdivisions: usize) -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let golden = (1.0 + 5.0f64.sqrt()) / 2.0;
     let mut positions: Vec<DVec3> = Vec::new();
     for (s, t) in [(-1.0, -golden), (1.0, -golden), (-1.0, golden), (1.0, golden)] {
-        positions.push(DVec3::new(s, t, 0.0).normalize());
-        positions.push(DVec3::new(0.0, s, t).normalize());
-        positions.push(DVec3::new(t, 0.0, s).normalize());
+        positions.push(DVec3::new(s, t, 0.0).normalize_or_zero());
+        positions.push(DVec3::new(0.0, s, t).normalize_or_zero());
+        positions.push(DVec3::new(t, 0.0, s).normalize_or_zero());
     }
     // The faces are the triples of mutual neighbours.
     let edge =
@@ -340,7 +340,7 @@ pub fn icosphere(subdivisions: usize) -> (Vec<DVec3>, Vec<[usize; 3]>) {
         let mut middles = std::collections::BTreeMap::new();
         let mut middle = |a: usize, b: usize| {
             *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                positions.push((positions[a] + positions[b]).normalize());
+                positions.push((positions[a] + positions[b]).normalize_or_zero());
                 positions.len() - 1
             })
         };

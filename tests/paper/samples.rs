@@ -83,7 +83,7 @@ fn samples_lie_apart_on_tagged_surfaces_and_read_what_was_rendered() {
             }
             let towards = room.capture.photographs[view.photograph].camera.position.as_vec3()
                 - sample.position;
-            assert!((view.direction - towards.normalize()).length() < 1e-5);
+            assert!((view.direction - towards.normalize_or_zero()).length() < 1e-5);
             assert!(view.direction.dot(sample.normal) >= 0.1);
         }
         for (found, colour) in sample.radiance.iter().zip(colour) {
@@ -126,10 +126,10 @@ fn every_view_of_a_sample_is_listed_with_its_pixel() {
             // Whether it is seen, decided where the answer is the same a pixel's width about.
             let distance = p.distance(camera.position);
             let footprint = distance / camera.focal_px.x;
-            let across = normal.cross(DVec3::new(0.36, 0.48, 0.8)).normalize();
+            let across = normal.cross(DVec3::new(0.36, 0.48, 0.8)).normalize_or_zero();
             let along = normal.cross(across);
             let is_seen = |q: DVec3| {
-                let cosine = (camera.position - q).normalize().dot(normal);
+                let cosine = (camera.position - q).normalize_or_zero().dot(normal);
                 image_of(camera, q).is_some_and(|pixel| {
                     pixel.cmpge(DVec2::ZERO).all()
                         && pixel.x < camera.width as f64
@@ -138,7 +138,8 @@ fn every_view_of_a_sample_is_listed_with_its_pixel() {
                     && tracer.is_free(q + 1e-4 * normal, camera.position, 1e-6)
             };
             // Seen at a slant a pixel covers up to ten times as much along the surface.
-            let reach = footprint / (camera.position - p).normalize().dot(normal).abs().max(0.1);
+            let reach =
+                footprint / (camera.position - p).normalize_or_zero().dot(normal).abs().max(0.1);
             let answers =
                 [DVec3::ZERO, reach * across, -reach * across, reach * along, -reach * along]
                     .map(|shift| is_seen(p + shift));

@@ -6,7 +6,7 @@ use crate::math::sampling::Random;
 type Mesh = (Vec<Vec3>, Vec<[u32; 3]>);
 
 fn ray(origin: Vec3, direction: Vec3) -> Ray {
-    Ray { origin, direction: direction.normalize(), t_min: 0.0, t_max: f32::INFINITY }
+    Ray { origin, direction: direction.normalize_or_zero(), t_min: 0.0, t_max: f32::INFINITY }
 }
 
 fn in_cube(random: &mut Random) -> Vec3 {
@@ -64,7 +64,11 @@ fn sphere(levels: usize) -> Mesh {
         .collect();
     for _ in 0..levels {
         let halved = |[a, b, c]: [Vec3; 3]| {
-            let [ab, bc, ca] = [(a + b).normalize(), (b + c).normalize(), (c + a).normalize()];
+            let [ab, bc, ca] = [
+                (a + b).normalize_or_zero(),
+                (b + c).normalize_or_zero(),
+                (c + a).normalize_or_zero(),
+            ];
             [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
         };
         faces = faces.into_iter().flat_map(halved).collect();

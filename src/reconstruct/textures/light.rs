@@ -1,0 +1,322 @@
+//! The light at the texels of a surface (Eq. 14), computed where it changes and interpolated
+//! where it does not.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::sampling::{Random, grid_side};
+use crate::reconstruct::Stream;
+use crate::reconstruct::equations::Reflectance;
+use crate::reconstruct::lights::{VirtualLights, disc_grid_side};
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::options::Options;
+use crate::reconstruct::refine::Solution;
+use crate::reconstruct::textures::{Place, TextureOptions};
+use crate::reconstruct::transport::{Record, geometric_factor, hemisphere};
+use crate::scene::{Site, Views};
+use crate::watch::{Cancelled, Watch};
+
+/// Neighbouring irradiances that differ by less than this are interpolated between: more than
+/// the noise of the few rays, less than the shadows that would be seen in a texture.
+const SMOOTH: f64 = 0.1;
+
+/// Everything that lights a texel.
+pub(super) struct Light<'a> {
+    lights: &'a VirtualLights,
+    lobes: &'a Lobes,
+    emission: &'a [Rgb],
+    /// The lights with any emission.
+    lit: Vec<usize>,
+    options: &'a Options,
+    seed: u64,
+}
+
+impl<'a> Light<'a> {
+    pub(super) fn new(
+        lights: &'a VirtualLights,
+        lobes: &'a Lobes,
+        solution: &'a Solution,
+        options: &'a Options,
+        seed: u64,
+    ) -> Self {
+        let is_lit = |light: &usize| {
+            lobes.of(*light).any(|lobe| solution.emission[lobe].iter().any(|&e| e > 0.0))
+        };
+        let lit = (0..lights.lights.len()).filter(is_lit).collect();
+        Self { lights, lobes, emission: &solution.emission, lit, options, seed }
+    }
+
+    /// Random numbers for one texel: the same for all, so that what the few rays miss changes
+    /// smoothly over the surface instead of turning up as grain in the texture.
+    fn random(&self) -> Random {
+        Random::new(self.seed, Stream::Textures as u64, 0)
+    }
+
+    /// I_s of Eq. 14 at a site.
+    fn photographed(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+        let side = grid_side(options.rays);
+        hemisphere(views, site, side, &mut self.random()).0.map(f64::from)
+    }
+
+    /// The virtual lights' part of Eq. 14 at a site.
+    fn virtual_lights(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+        let mut total = [0.0; CHANNELS];
+        for (_, irradiance) in self.lights_apart(views, site, options) {
+            for (total, value) in total.iter_mut().zip(irradiance) {
+                *total += value;
+            }
+        }
+        total
+    }
+
+    /// G of Eq. 14 at every placed texel.
+    pub(super) fn irradiance(
+        &self,
+        views: &Views,
+        places: &[Option<Place>],
+        width: usize,
+        options: &TextureOptions,
+        watch: &Watch,
+    ) -> Result<Vec<Option<Rgb>>, Cancelled> {
+        let direct = |site| self.virtual_lights(views, site, options);
+        let grid = Grid { places, width, stride: options.stride, finest: 1 };
+        let direct = map(grid, None, direct, watch)?;
+        // Light from photographed surfaces comes from all around and is the smoother part: where
+        // its changes are small against the whole, or finer than its rays resolve, they are
+        // interpolated.
+        let indirect = |site| self.photographed(views, site, options);
+        let grid = Grid { finest: options.stride / 2, ..grid };
+        let indirect = map(grid, Some(&direct), indirect, watch)?;
+        let sum = |(a, b): (Option<Rgb>, Option<Rgb>)| {
+            a.zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
+        };
+        Ok(direct.into_iter().zip(indirect).map(sum).collect())
+    }
+
+    /// Irradiance from each lit light above the horizon, with the light's index.
+    fn lights_apart(
+        &self,
+        views: &Views,
+        site: Site,
+        options: &TextureOptions,
+    ) -> Vec<(usize, Rgb)> {
+        let side = disc_grid_side(options.disc_rays);
+        let mut found = Vec::new();
+        for &index in &self.lit {
+            let light = &self.lights.lights[index];
+            let falloff = self.options.transport.falloff;
+            let Some(geometry) = geometric_factor(light, site, falloff) else { continue };
+            let mut irradiance = [0.0; CHANNELS];
+            for lobe in self.lobes.of(index) {
+                let value = f64::from(self.lobes.lobes[lobe].value(-geometry.direction));
+                for (sum, emission) in irradiance.iter_mut().zip(self.emission[lobe]) {
+                    *sum += emission * value * f64::from(geometry.factor);
+                }
+            }
+            if irradiance == [0.0; CHANNELS] {
+                continue;
+            }
+            let visible = f64::from(light.visibility(views, site, side, &mut self.random()));
+            if visible > 0.0 {
+                found.push((index, irradiance.map(|value| value * visible)));
+            }
+        }
+        found
+    }
+
+    /// Eq. 13 for one texel; `None` where no photograph measures it.
+    pub(super) fn texel(
+        &self,
+        views: &Views,
+        site: Site,
+        irradiance: Rgb,
+        reflectance: &Reflectance,
+        options: &TextureOptions,
+    ) -> Option<Radiance> {
+        let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
+        let incident = is_specular.then(|| {
+            let side = grid_side(options.rays);
+            let (_, records) = hemisphere(views, site, side, &mut self.random());
+            (records, PI / (side * side) as f64, self.lights_apart(views, site, options))
+        });
+        let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
+        for map in &views.maps {
+            let Some(seen) = views.seen(map, site) else { continue };
+            let Some(radiance) = map.image.radiance(seen.x, seen.y) else { continue };
+            // A photograph counts by the number of its pixels that show the texel.
+            let distance = map.camera.position.as_vec3().distance(site.position);
+            let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
+            // Beside an edge a pixel shows another surface too: used where there is no other.
+            let weight = if map.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
+            let mut specular = [0.0; CHANNELS];
+            if let Some((records, record_weight, lights)) = &incident {
+                let mirror = 2.0 * site.normal.dot(seen.direction) * site.normal - seen.direction;
+                specular =
+                    self.lobe_light(site, mirror, records, *record_weight, lights, reflectance);
+            }
+            for c in 0..CHANNELS {
+                let diffuse = f64::from(radiance[c]) - reflectance.lobe_scale(c) * specular[c];
+                sum[c] += weight * diffuse;
+            }
+            weights += weight;
+        }
+        if weights <= 0.0 {
+            return None;
+        }
+        let mut texel = [0.0f32; CHANNELS];
+        for c in 0..CHANNELS {
+            // Without light a texel's reflectance cannot be told.
+            if irradiance[c] <= 0.0 {
+                return None;
+            }
+            texel[c] = (PI * sum[c] / weights / irradiance[c]).clamp(0.0, 1.0) as f32;
+        }
+        Some(texel)
+    }
+
+    /// ∫ L cosⁿγ cos θ dω at a site about the ideal specular direction.
+    fn lobe_light(
+        &self,
+        site: Site,
+        mirror: Vec3,
+        records: &[Record],
+        record_weight: f64,
+        lights: &[(usize, Rgb)],
+        reflectance: &Reflectance,
+    ) -> Rgb {
+        let lobe =
+            |direction: Vec3| f64::from(mirror.dot(direction).max(0.0)).powf(reflectance.exponent);
+        let mut total = [0.0; CHANNELS];
+        for record in records {
+            let factor = record_weight * lobe(record.direction);
+            for (total, radiance) in total.iter_mut().zip(record.radiance) {
+                *total += factor * f64::from(radiance);
+            }
+        }
+        for (index, irradiance) in lights {
+            let offset = self.lights.lights[*index].position - site.position;
+            let factor = lobe(offset.normalize_or_zero());
+            for (total, irradiance) in total.iter_mut().zip(irradiance) {
+                *total += factor * irradiance;
+            }
+        }
+        total
+    }
+}
+
+/// The texels over which irradiance is mapped.
+#[derive(Clone, Copy)]
+struct Grid<'a> {
+    places: &'a [Option<Place>],
+    width: usize,
+    /// Side of the largest cells, in texels.
+    stride: usize,
+    /// Cells of this side or less are interpolated however their corners differ.
+    finest: usize,
+}
+
+/// Irradiance at every placed texel: at the corners of square cells, and at every texel of
+/// the cells over which it changes or whose corners lie elsewhere. Changes are judged against
+/// its sum with `base`.
+fn map(
+    grid: Grid,
+    base: Option<&[Option<Rgb>]>,
+    evaluate: impl Fn(Site) -> Rgb + Sync,
+    watch: &Watch,
+) -> Result<Vec<Option<Rgb>>, Cancelled> {
+    let Grid { places, width, stride, finest } = grid;
+    let mut known: Vec<Option<Rgb>> = vec![None; places.len()];
+    let height = places.len() / width.max(1);
+    // Halving must end at 1 with all cells aligned.
+    let mut stride = stride.next_power_of_two();
+    let mut wanted: Vec<usize> = (0..places.len())
+        .filter(|i| (i % width) % stride == 0 && (i / width) % stride == 0)
+        .collect();
+    loop {
+        wanted.retain(|&index| places[index].is_some() && known[index].is_none());
+        let computed: Vec<Rgb> = wanted
+            .par_iter()
+            .map(|&index| {
+                watch.tick()?;
+                let site = places[index].map(|place| place.site);
+                Ok(site.map_or([0.0; CHANNELS], &evaluate))
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        for (&index, irradiance) in wanted.iter().zip(computed) {
+            known[index] = Some(irradiance);
+        }
+        if stride == 1 {
+            return Ok(known);
+        }
+        wanted.clear();
+        let finer = stride / 2;
+        for y in (0..height).step_by(stride) {
+            for x in (0..width).step_by(stride) {
+                let corners = [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
+                    .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
+                // A cell that a coarser one has interpolated is complete already.
+                let cell = |step: usize| {
+                    (y..(y + stride).min(height)).step_by(step).flat_map(move |v| {
+                        (x..(x + stride).min(width)).step_by(step).map(move |u| v * width + u)
+                    })
+                };
+                match smooth(places, &known, base, corners, stride <= finest) {
+                    Some(values) => {
+                        for index in cell(1) {
+                            if places[index].is_some() && known[index].is_none() {
+                                let s = ((index % width) - x) as f64 / stride as f64;
+                                let t = ((index / width) - y) as f64 / stride as f64;
+                                known[index] = Some(bilinear(values, s, t));
+                                watch.tick()?;
+                            }
+                        }
+                    }
+                    None => wanted.extend(cell(finer)),
+                }
+            }
+        }
+        stride = finer;
+    }
+}
+
+/// The corners' irradiances if they lie on one polygon and hardly differ, or whatever they are.
+fn smooth(
+    places: &[Option<Place>],
+    known: &[Option<Rgb>],
+    base: Option<&[Option<Rgb>]>,
+    corners: [Option<usize>; 4],
+    whatever_they_are: bool,
+) -> Option<[Rgb; 4]> {
+    let mut values = [[0.0; CHANNELS]; 4];
+    let mut whole = [0.0f64; CHANNELS];
+    let mut polygon = None;
+    for (value, corner) in values.iter_mut().zip(corners) {
+        let index = corner?;
+        let place = places[index].as_ref()?;
+        if *polygon.get_or_insert(place.polygon) != place.polygon {
+            return None;
+        }
+        *value = known[index]?;
+        let base = base.and_then(|base| base[index]).unwrap_or_default();
+        for c in 0..CHANNELS {
+            whole[c] = whole[c].max(value[c] + base[c]);
+        }
+    }
+    let alike = (0..CHANNELS).all(|c| {
+        let low = values.iter().map(|v| v[c]).fold(f64::INFINITY, f64::min);
+        let high = values.iter().map(|v| v[c]).fold(0.0, f64::max);
+        high - low <= SMOOTH * whole[c]
+    });
+    (alike || whatever_they_are).then_some(values)
+}
+
+fn bilinear(values: [Rgb; 4], s: f64, t: f64) -> Rgb {
+    std::array::from_fn(|c| {
+        let top = values[0][c] * (1.0 - s) + values[1][c] * s;
+        let bottom = values[2][c] * (1.0 - s) + values[3][c] * s;
+        top * (1.0 - t) + bottom * t
+    })
+}

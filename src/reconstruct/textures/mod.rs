@@ -1,0 +1,260 @@
+//! Section 5.5: a map of diffuse reflectance for every textured surface, by Eq. 13 per texel.
+//!
+//! Textures are reconstructed once, after the refinement has converged, so that gradients of
+//! the light are not taken for texture.
+
+mod light;
+
+use std::collections::VecDeque;
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::options;
+use crate::reconstruct::Error;
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::options::Options;
+use crate::reconstruct::refine::Solution;
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::textures::light::Light;
+use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
+use crate::scene::{Role, Site, Views};
+use crate::watch::{Cancelled, Watch};
+
+options! {
+    /// The texture maps of textured materials.
+    TextureOptions in "textures" {
+        /// Reconstruct textures at all (Section 5.5).
+        enabled: bool = true, None, "";
+        /// Size of a texel, as a multiple of the surface that a pixel of the nearest photograph
+        /// covers.
+        texel_px: f64 = 1.0, Some((0.1, 100.0)), "px";
+        /// Texels along a texture's side at most.
+        max_side: usize = 1024, Some((4.0, 16384.0)), "texels";
+        /// Irradiance is computed at every so many texels, and between them only where it
+        /// changes quickly.
+        stride: usize = 8, Some((1.0, 64.0)), "texels";
+        /// Rays that gather the light of photographed surfaces where irradiance is computed.
+        rays: usize = 196, Some((1.0, 1e5)), "";
+        /// Rays over a light's disc there.
+        disc_rays: usize = 4, Some((1.0, 1e4)), "";
+    }
+}
+
+/// The diffuse reflectance of one surface as a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    pub surface: usize,
+    pub material: usize,
+    pub unwrap: Unwrap,
+    /// Diffuse reflectance, row by row from the top (v = 1); texels that no photograph
+    /// measures are filled from their neighbours.
+    pub texels: Vec<Radiance>,
+    /// The texel was measured.
+    pub seen: Vec<bool>,
+}
+
+/// Where a texel's centre lies on the surface.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    polygon: u32,
+    site: Site,
+}
+
+/// Reconstructs the textures of all textured materials that have samples.
+#[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
+pub fn reconstruct(
+    views: &Views,
+    cloud: &SampleCloud,
+    lights: &VirtualLights,
+    lobes: &Lobes,
+    solution: &Solution,
+    options: &Options,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Vec<Texture>, Error> {
+    let capture = views.capture;
+    let mut textures = Vec::new();
+    if !options.textures.enabled {
+        return Ok(textures);
+    }
+    let light = Light::new(lights, lobes, solution, options, seed);
+    for (surface, tagged) in capture.surfaces.iter().enumerate() {
+        let Role::Material(material) = tagged.role else { continue };
+        let Some(reflectance) = &solution.reflectances[material] else { continue };
+        let Some(footprint) = footprint(views, cloud, surface) else { continue };
+        if !capture.materials[material].textured {
+            continue;
+        }
+        let size = TexelSize {
+            texel_m: footprint * options.textures.texel_px as f32,
+            max_side: options.textures.max_side,
+        };
+        let unwrap = unwrap(&capture.mesh, surface, tagged.has_texcoords, size);
+        let places = rasterize(views, &unwrap, watch)?;
+        watch.begin(2 * places.len() as u64);
+        let irradiance =
+            light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
+        let estimated: Vec<Option<Radiance>> = places
+            .par_iter()
+            .zip(&irradiance)
+            .map(|(place, irradiance)| {
+                watch.check()?;
+                let (Some(place), Some(irradiance)) = (place, irradiance) else {
+                    return Ok(None);
+                };
+                Ok(light.texel(views, place.site, *irradiance, reflectance, &options.textures))
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        let seen: Vec<bool> = estimated.iter().map(Option::is_some).collect();
+        let fallback = reflectance.diffuse.map(|value| value as f32);
+        let texels = fill(estimated, unwrap.width, fallback);
+        textures.push(Texture { surface, material, unwrap, texels, seen });
+    }
+    Ok(textures)
+}
+
+/// Mean over the measured texels of a material's textures; `None` where it has none.
+pub fn mean_reflectance(textures: &[Texture], material: usize) -> Option<Rgb> {
+    let (mut sum, mut count) = ([0.0; CHANNELS], 0usize);
+    for texture in textures.iter().filter(|texture| texture.material == material) {
+        for (texel, _) in texture.texels.iter().zip(&texture.seen).filter(|(_, seen)| **seen) {
+            for (sum, value) in sum.iter_mut().zip(texel) {
+                *sum += f64::from(*value);
+            }
+            count += 1;
+        }
+    }
+    (count > 0).then(|| sum.map(|value| value / count as f64))
+}
+
+/// The length on the surface that one pixel of the nearest photograph covers: the median over
+/// the surface's samples, in metres.
+fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> {
+    let capture = views.capture;
+    let mut footprints: Vec<f32> = cloud
+        .samples
+        .iter()
+        .filter(|sample| sample.surface == surface)
+        .map(|sample| {
+            cloud.views[sample.views.clone()]
+                .iter()
+                .map(|view| {
+                    let camera = &capture.photographs[view.photograph].camera;
+                    let distance = camera.position.as_vec3().distance(sample.position);
+                    distance / camera.focal_px.min_element() as f32
+                })
+                .fold(f32::INFINITY, f32::min)
+        })
+        .collect();
+    footprints.sort_unstable_by(f32::total_cmp);
+    footprints.get(footprints.len() / 2).copied()
+}
+
+/// The place of every texel's centre that a photograph measures, on the side that it sees.
+fn rasterize(
+    views: &Views,
+    unwrap: &Unwrap,
+    watch: &Watch,
+) -> Result<Vec<Option<Place>>, Cancelled> {
+    let mesh = &views.capture.mesh;
+    let size = Vec2::new(unwrap.width as f32, unwrap.height as f32);
+    let mut places: Vec<Option<Place>> = vec![None; unwrap.width * unwrap.height];
+    for (&triangle, corners) in unwrap.triangles.iter().zip(&unwrap.corners) {
+        watch.check()?;
+        // Texel coordinates, rows from the top.
+        let [a, b, c] = corners.map(|uv| Vec2::new(uv.x, 1.0 - uv.y) * size);
+        let doubled = (b - a).perp_dot(c - a);
+        if doubled.abs() < 1e-12 {
+            continue;
+        }
+        let low = a.min(b).min(c).floor().max(Vec2::ZERO);
+        let high = a.max(b).max(c).ceil().min(size);
+        let positions = mesh.corners(triangle);
+        let normal = views.normals[triangle];
+        for y in low.y as usize..high.y as usize {
+            for x in low.x as usize..high.x as usize {
+                let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let v = (p - a).perp_dot(c - a) / doubled;
+                let w = (b - a).perp_dot(p - a) / doubled;
+                // A texel on the edge between two triangles belongs to both; the first has it.
+                if v >= -1e-4 && w >= -1e-4 && v + w <= 1.0002 {
+                    let position =
+                        positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
+                    let site = Site { position, normal };
+                    let polygon = mesh.polygon[triangle];
+                    places[y * unwrap.width + x].get_or_insert(Place { polygon, site });
+                }
+            }
+        }
+    }
+    places
+        .into_par_iter()
+        .map(|place| {
+            watch.check()?;
+            Ok(place.and_then(|place| {
+                let site = measured_side(views, place.site)?;
+                Some(Place { site, ..place })
+            }))
+        })
+        .collect()
+}
+
+/// The side of a surface that is photographed: the outer one, unless only the inner one is.
+fn measured_side(views: &Views, outer: Site) -> Option<Site> {
+    let inner = Site { normal: -outer.normal, ..outer };
+    [outer, inner].into_iter().find(|&site| views.is_measured(site))
+}
+
+/// Gives every texel without an estimate the mean of its neighbours that have one, working
+/// outwards; `fallback` where there is no estimate at all.
+fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) -> Vec<Radiance> {
+    let height = estimated.len() / width.max(1);
+    let mut texels = estimated;
+    let neighbours = |index: usize| {
+        let (x, y) = (index % width, index / width);
+        let left = (x > 0).then(|| index - 1);
+        let right = (x + 1 < width).then(|| index + 1);
+        let above = (y > 0).then(|| index - width);
+        let below = (y + 1 < height).then(|| index + width);
+        [left, right, above, below].into_iter().flatten()
+    };
+    let mut queue: VecDeque<usize> =
+        (0..texels.len()).filter(|&index| texels[index].is_some()).collect();
+    while let Some(index) = queue.pop_front() {
+        for next in neighbours(index) {
+            if texels[next].is_some() {
+                continue;
+            }
+            let (mut sum, mut count) = ([0.0f32; CHANNELS], 0.0);
+            for texel in neighbours(next).filter_map(|index| texels[index]) {
+                for (sum, value) in sum.iter_mut().zip(texel) {
+                    *sum += value;
+                }
+                count += 1.0;
+            }
+            texels[next] = Some(sum.map(|value| value / count));
+            queue.push_back(next);
+        }
+    }
+    texels.into_iter().map(|texel| texel.unwrap_or(fallback)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_without_a_measurement_are_filled_from_their_neighbours() {
+        let mut estimated = vec![None; 12];
+        estimated[0] = Some([0.2; 3]);
+        estimated[3] = Some([0.6; 3]);
+        let filled = fill(estimated, 4, [0.9; 3]);
+        assert_eq!(filled[4], [0.2; 3]);
+        assert_eq!(filled[11], [0.6; 3]);
+        assert!(filled.iter().all(|t| (0.2..=0.6).contains(&t[0])));
+        assert_eq!(fill(vec![None; 4], 2, [0.9; 3]), [[0.9; 3]; 4]);
+    }
+}
