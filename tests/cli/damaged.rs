@@ -7,6 +7,9 @@ use serde_json::{Value, json};
 
 use crate::{Copy, Run, coarse, lobelia};
 
+/// Damages a JSON file.
+type Change = fn(&mut Value);
+
 /// Reconstructing and looking both end with 1 and a message that contains all `parts`, and
 /// nothing is written.
 #[track_caller]
@@ -121,7 +124,7 @@ fn camera_files_that_are_damaged() {
     refused(&copy, &["transforms.json", "line ", "cut off", "export it again"]);
     copy.put("transforms.json", "");
     refused(&copy, &["transforms.json", "line 1"]);
-    let changes: [(fn(&mut Value), &[&str]); 5] = [
+    let changes: [(Change, &[&str]); 5] = [
         (|cameras| cameras["frames"] = json!([]), &["frames", "no camera"]),
         (|cameras| cameras["frames"][4]["transform_matrix"][1][2] = Value::Null, &["frames[4]"]),
         (
@@ -174,7 +177,7 @@ fn tags_that_are_damaged() {
     copy.put("tags.json", &sound[..sound.len() - 9]);
     fs::remove_dir_all(copy.out()).unwrap();
     refused(&copy, &["tags.json", "line ", "cut off"]);
-    let changes: [(fn(&mut Value), &[&str]); 5] = [
+    let changes: [(Change, &[&str]); 5] = [
         (|tags| tags["materials"] = json!([]), &["materials", "remove the file"]),
         (|tags| tags["materials"][1]["name"] = "floor".into(), &["materials[1].name", "taken"]),
         (|tags| tags["materials"][1]["kind"] = "shiny".into(), &["materials[1].kind", "shiny"]),
