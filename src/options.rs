@@ -1,6 +1,6 @@
 //! Options, each declared once.
 //!
-//! A stage lists its options with [`options!`](crate::options): meaning, type, default, range
+//! A stage lists its options with [`options!`](crate::options!): meaning, type, default, range
 //! and unit. From that one declaration come the struct, its default, its check, the terminal's
 //! flags and help, the options file's keys, and (in the studio) the controls.
 
@@ -213,7 +213,7 @@ pub trait OptionGroup {
     fn check(&self) -> Result<(), OptionError>;
 }
 
-/// Holds a value against its range (used by the code that [`options!`](crate::options) makes).
+/// Holds a value against its range (used by the code that [`options!`](crate::options!) makes).
 pub fn in_range<T: OptionValue>(
     value: &T,
     range: Option<(f64, f64)>,

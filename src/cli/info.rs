@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ArgMatches;
 
+use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, job};
 use crate::scene::{Capture, KnownLight, MaterialKind, Role};
@@ -23,30 +24,30 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 
 fn print(capture: &Capture) {
     for warning in &capture.warnings {
-        eprintln!("warning: {warning}");
+        note_line!("warning: {warning}");
     }
     let mesh = &capture.mesh;
-    println!("{}", capture.name);
-    print!("geometry: {} triangles in {} surfaces", mesh.triangles.len(), capture.surfaces.len());
+    say_line!("{}", capture.name);
+    say!("geometry: {} triangles in {} surfaces", mesh.triangles.len(), capture.surfaces.len());
     if let Some((low, high)) = mesh.bounds() {
         let size = high - low;
-        print!(", {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z);
+        say!(", {:.2} × {:.2} × {:.2} m", size.x, size.y, size.z);
     }
-    println!();
+    say_line!();
 
     let measured = capture.measurements().count();
-    println!("photographs: {} ({measured} measure radiance)", capture.photographs.len());
+    say_line!("photographs: {} ({measured} measure radiance)", capture.photographs.len());
     for photograph in &capture.photographs {
         let camera = &photograph.camera;
-        print!("  {}  {}×{}", photograph.name, camera.width, camera.height);
+        say!("  {}  {}×{}", photograph.name, camera.width, camera.height);
         match &photograph.image {
-            None => println!("  geometry only"),
+            None => say_line!("  geometry only"),
             Some(image) => {
                 let largest = (0..image.height())
                     .flat_map(|y| (0..image.width()).filter_map(move |x| image.radiance(x, y)))
                     .flatten()
                     .fold(0.0, f32::max);
-                println!(
+                say_line!(
                     "  radiance up to {largest:.4}, {} invalid or saturated pixels",
                     image.invalid_count()
                 );
@@ -54,7 +55,7 @@ fn print(capture: &Capture) {
         }
     }
 
-    println!("materials: {}", capture.materials.len());
+    say_line!("materials: {}", capture.materials.len());
     for material in &capture.materials {
         let surfaces: Vec<&str> =
             material.surfaces.iter().map(|&s| capture.surfaces[s].name.as_str()).collect();
@@ -67,7 +68,7 @@ fn print(capture: &Capture) {
             Some([r, g, b]) => format!(", known diffuse {r} {g} {b}"),
             None => String::new(),
         };
-        println!("  {}  {kind}{textured}{known}: {}", material.name, surfaces.join(", "));
+        say_line!("  {}  {kind}{textured}{known}: {}", material.name, surfaces.join(", "));
     }
     let untagged: Vec<&str> = capture
         .surfaces
@@ -76,19 +77,19 @@ fn print(capture: &Capture) {
         .map(|surface| surface.name.as_str())
         .collect();
     if !untagged.is_empty() {
-        println!("surfaces without a material: {}", untagged.join(", "));
+        say_line!("surfaces without a material: {}", untagged.join(", "));
     }
     if !capture.lights.is_empty() {
-        println!("known lights: {}", capture.lights.len());
+        say_line!("known lights: {}", capture.lights.len());
     }
     for light in &capture.lights {
         match light {
             KnownLight::Visible { name, surfaces } => {
                 let surfaces: Vec<&str> =
                     surfaces.iter().map(|&s| capture.surfaces[s].name.as_str()).collect();
-                println!("  {name}  visible: {}", surfaces.join(", "));
+                say_line!("  {name}  visible: {}", surfaces.join(", "));
             }
-            KnownLight::Shape { name, kind } => println!("  {name}  {kind}"),
+            KnownLight::Shape { name, kind } => say_line!("  {name}  {kind}"),
         }
     }
 }

@@ -3,11 +3,14 @@
 mod arguments;
 mod info;
 mod job;
+mod print;
 mod progress;
 mod reconstruct;
 mod score;
 
 use std::process::ExitCode;
+
+use print::note_line;
 
 /// How a command ended otherwise than well.
 #[derive(Debug)]
@@ -45,11 +48,11 @@ pub fn main() -> ExitCode {
     match ending {
         Ok(()) => ExitCode::SUCCESS,
         Err(Ending::Failed(error)) => {
-            eprintln!("error: {error:#}");
+            note_line!("error: {error:#}");
             ExitCode::from(1)
         }
         Err(Ending::Cancelled) => {
-            eprintln!("cancelled; nothing was half-written");
+            note_line!("cancelled; nothing was half-written");
             ExitCode::from(130)
         }
     }

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::cli::print::note_line;
 use crate::reconstruct::Update;
 use crate::watch::Progress;
 
@@ -39,7 +40,7 @@ impl Display {
         self.bar.set_prefix(name.to_owned());
         self.bar.set_message("");
         if self.plain {
-            eprintln!("{name}");
+            note_line!("{name}");
         }
     }
 
@@ -72,7 +73,7 @@ impl Display {
     fn note(&self, text: &str) {
         self.bar.set_message(text.to_owned());
         if self.plain {
-            eprintln!("  {text}");
+            note_line!("  {text}");
         }
     }
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::Context;
 use clap::ArgMatches;
 
+use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::io;
@@ -22,6 +23,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         io::options::read(file, &mut options)?;
     }
     arguments::apply(matches, &mut options)?;
+    io::export::check_folder(&folder)?;
     if let Some(&threads) = matches.get_one::<u64>("threads") {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads as usize)
@@ -55,37 +57,37 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     job::wait(&mut worker, export, &mut display)?;
     display.clear();
     report(&capture, &reconstruction, load_secs);
-    println!("written to {}", folder.display());
+    say_line!("written to {}", folder.display());
     Ok(())
 }
 
 /// Prints what came out, warnings on stderr.
 fn report(capture: &Arc<Capture>, reconstruction: &Reconstruction, load_secs: f64) {
     for warning in capture.warnings.iter().chain(&reconstruction.warnings) {
-        eprintln!("warning: {warning}");
+        note_line!("warning: {warning}");
     }
     let solution = &reconstruction.solution;
-    println!(
+    say_line!(
         "{} samples, {} virtual lights, {} of {} lobes active",
         reconstruction.samples.samples.len(),
         reconstruction.lights.lights.len(),
         solution.active_lobes(),
         reconstruction.lobes.lobes.len(),
     );
-    println!("{}", solution.brief());
+    say_line!("{}", solution.brief());
     let widest = capture.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0);
     for (material, reflectance) in capture.materials.iter().zip(&solution.reflectances) {
         let Some(reflectance) = reflectance else {
-            println!("  {:widest$}  not measured", material.name);
+            say_line!("  {:widest$}  not measured", material.name);
             continue;
         };
         let [r, g, b] = reflectance.diffuse;
-        print!("  {:widest$}  diffuse {r:.3} {g:.3} {b:.3}", material.name);
+        say!("  {:widest$}  diffuse {r:.3} {g:.3} {b:.3}", material.name);
         if material.kind == MaterialKind::Specular {
             let [r, g, b] = reflectance.specular;
-            print!("  specular {r:.3} {g:.3} {b:.3}  exponent {:.1}", reflectance.exponent);
+            say!("  specular {r:.3} {g:.3} {b:.3}  exponent {:.1}", reflectance.exponent);
         }
-        println!();
+        say_line!();
     }
     let stages: Vec<String> = Stage::ALL
         .iter()
@@ -93,5 +95,5 @@ fn report(capture: &Arc<Capture>, reconstruction: &Reconstruction, load_secs: f6
         .map(|(stage, seconds)| format!("{} {seconds:.2}", stage.name()))
         .collect();
     let total = load_secs + reconstruction.seconds.iter().sum::<f64>();
-    println!("seconds: load {load_secs:.2}, {}, total {total:.2}", stages.join(", "));
+    say_line!("seconds: load {load_secs:.2}, {}, total {total:.2}", stages.join(", "));
 }

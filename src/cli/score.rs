@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::ArgMatches;
 
 use crate::cli::Ending;
+use crate::cli::print::say_line;
 use crate::io::solution::{Solution, write_pretty};
 use crate::io::truth::Truth;
 use crate::math::rgb::Rgb;
@@ -28,9 +29,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 
 fn print(score: &Score) {
     let widest = score.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).max(8);
-    println!("{:widest$}  {:24}{:24}samples", "material", "estimated", "true");
+    say_line!("{:widest$}  {:24}{:24}samples", "material", "estimated", "true");
     for material in &score.materials {
-        println!(
+        say_line!(
             "{:widest$}  {:24}{:24}{}",
             material.name,
             triple(material.estimated_diffuse),
@@ -40,7 +41,7 @@ fn print(score: &Score) {
         let specular = material.estimated_specular.filter(|s| s.iter().any(|&v| v > 0.0));
         if specular.is_some() || material.true_specular != [0.0; 3] {
             let exponent = |n: Option<f64>| n.map_or("-".to_owned(), |n| format!("{n:.1}"));
-            println!(
+            say_line!(
                 "{:widest$}  {:24}{:24}exponent {} (true {})",
                 "  specular",
                 triple(specular.unwrap_or_default()),
@@ -51,7 +52,7 @@ fn print(score: &Score) {
         }
     }
     for skipped in &score.skipped {
-        println!("{:widest$}  not compared: {}", skipped.name, skipped.reason);
+        say_line!("{:widest$}  not compared: {}", skipped.name, skipped.reason);
     }
     let line = |name: &str, errors: &Errors, scale: Option<Rgb>| {
         let specular = match errors.mean_specular.zip(errors.largest_specular) {
@@ -59,15 +60,16 @@ fn print(score: &Score) {
             None => String::new(),
         };
         let scale = scale.map_or(String::new(), |scale| format!("  (scale {})", triple(scale)));
-        println!(
+        say_line!(
             "{name}: mean {:.4}, largest {:.4}{specular}{scale}",
-            errors.mean_diffuse, errors.largest_diffuse
+            errors.mean_diffuse,
+            errors.largest_diffuse
         );
     };
-    println!("absolute error of the reflectances");
+    say_line!("absolute error of the reflectances");
     match &score.raw {
         Some(errors) => line("  raw", errors, None),
-        None => println!("  nothing could be compared"),
+        None => say_line!("  nothing could be compared"),
     }
     if let Some(scaled) = &score.common_scale {
         line("  after one common scale", &scaled.errors, Some(scaled.scale));
@@ -76,8 +78,8 @@ fn print(score: &Score) {
         line("  after a scale per channel", &scaled.errors, Some(scaled.scale));
     }
     match score.intervals.of {
-        0 => println!("no intervals given"),
-        of => println!("true values in their intervals: {} of {of}", score.intervals.inside),
+        0 => say_line!("no intervals given"),
+        of => say_line!("true values in their intervals: {} of {of}", score.intervals.inside),
     }
 }
 

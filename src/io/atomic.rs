@@ -15,7 +15,7 @@ pub fn write(
     write_whole(file, fill).map_err(|source| Error::Write { file: file.to_owned(), source })
 }
 
-/// As [`write`], with the contents at hand.
+/// As [`write()`], with the contents at hand.
 pub fn write_bytes(file: &Path, contents: &[u8]) -> Result<(), Error> {
     write(file, |out| out.write_all(contents))
 }

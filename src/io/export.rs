@@ -2,14 +2,14 @@
 //! and the textures.
 
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use glam::Vec3;
 
 use super::solution::{self, Light, Lights, Lobe, Material, Scene, Seconds};
 use super::table::{self, ConvergenceRow, SampleRow};
-use super::{Error, atomic, exr};
+use super::{Error, Fault, atomic, exr};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
@@ -19,8 +19,28 @@ use crate::reconstruct::{Options, Reconstruction, emission};
 use crate::scene::{Capture, MaterialKind};
 use crate::watch::Watch;
 
+/// Whether a solution can be written into `folder`, to be asked before hours of work. Nothing
+/// is left behind: a missing folder is made only when there is something to put there.
+pub fn check_folder(folder: &Path) -> Result<(), Error> {
+    let failed = |source| Error::Write { file: folder.to_owned(), source };
+    if folder.exists() && !folder.is_dir() {
+        let problem = "it cannot be written, since a file is there and no folder";
+        let remedy = "Name another folder, or move the file away";
+        return Err(Error::Invalid(Fault::new(folder, "", problem, remedy)));
+    }
+    let absolute = std::path::absolute(folder).map_err(failed)?;
+    let nearest = absolute.ancestors().find(|path| path.exists()).unwrap_or(&absolute);
+    tempfile::Builder::new()
+        .prefix(".lobelia-")
+        .suffix(".part")
+        .tempfile_in(nearest)
+        .and_then(tempfile::NamedTempFile::close)
+        .map_err(failed)
+}
+
 /// Writes every file of a solution into `folder`, which is made when it is missing. The
-/// summary, `solution.json`, comes last: where it is, the rest is.
+/// summary, `solution.json`, comes last, and that of an earlier solution goes first: where it is,
+/// the rest is, and of the same solution.
 pub fn write(
     folder: &Path,
     capture: &Capture,
@@ -30,6 +50,12 @@ pub fn write(
     watch: &Watch,
 ) -> Result<(), Error> {
     watch.begin(4 + reconstruction.textures.len() as u64);
+    let summary_file = folder.join("solution.json");
+    if let Err(source) = std::fs::remove_file(&summary_file)
+        && ![ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&source.kind())
+    {
+        return Err(Error::Write { file: summary_file, source });
+    }
     lights(reconstruction).write(&folder.join("lights.json"))?;
     watch.tick()?;
     let rows = samples(capture, options, reconstruction);
@@ -43,7 +69,7 @@ pub fn write(
         write_texture(&folder.join("textures"), &name, &capture.mesh, texture)?;
         watch.tick()?;
     }
-    summary(capture, options, reconstruction, load_secs).write(&folder.join("solution.json"))?;
+    summary(capture, options, reconstruction, load_secs).write(&summary_file)?;
     watch.tick()?;
     Ok(())
 }

@@ -1,12 +1,12 @@
 //! Wavefront OBJ: the partial geometry.
 //!
 //! `tobj` reads the numbers. Before that the text is brought into a form in which it can do no
-//! harm ([`digest`]): one bad byte, a `\` at a line's end, a line element or a comment behind a
+//! harm (`digest`): one bad byte, a `\` at a line's end, a line element or a comment behind a
 //! face would make it refuse the file, and it forgets the name of a material that no library
 //! defines. Faces come back as polygons and are triangulated here, since a fan is wrong for a
 //! concave one.
 //!
-//! A polygon that is bent by more than [`BENT`] is numbered as one polygon a triangle, so that
+//! A polygon that is bent by more than `BENT` is numbered as one polygon a triangle, so that
 //! polygons are planar as `Mesh::polygon` promises.
 
 use std::path::{Path, PathBuf};

