@@ -20,6 +20,9 @@ const JOIN_AT_LEAST: usize = 32;
 const JOIN_PART: usize = 8;
 /// A column's place may be taken by another after it has been at a bound for this many solutions.
 const KEEP: usize = 5;
+/// Columns priced between complete passes: at most this many, or this part if that is more.
+const SHORTLIST: usize = 512;
+const SHORTLIST_PART: usize = 10;
 
 pub fn solve(
     system: &System,
@@ -44,6 +47,9 @@ struct Search<'a> {
     /// Greatest violation, in the units of the scaled gradient, that counts as none.
     goal: f64,
     violations: Vec<f64>,
+    /// Whether a column outside the working set was priced at the present point; those that
+    /// were not do not join.
+    fresh: Vec<bool>,
     iterations: usize,
     passes: usize,
 }
@@ -69,6 +75,7 @@ impl<'a> Search<'a> {
             path,
             goal,
             violations,
+            fresh: vec![true; n],
             iterations,
             passes,
         };
@@ -109,7 +116,8 @@ impl<'a> Search<'a> {
                     self.passes > 1 && inside > self.goal && inside > CONTRACTION * progress.before;
                 exact |= inaccurate || stalled > 0;
             }
-            progress.before = largest;
+            // The greatest since the last complete pass: a shortlist may hold little by chance.
+            progress.before = if complete { largest } else { progress.before.max(largest) };
 
             let limit = options.max_iterations - self.iterations;
             // Half the goal leaves room for what is lost between the model and A.
@@ -131,28 +139,45 @@ impl<'a> Search<'a> {
 
             // Columns that violated before and still stand outside are the likeliest to join
             // next; only when they are used up are all columns looked at again.
-            let shortlist: Vec<usize> = (0..self.system.columns)
-                .filter(|&j| self.violations[j] > self.goal && !self.working.contains(j))
-                .collect();
-            complete =
-                exact || shortlist.is_empty() || shortlist.len() * 10 > self.system.columns * 9;
+            let shortlist = if exact { Vec::new() } else { self.shortlist() };
+            complete = shortlist.is_empty() || self.passes == 1;
             if complete {
                 self.price_all();
             } else {
                 self.system.evaluate(&mut self.point, Some(&shortlist));
+                self.fresh.fill(false);
+                shortlist.iter().for_each(|&j| self.fresh[j] = true);
             }
         }
     }
 
+    /// The columns outside the working set that violate most by their latest gradients,
+    /// ascending.
+    fn shortlist(&self) -> Vec<usize> {
+        let columns = self.system.columns;
+        let mut found: Vec<(f64, usize)> = (0..columns)
+            .filter(|&j| !self.working.contains(j))
+            .map(|j| (self.region.violation(j, self.point.y[j], self.point.gradient[j]), j))
+            .filter(|&(violation, _)| violation > self.goal)
+            .collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        found.truncate(SHORTLIST.max(columns / SHORTLIST_PART));
+        let mut found: Vec<usize> = found.into_iter().map(|found| found.1).collect();
+        found.sort_unstable();
+        found
+    }
+
     fn price_all(&mut self) {
         self.system.evaluate(&mut self.point, None);
+        self.fresh.fill(true);
         self.passes += 1;
     }
 
     fn find_violations(&mut self) -> f64 {
         for j in 0..self.system.columns {
             let (y, gradient) = (self.point.y[j], self.point.gradient[j]);
-            self.violations[j] = self.region.violation(j, y, gradient);
+            let known = self.fresh[j] || self.working.contains(j);
+            self.violations[j] = if known { self.region.violation(j, y, gradient) } else { 0.0 };
         }
         self.violations.iter().copied().fold(0.0, f64::max)
     }
