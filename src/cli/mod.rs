@@ -30,6 +30,7 @@ impl<E: Into<anyhow::Error>> From<E> for Ending {
 /// Runs the command line and gives its exit code: 0 done, 1 input or option at fault, 2 wrong
 /// usage, 130 cancelled.
 pub fn main() -> ExitCode {
+    quieten_caught_panics();
     let matches = match arguments::command().try_get_matches() {
         Ok(matches) => matches,
         Err(error) => {
@@ -56,4 +57,18 @@ pub fn main() -> ExitCode {
             ExitCode::from(130)
         }
     }
+}
+
+/// Panics off the main thread are caught and become error messages: those of decoders on damaged
+/// files, and the worker's. Rust's own report of them only confuses, unless it is asked for.
+fn quieten_caught_panics() {
+    if std::env::var_os("RUST_BACKTRACE").is_some() {
+        return;
+    }
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if std::thread::current().name() == Some("main") {
+            report(panic);
+        }
+    }));
 }

@@ -117,6 +117,11 @@ pub enum Error {
     NothingMeasured,
     #[error("the start of \"{material}\" names no material of the capture; it has {known}")]
     UnknownStart { material: String, known: String },
+    #[error(
+        "{samples} samples and {lobes} lobes need {gigabytes} GB of memory: lower samples.count \
+         (or raise samples.spacing_m), lights.count or lobes.grid"
+    )]
+    TooLarge { samples: usize, lobes: usize, gigabytes: u64 },
     #[error("the bounded least squares failed: {0}")]
     Solve(BoundedError),
     #[error(transparent)]
@@ -167,6 +172,7 @@ pub fn run(
     let lights = Arc::new(lights);
     update(Update::Lights(lights.clone(), lobes.clone()));
 
+    check_size(samples.samples.len(), lobes.lobes.len())?;
     clock.begin(Stage::Transport);
     let transport = Arc::new(transport::gather(
         &views,
@@ -262,6 +268,18 @@ fn check_start(capture: &Capture, options: &Options) -> Result<(), Error> {
     }
     Ok(())
 }
+
+/// The coupling of all samples with all lobes is held in memory.
+fn check_size(samples: usize, lobes: usize) -> Result<(), Error> {
+    let bytes = samples as u64 * lobes as u64 * size_of::<f64>() as u64;
+    if bytes > LARGEST_COUPLING {
+        return Err(Error::TooLarge { samples, lobes, gigabytes: bytes >> 30 });
+    }
+    Ok(())
+}
+
+/// Bytes; many times what a scene needs, and still within a workstation's memory.
+const LARGEST_COUPLING: u64 = 8 << 30;
 
 /// The reflectances to start from: known ones, given ones, else Eq. 11.
 fn start(
