@@ -91,6 +91,18 @@ fn missing_folders_are_made_and_others_files_kept() {
 }
 
 #[test]
+fn a_summary_never_stands_beside_files_of_another_solution() {
+    let copy = Copy::new();
+    copy.reconstruct().succeeds();
+    // Something is in the way of the second file that is written.
+    fs::remove_file(copy.out().join("samples.csv")).unwrap();
+    fs::create_dir_all(copy.out().join("samples.csv/mine")).unwrap();
+    copy.reconstruct().fails(1, &["samples.csv", "cannot be written"]);
+    // No solution.json, and no temporary file either.
+    assert_eq!(files_below(&copy.out()), ["convergence.csv", "lights.json"]);
+}
+
+#[test]
 fn scores_that_cannot_be_written_are_refused() {
     let copy = Copy::new();
     copy.reconstruct().succeeds();
