@@ -18,8 +18,8 @@ options! {
     /// The paper's alternation (Sections 5.2 to 5.4).
     RefineOptions in "refine" {
         /// The iteration stops when RMS before − RMS now < tolerance × RMS before (Section 5.4)
-        /// for both the absolute and the relative error. When both rise by as much, which the
-        /// two half steps do not rule out, the iteration before is the result.
+        /// for both the absolute and the relative error. When one then rises by as much, which
+        /// the two half steps do not rule out, the iteration before is the result.
         rms_tolerance: f64 = 0.01, Some((0.0, 1.0)), "";
         /// Iterations at most; the first uses the initial reflectances.
         max_iterations: usize = 50, Some((1.0, 1e6)), "";
@@ -71,7 +71,8 @@ pub struct Iteration {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
     RmsConverged,
-    /// Both absolute and relative RMS rose; the iteration before is the result.
+    /// The RMS error rose, absolute or relative, and neither fell; the iteration before is the
+    /// result.
     RmsRose,
     IterationLimit,
     /// There is no sample, or none with a reflectance to estimate.
@@ -211,23 +212,25 @@ pub fn refine(
         };
         on_iteration(&iteration);
         watch.tick().map_err(BoundedError::from)?;
-        let trend = solution.iterations.last().map(|last| {
-            // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike:
-            // both must have settled.
+        // Absolute errors are those of the brightest samples, while Eq. 9 weighs all alike: both
+        // must have settled.
+        let falls = solution.iterations.last().map(|last| {
             let mean = &equations.mean_radiance;
             let fall = |old: f64, new: f64| (old - new) / old.max(ROUNDING);
-            let absolute = fall(last.rms.total(mean), iteration.rms.total(mean));
-            absolute.max(fall(last.rms.total_relative(), iteration.rms.total_relative()))
+            [
+                fall(last.rms.total(mean), iteration.rms.total(mean)),
+                fall(last.rms.total_relative(), iteration.rms.total_relative()),
+            ]
         });
-        match trend {
-            Some(fall) if fall < -options.rms_tolerance => {
-                solution = before;
-                solution.stopped = Stopped::RmsRose;
-                break;
-            }
-            Some(fall) if fall < options.rms_tolerance => {
-                solution.iterations.push(iteration);
-                solution.stopped = Stopped::RmsConverged;
+        match falls {
+            Some(falls) if falls.iter().all(|&fall| fall < options.rms_tolerance) => {
+                if falls.iter().any(|&fall| fall < -options.rms_tolerance) {
+                    solution = before;
+                    solution.stopped = Stopped::RmsRose;
+                } else {
+                    solution.iterations.push(iteration);
+                    solution.stopped = Stopped::RmsConverged;
+                }
                 break;
             }
             _ => solution.iterations.push(iteration),
