@@ -24,6 +24,11 @@ pub(super) fn command() -> Command {
         .subcommand(score())
 }
 
+/// The path given for an argument that the command requires.
+pub(super) fn required_path(matches: &ArgMatches, name: &str) -> PathBuf {
+    matches.get_one::<PathBuf>(name).cloned().unwrap_or_default()
+}
+
 fn capture() -> Arg {
     Arg::new("capture")
         .value_name("CAPTURE")

@@ -1,17 +1,15 @@
 //! `lobelia info CAPTURE`.
 
-use std::path::PathBuf;
-
 use clap::ArgMatches;
 
 use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
-use crate::cli::{Ending, job};
+use crate::cli::{Ending, arguments, job};
 use crate::scene::{Capture, KnownLight, MaterialKind, Role};
 use crate::worker::{Command, Happening, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
-    let path = matches.get_one::<PathBuf>("capture").cloned().unwrap_or_default();
+    let path = arguments::required_path(matches, "capture");
     job::catch_interrupts()?;
     let mut worker = Worker::start(|| ())?;
     let mut display = Display::new(true);

@@ -16,8 +16,8 @@ use crate::scene::{Capture, MaterialKind};
 use crate::worker::{Command, Happening, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
-    let path = matches.get_one::<PathBuf>("capture").cloned().unwrap_or_default();
-    let folder = matches.get_one::<PathBuf>("out").cloned().unwrap_or_default();
+    let path = arguments::required_path(matches, "capture");
+    let folder = arguments::required_path(matches, "out");
     let mut options = Options::default();
     if let Some(file) = matches.get_one::<PathBuf>("options") {
         io::options::read(file, &mut options)?;

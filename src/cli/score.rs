@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use clap::ArgMatches;
 
-use crate::cli::Ending;
 use crate::cli::print::say_line;
+use crate::cli::{Ending, arguments};
 use crate::io::solution::{Solution, write_pretty};
 use crate::io::truth::Truth;
 use crate::math::rgb::Rgb;
 use crate::study::score::{Errors, Score, compare};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
-    let capture = matches.get_one::<PathBuf>("capture").cloned().unwrap_or_default();
-    let mut file = matches.get_one::<PathBuf>("solution").cloned().unwrap_or_default();
+    let capture = arguments::required_path(matches, "capture");
+    let mut file = arguments::required_path(matches, "solution");
     if file.is_dir() {
         file.push("solution.json");
     }

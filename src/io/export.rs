@@ -180,9 +180,9 @@ fn samples(
     for (equation, computed) in equations.rows.iter().zip(&result.computed) {
         let Some(reflectance) = &result.reflectances[equation.material] else { continue };
         let row = &mut rows[equation.sample];
+        let photographed = equations.photographed(equation, reflectance, &reconstruction.transport);
         for (c, &computed) in computed.iter().enumerate() {
-            let photographed =
-                equations.photographed(equation, reflectance, &reconstruction.transport, c);
+            let photographed = photographed[c];
             let weight = emission::weight(
                 equation.radiance[c],
                 photographed,

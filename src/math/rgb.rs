@@ -8,8 +8,3 @@ pub type Radiance = [f32; 3];
 
 /// The number of colour channels.
 pub const CHANNELS: usize = 3;
-
-/// Applies `f` to each channel.
-pub fn map(f: impl FnMut(usize) -> f64) -> Rgb {
-    std::array::from_fn(f)
-}

@@ -94,6 +94,11 @@ pub fn square_to_uniform_hemisphere(square: Vec2) -> Vec3 {
     (disc * (2.0 - disc.length_squared()).max(0.0).sqrt()).extend(z)
 }
 
+/// The ideal specular direction of a unit direction away from a surface.
+pub fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
+    2.0 * normal.dot(direction) * normal - direction
+}
+
 /// A right-handed orthonormal frame about a unit normal.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {

@@ -45,14 +45,22 @@ pub fn solve(
     let count = lobes.lobes.len();
     let mut emission = vec![[0.0; CHANNELS]; count];
     let mut unconverged = [false; CHANNELS];
+    let rows = equations.rows.len();
+    let photographed: Vec<Rgb> = equations
+        .rows
+        .par_iter()
+        .map(|row| {
+            let reflectance = reflectances[row.material].as_ref();
+            reflectance.map_or([0.0; CHANNELS], |r| equations.photographed(row, r, transport))
+        })
+        .collect();
     for channel in 0..CHANNELS {
-        let rows = equations.rows.len();
         let mut target = vec![0.0; rows];
         let mut weights = vec![0.0; rows];
         for (index, row) in equations.rows.iter().enumerate() {
             let Some(reflectance) = &reflectances[row.material] else { continue };
             let radiance = row.radiance[channel];
-            let photographed = equations.photographed(row, reflectance, transport, channel);
+            let photographed = photographed[index][channel];
             let weight =
                 weight(radiance, photographed, equations.dark(channel), options.weight_floor);
             // A diffuse row of the system is k_ij itself, shared by the channels: its

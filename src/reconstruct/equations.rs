@@ -9,6 +9,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
+use crate::math::sampling::mirrored;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::transport::Transport;
@@ -137,16 +138,16 @@ impl Equations {
         row: &Equation,
         reflectance: &Reflectance,
         transport: &Transport,
-        channel: usize,
-    ) -> f64 {
-        let diffuse = reflectance.diffuse[channel] / PI * transport.irradiance(row.sample, channel);
-        let scale = reflectance.lobe_scale(channel);
-        match row.glossy {
-            Some(glossy) if scale > 0.0 => {
-                diffuse + scale * self.glossy[glossy].records(reflectance.exponent)[channel]
-            }
-            _ => diffuse,
-        }
+    ) -> Rgb {
+        let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
+        let specular = match row.glossy {
+            Some(glossy) if is_specular => self.glossy[glossy].records(reflectance.exponent),
+            _ => [0.0; CHANNELS],
+        };
+        std::array::from_fn(|c| {
+            reflectance.diffuse[c] / PI * transport.irradiance(row.sample, c)
+                + reflectance.lobe_scale(c) * specular[c]
+        })
     }
 }
 
@@ -160,7 +161,7 @@ impl Glossy {
     ) -> Self {
         let site = &cloud.samples[sample];
         // The ideal specular direction: γ between it and ω_i equals γ of Eq. 12.
-        let mirror = 2.0 * site.normal.dot(towards_camera) * site.normal - towards_camera;
+        let mirror = mirrored(towards_camera, site.normal);
         let log_cosine = |direction: Vec3| {
             let cosine = mirror.dot(direction).min(1.0);
             if cosine > 0.0 { cosine.log2() } else { f32::NEG_INFINITY }

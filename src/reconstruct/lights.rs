@@ -84,11 +84,6 @@ impl VirtualLight {
 /// Lights closer together than this many sample spacings illuminate the samples almost alike.
 const SMALLEST_FACTOR: f32 = 5.0;
 
-/// The side of the grid of rays over a light's disc for about `rays` of them.
-pub fn disc_grid_side(rays: usize) -> usize {
-    grid_side(rays).max(1)
-}
-
 /// Places virtual lights where rays from the samples leave what is known.
 pub fn place(
     views: &Views,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
-use crate::reconstruct::lights::{VirtualLight, VirtualLights, disc_grid_side};
+use crate::reconstruct::lights::{VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::scene::{MaterialKind, Site, Views};
@@ -164,7 +164,7 @@ fn couple(
     options: &TransportOptions,
     random: &mut Random,
 ) -> Vec<f32> {
-    let side = disc_grid_side(options.disc_rays);
+    let side = grid_side(options.disc_rays);
     let mut row = vec![0.0f32; lobes.lobes.len()];
     for (index, light) in lights.lights.iter().enumerate() {
         let Some(geometry) = geometric_factor(light, sample.site(), options.falloff) else {

@@ -127,7 +127,7 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         let expected = f64::from(radiance)
             * (reflectance.diffuse[channel]
                 + 12.0 / (2.0 * PI) * reflectance.specular[channel] * lobe);
-        let found = equations.photographed(&equations.rows[0], &reflectance, &transport, channel);
+        let found = equations.photographed(&equations.rows[0], &reflectance, &transport)[channel];
         assert!((found / expected - 1.0).abs() < ROUNDING, "{channel}: {found} for {expected}");
     }
 }

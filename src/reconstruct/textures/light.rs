@@ -7,10 +7,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::math::sampling::{Random, grid_side};
+use crate::math::sampling::{Random, grid_side, mirrored};
 use crate::reconstruct::Stream;
 use crate::reconstruct::equations::Reflectance;
-use crate::reconstruct::lights::{VirtualLights, disc_grid_side};
+use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::refine::Solution;
@@ -103,7 +103,7 @@ impl<'a> Light<'a> {
         site: Site,
         options: &TextureOptions,
     ) -> Vec<(usize, Rgb)> {
-        let side = disc_grid_side(options.disc_rays);
+        let side = grid_side(options.disc_rays);
         let mut found = Vec::new();
         for &index in &self.lit {
             let light = &self.lights.lights[index];
@@ -153,7 +153,7 @@ impl<'a> Light<'a> {
             let weight = if map.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
             let mut specular = [0.0; CHANNELS];
             if let Some((records, record_weight, lights)) = &incident {
-                let mirror = 2.0 * site.normal.dot(seen.direction) * site.normal - seen.direction;
+                let mirror = mirrored(seen.direction, site.normal);
                 specular =
                     self.lobe_light(site, mirror, records, *record_weight, lights, reflectance);
             }
