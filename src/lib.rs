@@ -16,6 +16,7 @@
 //!   -> Lobes           reconstruct::lobes      4.2  in which directions (Eq. 8)
 //!   -> Transport       reconstruct::transport  5.1  I_s, radiance records, k_ij (Eq. 10)
 //!   -> Solution        reconstruct::refine     5.2 to 5.4  reflectances and emissions
+//!                      or reconstruct::joint, which finds lights and solution together
 //!   -> Vec<Texture>    reconstruct::textures   5.5  maps of reflectance
 //! ```
 //!

@@ -16,12 +16,12 @@ pub struct Cancelled;
 /// A handle on one job's progress; clones share it.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
-    shared: Arc<Shared>,
+    cancelled: Arc<AtomicBool>,
+    counts: Arc<Counts>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
-    cancelled: AtomicBool,
+struct Counts {
     done: AtomicU64,
     total: AtomicU64,
 }
@@ -38,15 +38,21 @@ impl Watch {
         Self::default()
     }
 
+    /// A handle that is cancelled with this one but counts for itself: for the loops within a
+    /// step of a stage that counts its steps.
+    pub fn within(&self) -> Self {
+        Self { cancelled: self.cancelled.clone(), counts: Arc::default() }
+    }
+
     /// Starts counting a stage of `total` units from zero.
     pub fn begin(&self, total: u64) {
-        self.shared.done.store(0, Relaxed);
-        self.shared.total.store(total, Relaxed);
+        self.counts.done.store(0, Relaxed);
+        self.counts.total.store(total, Relaxed);
     }
 
     /// Counts `units` more and says whether to go on.
     pub fn advance(&self, units: u64) -> Result<(), Cancelled> {
-        self.shared.done.fetch_add(units, Relaxed);
+        self.counts.done.fetch_add(units, Relaxed);
         self.check()
     }
 
@@ -57,14 +63,14 @@ impl Watch {
 
     /// `Err(Cancelled)` once the job has been cancelled.
     pub fn check(&self) -> Result<(), Cancelled> {
-        if self.shared.cancelled.load(Relaxed) { Err(Cancelled) } else { Ok(()) }
+        if self.cancelled.load(Relaxed) { Err(Cancelled) } else { Ok(()) }
     }
 
     pub fn cancel(&self) {
-        self.shared.cancelled.store(true, Relaxed);
+        self.cancelled.store(true, Relaxed);
     }
 
     pub fn progress(&self) -> Progress {
-        Progress { done: self.shared.done.load(Relaxed), total: self.shared.total.load(Relaxed) }
+        Progress { done: self.counts.done.load(Relaxed), total: self.counts.total.load(Relaxed) }
     }
 }

@@ -1,11 +1,13 @@
 //! `lobelia info CAPTURE`.
 
 use clap::ArgMatches;
+use glam::Vec3;
 
 use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
-use crate::scene::{Capture, KnownLight, MaterialKind, Role};
+use crate::math::rgb::Rgb;
+use crate::scene::{Capture, Emitter, KnownLight, MaterialKind, Role};
 use crate::worker::{Command, Happening, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -62,10 +64,13 @@ fn print(capture: &Capture) {
             MaterialKind::Specular => "specular",
         };
         let textured = if material.textured { ", textured" } else { "" };
-        let known = match material.known_diffuse {
-            Some([r, g, b]) => format!(", known diffuse {r} {g} {b}"),
-            None => String::new(),
-        };
+        let mut known = String::new();
+        if let Some([r, g, b]) = material.known_diffuse {
+            known = format!(", known diffuse {r} {g} {b}");
+        }
+        if let Some([r, g, b]) = material.known_diffuse_sd {
+            known += &format!(" (standard deviation {r} {g} {b})");
+        }
         say_line!("  {}  {kind}{textured}{known}: {}", material.name, surfaces.join(", "));
     }
     let untagged: Vec<&str> = capture
@@ -87,7 +92,52 @@ fn print(capture: &Capture) {
                     surfaces.iter().map(|&s| capture.surfaces[s].name.as_str()).collect();
                 say_line!("  {name}  visible: {}", surfaces.join(", "));
             }
-            KnownLight::Shape { name, kind } => say_line!("  {name}  {kind}"),
+            KnownLight::Shape { name, emitter, emission, color } => {
+                say_line!("  {name}  {}, {}", place(emitter), strength(emitter, *emission, *color));
+            }
+            KnownLight::Dome { name, dome } => {
+                let (width, height) = (dome.image.width(), dome.image.height());
+                say_line!("  {name}  dome, {width}×{height} pixels, scale {}", dome.scale);
+            }
         }
+    }
+}
+
+/// Where a light is and which way it shines.
+fn place(emitter: &Emitter) -> String {
+    let at = |v: Vec3| format!("{} {} {}", v.x, v.y, v.z);
+    // Adding 0 turns -0 into 0.
+    let along = |v: Vec3| format!("{:.3} {:.3} {:.3}", v.x + 0.0, v.y + 0.0, v.z + 0.0);
+    let kind = emitter.kind();
+    match emitter {
+        Emitter::Rectangle { corners, normal } => {
+            let corners = corners.map(at).join(", ");
+            format!("{kind} with the corners {corners}, facing {}", along(*normal))
+        }
+        Emitter::Sphere { center, radius_m } => {
+            format!("{kind} at {}, radius {radius_m} m", at(*center))
+        }
+        Emitter::Point { position } => format!("{kind} at {}", at(*position)),
+        Emitter::Spot { position, direction, inner_angle, outer_angle } => format!(
+            "{kind} at {} along {}, full within {:.1}°, dark beyond {:.1}°",
+            at(*position),
+            along(*direction),
+            inner_angle.to_degrees(),
+            outer_angle.to_degrees()
+        ),
+        Emitter::Sun { direction, angular_diameter } => format!(
+            "{kind} along {}, diameter {:.2}°",
+            along(*direction),
+            angular_diameter.to_degrees()
+        ),
+    }
+}
+
+fn strength(emitter: &Emitter, emission: Option<Rgb>, color: Option<Rgb>) -> String {
+    let quantity = emitter.quantity();
+    match (emission, color) {
+        (Some([r, g, b]), _) => format!("{quantity} {r} {g} {b}"),
+        (None, Some([r, g, b])) => format!("{quantity} unknown in the ratio {r} {g} {b}"),
+        (None, None) => format!("{quantity} unknown"),
     }
 }

@@ -6,6 +6,7 @@ mod job;
 mod print;
 mod progress;
 mod reconstruct;
+mod report;
 mod score;
 
 use std::process::ExitCode;

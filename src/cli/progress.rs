@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::print::note_line;
 use crate::reconstruct::Update;
+use crate::reconstruct::solution::Iteration;
 use crate::watch::Progress;
 
 pub(super) struct Display {
@@ -59,14 +60,7 @@ impl Display {
                 lobes.lobes.len()
             )),
             Update::Transport(_) => {}
-            Update::Iteration(iteration) => {
-                let [red, green, blue] =
-                    iteration.rms.relative.map(|v| format!("{:.2}", 100.0 * v));
-                self.note(&format!(
-                    "iteration {}: relative RMS {red} / {green} / {blue} %",
-                    iteration.index
-                ));
-            }
+            Update::Iteration(iteration) => self.note(&iteration_line(iteration)),
         }
     }
 
@@ -80,5 +74,46 @@ impl Display {
     /// Takes the bar away.
     pub(super) fn clear(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+fn iteration_line(iteration: &Iteration) -> String {
+    let mut line = format!(
+        "iteration {}: relative RMS {} %",
+        iteration.index,
+        iteration.rms.relative.map(|v| format!("{:.2}", 100.0 * v)).join(" / ")
+    );
+    if let Some(objective) = iteration.objective {
+        let objective = objective.map(|v| format!("{v:.4e}")).join(" / ");
+        line.push_str(&format!(", objective {objective}"));
+    }
+    // Before the first iteration there is nothing to have changed.
+    if iteration.index > 1 {
+        line.push_str(&format!(", change {:.1e}", iteration.change));
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::solution::Rms;
+
+    #[test]
+    fn an_iteration_tells_what_it_minimises_and_changed() {
+        let mut iteration = Iteration {
+            index: 2,
+            rms: Rms { absolute: [9.0; 3], relative: [0.1, 0.2, 0.3] },
+            objective: Some([1234.56, 0.5, 0.25]),
+            change: 0.0031,
+            elapsed_secs: 1.0,
+        };
+        assert_eq!(
+            iteration_line(&iteration),
+            "iteration 2: relative RMS 10.00 / 20.00 / 30.00 %, \
+             objective 1.2346e3 / 5.0000e-1 / 2.5000e-1, change 3.1e-3"
+        );
+        (iteration.index, iteration.objective) = (1, None);
+        assert_eq!(iteration_line(&iteration), "iteration 1: relative RMS 10.00 / 20.00 / 30.00 %");
     }
 }

@@ -8,7 +8,7 @@ use crate::cli::print::say_line;
 use crate::cli::{Ending, arguments};
 use crate::io::solution::{Solution, write_pretty};
 use crate::io::truth::Truth;
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{CHANNELS, Rgb};
 use crate::study::score::{Errors, Score, compare};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -28,26 +28,37 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 }
 
 fn print(score: &Score) {
-    let widest = score.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).max(8);
-    say_line!("{:widest$}  {:24}{:24}samples", "material", "estimated", "true");
+    let widest = score.materials.iter().map(|m| m.name.chars().count()).max().unwrap_or(0).max(10);
+    let heads = ["material", "estimated", "true", "in its interval"];
+    say_line!("{:widest$}  {:24}{:24}{:17}samples", heads[0], heads[1], heads[2], heads[3]);
     for material in &score.materials {
         say_line!(
-            "{:widest$}  {:24}{:24}{}",
+            "{:widest$}  {:24}{:24}{:17}{}",
             material.name,
             triple(material.estimated_diffuse),
             triple(material.true_diffuse),
+            inside(material.diffuse_inside),
             material.samples
         );
         let specular = material.estimated_specular.filter(|s| s.iter().any(|&v| v > 0.0));
         if specular.is_some() || material.true_specular != [0.0; 3] {
-            let exponent = |n: Option<f64>| n.map_or("-".to_owned(), |n| format!("{n:.1}"));
             say_line!(
-                "{:widest$}  {:24}{:24}exponent {} (true {})",
+                "{:widest$}  {:24}{:24}{}",
                 "  specular",
                 triple(specular.unwrap_or_default()),
                 triple(material.true_specular),
-                exponent(material.estimated_exponent),
+                inside(material.specular_inside),
+            );
+            let exponent = |n: Option<f64>| n.map_or("-".to_owned(), |n| format!("{n:.1}"));
+            let interval = material.exponent_interval;
+            let interval =
+                interval.map_or(String::new(), |[low, high]| format!(" [{low:.1}, {high:.1}]"));
+            say_line!(
+                "{:widest$}  {:24}{:24}{}",
+                "  exponent",
+                exponent(material.estimated_exponent) + &interval,
                 exponent(material.true_exponent),
+                one_inside(material.exponent_inside),
             );
         }
     }
@@ -77,9 +88,31 @@ fn print(score: &Score) {
     if let Some(scaled) = &score.channel_scale {
         line("  after a scale per channel", &scaled.errors, Some(scaled.scale));
     }
-    match score.intervals.of {
-        0 => say_line!("no intervals given"),
-        of => say_line!("true values in their intervals: {} of {of}", score.intervals.inside),
+    let intervals = &score.intervals;
+    match intervals.mean_half_width {
+        None => say_line!("no intervals given"),
+        Some(width) => say_line!(
+            "true values in their intervals: {} of {} ({} have none); mean half-width {width:.4}",
+            intervals.inside,
+            intervals.of,
+            intervals.without
+        ),
+    }
+    if intervals.exponents_of > 0 {
+        let (inside, of) = (intervals.exponents_inside, intervals.exponents_of);
+        say_line!("true exponents in their intervals: {inside} of {of}");
+    }
+}
+
+fn inside(channels: [Option<bool>; CHANNELS]) -> String {
+    channels.map(|channel| format!("{:4}", one_inside(channel))).join("")
+}
+
+fn one_inside(inside: Option<bool>) -> &'static str {
+    match inside {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "-",
     }
 }
 

@@ -156,6 +156,32 @@ impl Kept {
     }
 }
 
+/// Which of some points is nearest.
+pub struct Nearest {
+    tree: ImmutableKdTree<f32, 3>,
+}
+
+impl Nearest {
+    /// `None` without points, or where one is not finite.
+    pub fn new(points: &[Vec3]) -> Option<Self> {
+        if points.is_empty() || !points.iter().all(|point| point.is_finite()) {
+            return None;
+        }
+        let points: Vec<[f32; 3]> = points.iter().map(Vec3::to_array).collect();
+        // Serially, so that equal distances are resolved alike however many threads there are.
+        let builder = ImmutableKdTree::<f32, 3>::builder();
+        let tree = builder.with_parallel_construction_threshold(usize::MAX);
+        Some(Self { tree: tree.build_from_slice(&points).ok()? })
+    }
+
+    /// The index of the point nearest to `point`, which must be finite.
+    pub fn to(&self, point: Vec3) -> usize {
+        let place = point.to_array();
+        let nearest = self.tree.query(&place).nearest_one::<SquaredEuclidean<f32>>().execute();
+        nearest.item as usize
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

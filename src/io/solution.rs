@@ -9,10 +9,10 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{Error, Fault, atomic, json};
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{CHANNELS, Rgb};
 
-/// Lower and upper end of a 95 % interval, for each channel.
-pub type Intervals = [[f64; 2]; 3];
+/// Lower and upper end of a 95 % interval, for each channel that has one.
+pub type Intervals = [Option<[f64; 2]>; CHANNELS];
 
 const SOLUTION: &str = "lobelia-solution";
 const LIGHTS: &str = "lobelia-lights";
@@ -27,6 +27,12 @@ pub struct Solution {
     pub materials: Vec<Material>,
     pub scene: Scene,
     pub rms: Rms,
+    /// What was assumed of the light and found of it; `null` in files of older versions.
+    #[serde(default)]
+    pub light_model: Option<LightModel>,
+    /// `null` where the method does not say.
+    #[serde(default)]
+    pub scale: Option<Scale>,
     pub iterations: usize,
     /// Why the refinement stopped.
     pub stopped: String,
@@ -49,7 +55,7 @@ pub struct Material {
     pub exponent: Option<f64>,
     pub exponent_interval: Option<[f64; 2]>,
     /// For each channel, whether the photographs determine the value.
-    pub identified: Option<[bool; 3]>,
+    pub identified: Option<[bool; CHANNELS]>,
     /// 0 where no photograph sees the material.
     pub samples: usize,
 }
@@ -74,7 +80,34 @@ pub struct Rms {
     #[serde(rename = "final")]
     pub final_: Option<Rgb>,
     pub relative_final: Option<Rgb>,
+    /// Of the logarithms, in samples that were held out.
     pub held_out: Option<Rgb>,
+}
+
+/// How the light was described.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LightModel {
+    /// `room` or `open`; `null` without any virtual light.
+    pub world: Option<String>,
+    /// Sets of lights over which the result was averaged.
+    pub light_sets: usize,
+    /// Lamps and a sun that were found to shine.
+    pub lamps: usize,
+    pub sun: bool,
+    /// What was decided on the way, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// How well the common scale of all reflectances is known, for each channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scale {
+    /// Smallest singular value of the reflectances' logarithms, the light projected out.
+    pub singular_value: Rgb,
+    /// Root mean square of log(computed/measured).
+    pub log_rms: Rgb,
+    /// Standard deviation of the logarithm of the scale.
+    pub log_sd: Rgb,
 }
 
 /// Time spent in each stage.
@@ -101,14 +134,18 @@ pub struct Lights {
 /// A virtual light.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Light {
-    /// `sphere`, `surface`, `lamp`, `sky` or `sun`.
+    /// `sphere`, `surface`, `lamp`, `sky`, `sun` or `known`.
     pub kind: String,
+    /// Of a known light: what the artist calls it.
+    pub name: Option<String>,
     pub position: Option<[f64; 3]>,
-    /// Of a light without a position.
+    /// Of a light at infinity: the way its light travels.
     pub direction: Option<[f64; 3]>,
     pub normal: Option<[f64; 3]>,
     pub area_m2: Option<f64>,
     pub radius_m: Option<f64>,
+    /// Of a part of the sky.
+    pub solid_angle_sr: Option<f64>,
     pub lobes: Vec<Lobe>,
 }
 
@@ -118,6 +155,8 @@ pub struct Lobe {
     pub direction: [f64; 3],
     /// 0 is isotropic.
     pub exponent: f64,
+    /// Radiance; of a sun the irradiance of a surface that faces it, of a known light what its
+    /// strength is called in `tags.json`.
     pub emission: Rgb,
 }
 
@@ -131,6 +170,8 @@ impl Solution {
             materials: Vec::new(),
             scene: Scene::default(),
             rms: Rms::default(),
+            light_model: None,
+            scale: None,
             iterations: 0,
             stopped: String::new(),
             seconds: Seconds::default(),
@@ -148,11 +189,17 @@ impl Solution {
             let intervals = material.diffuse_interval.iter().chain(&material.specular_interval);
             let exponents =
                 material.exponent.iter().chain(material.exponent_interval.iter().flatten());
-            let numbers = numbers.chain(intervals.flatten().flatten()).chain(exponents);
+            let intervals = intervals.flatten().flatten().flatten();
+            let numbers = numbers.chain(intervals).chain(exponents);
             check_finite(file, || format!("material \"{}\"", material.name), numbers)?;
         }
         let rms = [self.rms.initial, self.rms.final_, self.rms.relative_final, self.rms.held_out];
         check_finite(file, || "rms".into(), rms.iter().flatten().flatten())?;
+        let scale = self.scale.iter().flat_map(|scale| {
+            let Scale { singular_value, log_rms, log_sd } = scale;
+            singular_value.iter().chain(log_rms).chain(log_sd)
+        });
+        check_finite(file, || "scale".into(), scale)?;
         let Seconds { load, samples, lights, transport, solve, textures, total } = self.seconds;
         let seconds = [load, samples, lights, transport, solve, textures, total];
         check_finite(file, || "seconds".into(), seconds.iter())?;
@@ -172,7 +219,7 @@ impl Lights {
     pub fn write(&self, file: &Path) -> Result<(), Error> {
         for (index, light) in self.lights.iter().enumerate() {
             let places = [light.position, light.direction, light.normal];
-            let sizes = light.area_m2.iter().chain(&light.radius_m);
+            let sizes = light.area_m2.iter().chain(&light.radius_m).chain(&light.solid_angle_sr);
             let lobes = light.lobes.iter().flat_map(|lobe| {
                 lobe.direction.iter().chain(&lobe.emission).chain(std::iter::once(&lobe.exponent))
             });

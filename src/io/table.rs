@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::{Error, atomic};
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{CHANNELS, Rgb};
 
 /// A sample: where it is, what was seen there and what the solution says.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,10 @@ pub struct ConvergenceRow {
     pub iteration: usize,
     pub rms: Rgb,
     pub relative_rms: Rgb,
+    /// What the method minimises; cells are empty where it has no such number.
+    pub objective: Option<Rgb>,
+    /// Of any reflectance since the iteration before.
+    pub largest_change: f64,
     /// Since the start of the refinement.
     pub elapsed_secs: f64,
 }
@@ -42,8 +46,9 @@ const SAMPLE_COLUMNS: &str = "x_m,y_m,z_m,nx,ny,nz,material,views,observed_r,obs
     observed_b,computed_r,computed_g,computed_b,relative_error_r,relative_error_g,\
     relative_error_b,photographed_r,photographed_g,photographed_b,virtual_r,virtual_g,virtual_b,\
     weight";
-const CONVERGENCE_COLUMNS: &str =
-    "iteration,rms_r,rms_g,rms_b,relative_rms_r,relative_rms_g,relative_rms_b,elapsed_s";
+// The time comes last: without it, the table is the same for every run.
+const CONVERGENCE_COLUMNS: &str = "iteration,rms_r,rms_g,rms_b,relative_rms_r,relative_rms_g,\
+    relative_rms_b,objective_r,objective_g,objective_b,largest_change,elapsed_s";
 
 pub fn write_samples(file: &Path, rows: &[SampleRow]) -> Result<(), Error> {
     atomic::write(file, |out| {
@@ -68,8 +73,10 @@ pub fn write_convergence(file: &Path, rows: &[ConvergenceRow]) -> Result<(), Err
     atomic::write(file, |out| {
         writeln!(out, "{CONVERGENCE_COLUMNS}")?;
         for row in rows {
-            let errors = row.rms.iter().chain(&row.relative_rms).chain([&row.elapsed_secs]);
-            writeln!(out, "{},{}", row.iteration, numbers(errors))?;
+            let objective = row.objective.unwrap_or([f64::NAN; CHANNELS]);
+            let errors = row.rms.iter().chain(&row.relative_rms).chain(&objective);
+            let cells = errors.chain([&row.largest_change, &row.elapsed_secs]);
+            writeln!(out, "{},{}", row.iteration, numbers(cells))?;
         }
         Ok(())
     })

@@ -94,6 +94,15 @@ pub fn square_to_uniform_hemisphere(square: Vec2) -> Vec3 {
     (disc * (2.0 - disc.length_squared()).max(0.0).sqrt()).extend(z)
 }
 
+/// Maps [0, 1]² onto directions about +z within a cone, with uniform density. `cap` is one minus
+/// the cosine of the cone's half-angle, 0 to 2: its solid angle is 2π `cap`.
+pub fn square_to_uniform_cone(square: Vec2, cap: f32) -> Vec3 {
+    let disc = square_to_disc(square);
+    // As for the hemisphere, whose cap is 1.
+    let fall = cap * disc.length_squared();
+    (disc * (cap * (2.0 - fall)).max(0.0).sqrt()).extend(1.0 - fall)
+}
+
 /// The ideal specular direction of a unit direction away from a surface.
 pub fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
     2.0 * normal.dot(direction) * normal - direction
@@ -144,6 +153,11 @@ mod tests {
             let square = random.point();
             assert!((square_to_uniform_hemisphere(square).length() - 1.0).abs() < 1e-6);
             assert!((square_to_cosine_hemisphere(square).length() - 1.0).abs() < 1e-6);
+            for cap in [0.0, 1e-6, 0.3, 1.0, 2.0] {
+                let direction = square_to_uniform_cone(square, cap);
+                assert!((direction.length() - 1.0).abs() < 1e-6);
+                assert!(1.0 - direction.z <= cap + 1e-6);
+            }
         }
     }
 

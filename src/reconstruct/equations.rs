@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::mirrored;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::lights::{VirtualLight, VirtualLights};
+use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::transport::Transport;
 use crate::scene::{Capture, MaterialKind};
 
@@ -54,6 +54,8 @@ pub struct Equation {
 /// What a specular sample's equation needs beyond a diffuse one's.
 #[derive(Clone, Debug)]
 pub struct Glossy {
+    /// Unit direction in which a mirror would see, from the sample.
+    pub mirror: Vec3,
     /// log₂ cos γ for each virtual light, −∞ where the light is not in front of the mirror.
     light_log_cosine: Vec<f32>,
     /// Radiance records within the mirror's hemisphere: log₂ cos γ, and radiance × projected
@@ -75,6 +77,8 @@ pub struct Equations {
 
 /// Radiances below this part of the mean count as this much where a relative error is formed.
 const DARK: f64 = 1e-3;
+/// The same in a channel that is black everywhere; its inverse's square is still a number.
+const DARKEST: f64 = 1e-30;
 
 impl Equations {
     /// Sets the equations up; a specular sample uses at most `views_per_sample` photographs.
@@ -127,9 +131,19 @@ impl Equations {
         equations
     }
 
+    /// The same equations for other lights.
+    pub fn with_lights(mut self, cloud: &SampleCloud, lights: &VirtualLights) -> Self {
+        let glossy: Vec<(usize, usize)> =
+            self.rows.iter().filter_map(|row| Some((row.glossy?, row.sample))).collect();
+        for (index, sample) in glossy {
+            self.glossy[index].set_lights(&cloud.samples[sample], lights);
+        }
+        self
+    }
+
     /// The smallest radiance that a relative error is formed with.
     pub fn dark(&self, channel: usize) -> f64 {
-        (DARK * self.mean_radiance[channel]).max(f64::MIN_POSITIVE)
+        (DARK * self.mean_radiance[channel]).max(DARKEST)
     }
 
     /// L⁺ of one equation (Eq. 6): the part that comes from the photographed surfaces.
@@ -162,22 +176,15 @@ impl Glossy {
         let site = &cloud.samples[sample];
         // The ideal specular direction: γ between it and ω_i equals γ of Eq. 12.
         let mirror = mirrored(towards_camera, site.normal);
-        let log_cosine = |direction: Vec3| {
-            let cosine = mirror.dot(direction).min(1.0);
-            if cosine > 0.0 { cosine.log2() } else { f32::NEG_INFINITY }
-        };
-        let light_log_cosine = lights
-            .lights
-            .iter()
-            .map(|light| log_cosine((light.position - site.position).normalize_or_zero()))
-            .collect();
         let mut glossy = Self {
-            light_log_cosine,
+            mirror,
+            light_log_cosine: Vec::new(),
             record_log_cosine: Vec::new(),
             record_irradiance: Default::default(),
         };
+        glossy.set_lights(site, lights);
         for record in transport.records_of(sample) {
-            let log = log_cosine(record.direction);
+            let log = log_cosine(mirror, record.direction);
             if log > f32::NEG_INFINITY {
                 glossy.record_log_cosine.push(log);
                 for (channel, radiance) in record.radiance.iter().enumerate() {
@@ -187,6 +194,13 @@ impl Glossy {
             }
         }
         glossy
+    }
+
+    fn set_lights(&mut self, sample: &Sample, lights: &VirtualLights) {
+        let towards = |light: &VirtualLight| light.direction_from(sample.position);
+        let lights = lights.lights.iter();
+        self.light_log_cosine =
+            lights.map(|light| log_cosine(self.mirror, towards(light))).collect();
     }
 
     /// Σ_j L_j cosⁿγ_j cos θ_j ω_j over the radiance records, per channel.
@@ -237,6 +251,12 @@ impl Glossy {
         }
         total
     }
+}
+
+/// log₂ of the cosine between two unit vectors, −∞ beyond 90°.
+fn log_cosine(mirror: Vec3, direction: Vec3) -> f32 {
+    let cosine = mirror.dot(direction).min(1.0);
+    if cosine > 0.0 { cosine.log2() } else { f32::NEG_INFINITY }
 }
 
 /// cosⁿγ = 2^(n log₂ cos γ), to 3e-7 relative. The library's `exp2` is a call that cannot be

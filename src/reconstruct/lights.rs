@@ -45,37 +45,121 @@ pub struct VirtualLights {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualLight {
     pub kind: LightKind,
+    /// Centre; without meaning for a light at infinity.
     pub position: Vec3,
-    /// Unit normal: into the bounding sphere, or the known surface's own.
+    /// Unit normal: into the bounding sphere, or the known surface's own; for a light at
+    /// infinity the direction in which its light travels.
     pub normal: Vec3,
-    /// Radius of the disc that the light is taken to be.
+    /// Radius of the disc or ball that the light is taken to be.
     pub radius_m: f32,
+    /// Half the angle of the cone from which the light of a sky cell or the sun comes, in
+    /// radians; 0 for lights at a finite distance.
+    pub half_angle: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightKind {
-    /// On the bounding sphere.
+    /// A disc on the bounding sphere.
     Sphere,
-    /// On a known surface that no photograph measures.
+    /// A disc on a known surface that no photograph measures.
     Surface,
+    /// A ball anywhere in space: a luminaire that the reconstruction found.
+    Lamp,
+    /// A part of the sky, at infinity.
+    Sky,
+    /// At infinity; its emission is the irradiance of a surface that faces it.
+    Sun,
+    /// A luminaire that the artist gave, `Capture::lights[index]`; its emission is its radiance,
+    /// intensity or irradiance.
+    Known(usize),
 }
 
 impl VirtualLight {
-    /// A_i, the area of its disc in m².
+    /// A disc at a finite distance.
+    pub fn disc(kind: LightKind, position: Vec3, normal: Vec3, radius_m: f32) -> Self {
+        Self { kind, position, normal, radius_m, half_angle: 0.0 }
+    }
+
+    /// A ball that emits from all of its surface.
+    pub fn lamp(position: Vec3, radius_m: f32) -> Self {
+        Self::disc(LightKind::Lamp, position, Vec3::Z, radius_m)
+    }
+
+    /// A cone of directions at infinity, whose light travels along `normal`.
+    pub fn distant(kind: LightKind, normal: Vec3, half_angle: f32) -> Self {
+        Self { kind, position: Vec3::ZERO, normal, radius_m: 0.0, half_angle }
+    }
+
+    /// A_i, the area of its disc (of a lamp, its cross section) in m².
     pub fn area_m2(&self) -> f32 {
         std::f32::consts::PI * self.radius_m * self.radius_m
     }
 
-    /// V(x, A_i): the fraction of the disc that a site sees, by `side`² jittered rays.
+    /// The solid angle of a light at infinity, in sr.
+    pub fn solid_angle_sr(&self) -> f32 {
+        // 1 − cos written so that it does not cancel for the sun.
+        4.0 * std::f32::consts::PI * (0.5 * self.half_angle).sin().powi(2)
+    }
+
+    /// Whether the light is at infinity.
+    pub fn is_distant(&self) -> bool {
+        matches!(self.kind, LightKind::Sky | LightKind::Sun)
+    }
+
+    /// Unit direction from a point to the light's middle, −ω_i.
+    pub fn direction_from(&self, position: Vec3) -> Vec3 {
+        if self.is_distant() {
+            -self.normal
+        } else {
+            (self.position - position).normalize_or_zero()
+        }
+    }
+
+    /// (n+2)/2 cosⁿγ, the modified Phong lobe of Eq. 12 times π, averaged over the light's
+    /// extent: the lobe is widened by the light's angular size, its integral kept. A lobe's
+    /// variance about its axis is about 1/n, that of a disc of angular radius a is a²/4.
+    pub fn lobe(&self, position: Vec3, mirror: Vec3, exponent: f64) -> f64 {
+        let cosine = f64::from(mirror.dot(self.direction_from(position)));
+        if cosine <= 0.0 {
+            return 0.0;
+        }
+        let angle = if self.is_distant() {
+            f64::from(self.half_angle)
+        } else {
+            let distance = self.position.distance(position).max(f32::MIN_POSITIVE);
+            f64::from((self.radius_m / distance).min(1.0))
+        };
+        let n = 1.0 / (1.0 / exponent + 0.25 * angle * angle);
+        0.5 * (n + 2.0) * cosine.powf(n)
+    }
+
+    /// V(x, A_i): the fraction of the light that a site sees, by `side`² jittered rays.
     pub fn visibility(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
-        let frame = Frame::about(self.normal);
         let mut free = 0;
+        let facing = match self.kind {
+            // A ball shows every site the same disc.
+            LightKind::Lamp => self.direction_from(site.position),
+            _ => self.normal,
+        };
+        let frame = Frame::about(facing);
+        // The sun is smaller than the angle that samples resolve.
+        let side = if self.kind == LightKind::Sun { 1 } else { side };
         for square in stratified(side, random) {
-            let disc = square_to_disc(square) * self.radius_m;
-            let target = self.position + frame.tangent * disc.x + frame.bitangent * disc.y;
-            // The part of a disc below a site's horizon is hidden by the site's own surface.
-            let above = (target - site.position).dot(site.normal) > 0.0;
-            free += usize::from(above && views.is_free(site, target));
+            free += usize::from(if self.is_distant() {
+                let spread = (0.5 * self.half_angle).sin() * square_to_disc(square);
+                let height = 1.0 - 2.0 * spread.length_squared();
+                let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
+                let direction =
+                    -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
+                direction.dot(site.normal) > 0.0
+                    && !views.caster.occluded(&views.ray(site, direction))
+            } else {
+                let disc = square_to_disc(square) * self.radius_m;
+                let target = self.position + frame.tangent * disc.x + frame.bitangent * disc.y;
+                // The part of a disc below a site's horizon is hidden by the site's own surface.
+                let above = (target - site.position).dot(site.normal) > 0.0;
+                above && views.is_free(site, target)
+            });
         }
         free as f32 / (side * side) as f32
     }
@@ -131,7 +215,7 @@ pub fn place(
                         (LightKind::Sphere, position, inward)
                     }
                 };
-                Some(VirtualLight { kind, position, normal, radius_m: 0.0 })
+                Some(VirtualLight::disc(kind, position, normal, 0.0))
             };
             Ok(squares.into_iter().filter_map(place).collect())
         })

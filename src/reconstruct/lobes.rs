@@ -42,7 +42,7 @@ pub struct Lobes {
     pub first: Vec<usize>,
 }
 
-/// E (ω · ω_ij)^α, for directions ω within 90° of the lobe's.
+/// E (ω · ω_ij)^α, for directions ω within 90° of the lobe's; with α = 0 alike in all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
     /// Index into `VirtualLights::lights`.
@@ -56,6 +56,9 @@ pub struct Lobe {
 impl Lobe {
     /// (ω · ω_ij)^α for a unit direction away from the light (Eq. 8).
     pub fn value(&self, direction: Vec3) -> f32 {
+        if self.exponent == 0.0 {
+            return 1.0;
+        }
         let cosine = direction.dot(self.direction);
         if cosine > 0.0 { cosine.powf(self.exponent) } else { 0.0 }
     }

@@ -6,6 +6,7 @@
 
 pub mod emission;
 pub mod equations;
+pub mod joint;
 pub mod lights;
 pub mod lobes;
 pub mod normalize;
@@ -13,6 +14,7 @@ pub mod options;
 pub mod refine;
 pub mod reflectance;
 pub mod samples;
+pub mod solution;
 pub mod textures;
 pub mod transport;
 pub mod unwrap;
@@ -21,12 +23,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::geometry::bvh::RayCaster;
+use crate::math::rgb::Rgb;
 use crate::options::OptionError;
 use crate::reconstruct::equations::{Equations, Reflectance};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
-use crate::reconstruct::refine::{Iteration, Solution};
 use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::solution::{Iteration, Solution};
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::transport::Transport;
 use crate::scene::{Capture, KnownLight, Views};
@@ -68,6 +71,9 @@ pub(crate) enum Stream {
     Irradiance,
     Visibility,
     Textures,
+    Lamps,
+    Folds,
+    Relook,
 }
 
 /// What a running reconstruction has come to; the products are final when they are sent.
@@ -137,7 +143,7 @@ impl From<BoundedError> for Error {
     }
 }
 
-/// Reconstructs a capture by the paper's method. The same capture and options give the same
+/// Reconstructs a capture. The same capture and options give the same
 /// result on any number of threads.
 pub fn run(
     capture: &Capture,
@@ -166,44 +172,11 @@ pub fn run(
     }
     update(Update::Samples(samples.clone()));
 
-    clock.begin(Stage::Lights);
-    let mut lights = lights::place(&views, &samples, &options.lights, seed, watch)?;
-    let lobes = Arc::new(lobes::choose(&views, &mut lights, &options.lobes, watch)?);
-    let lights = Arc::new(lights);
-    update(Update::Lights(lights.clone(), lobes.clone()));
-
-    check_size(samples.samples.len(), lobes.lobes.len())?;
-    clock.begin(Stage::Transport);
-    let transport = Arc::new(transport::gather(
-        &views,
-        &samples,
-        &lights,
-        &lobes,
-        &options.transport,
-        seed,
-        watch,
-    )?);
-    update(Update::Transport(transport.clone()));
-
-    clock.begin(Stage::Solve);
-    let equations = Arc::new(Equations::new(
-        capture,
-        &samples,
-        &lights,
-        &transport,
-        options.gloss.views_per_sample,
-    ));
     let start = start(&views, &samples, options, watch)?;
-    let solution = Arc::new(refine::refine(
-        capture,
-        &equations,
-        &lobes,
-        &transport,
-        start,
-        options,
-        &|iteration| update(Update::Iteration(*iteration)),
-        watch,
-    )?);
+    let Products { lights, lobes, transport, equations, solution } = match options.general.method {
+        Method::Joint => joint(&views, &samples, &start, options, &mut clock, watch, update)?,
+        Method::Paper => paper(&views, &samples, &start, options, &mut clock, watch, update)?,
+    };
 
     clock.begin(Stage::Textures);
     let textures = Arc::new(textures::reconstruct(
@@ -212,7 +185,7 @@ pub fn run(
 
     let seconds = clock.finish();
     let mut warnings = views.warnings();
-    warnings.extend(warn(capture, &samples, &lobes, &solution));
+    warnings.extend(warn(capture, options, &samples, &lobes, &solution));
     Ok(Reconstruction {
         samples,
         lights,
@@ -224,6 +197,111 @@ pub fn run(
         seconds,
         warnings,
     })
+}
+
+/// What the stages between samples and textures come to.
+struct Products {
+    lights: Arc<VirtualLights>,
+    lobes: Arc<Lobes>,
+    transport: Arc<Transport>,
+    equations: Arc<Equations>,
+    solution: Arc<Solution>,
+}
+
+/// The paper's method: lights are placed first, and light and reflectances refined in turn.
+fn paper(
+    views: &Views,
+    samples: &Arc<SampleCloud>,
+    start: &[Option<Rgb>],
+    options: &Options,
+    clock: &mut Clock,
+    watch: &Watch,
+    update: &(dyn Fn(Update) + Sync),
+) -> Result<Products, Error> {
+    let seed = options.general.seed as u64;
+    clock.begin(Stage::Lights);
+    let mut lights = lights::place(views, samples, &options.lights, seed, watch)?;
+    let lobes = Arc::new(lobes::choose(views, &mut lights, &options.lobes, watch)?);
+    let lights = Arc::new(lights);
+    update(Update::Lights(lights.clone(), lobes.clone()));
+
+    check_size(samples.samples.len(), lobes.lobes.len())?;
+    clock.begin(Stage::Transport);
+    let transport = Arc::new(transport::gather(
+        views,
+        samples,
+        &lights,
+        &lobes,
+        &options.transport,
+        seed,
+        watch,
+    )?);
+    update(Update::Transport(transport.clone()));
+
+    clock.begin(Stage::Solve);
+    let equations = Arc::new(Equations::new(
+        views.capture,
+        samples,
+        &lights,
+        &transport,
+        options.gloss.views_per_sample,
+    ));
+    let start = start.iter().map(|diffuse| diffuse.map(Reflectance::diffuse)).collect();
+    let solution = Arc::new(refine::refine(
+        views.capture,
+        &equations,
+        &lobes,
+        &transport,
+        start,
+        options,
+        &|iteration| update(Update::Iteration(*iteration)),
+        watch,
+    )?);
+    Ok(Products { lights, lobes, transport, equations, solution })
+}
+
+/// The joint method: the lights are part of what is solved for, so they come last.
+fn joint(
+    views: &Views,
+    samples: &Arc<SampleCloud>,
+    start: &[Option<Rgb>],
+    options: &Options,
+    clock: &mut Clock,
+    watch: &Watch,
+    update: &(dyn Fn(Update) + Sync),
+) -> Result<Products, Error> {
+    let seed = options.general.seed as u64;
+    let lobes = options.joint.largest_set();
+    check_size(samples.samples.len(), lobes)?;
+    clock.begin(Stage::Transport);
+    let mut transport = transport::photographed(views, samples, &options.transport, seed, watch)?;
+    let no_lights = VirtualLights::default();
+    let views_per_sample = options.gloss.views_per_sample;
+    let equations =
+        Equations::new(views.capture, samples, &no_lights, &transport, views_per_sample);
+
+    clock.begin(Stage::Solve);
+    let outcome = joint::solve(
+        views,
+        samples,
+        &transport,
+        &equations,
+        start,
+        options,
+        &|iteration| update(Update::Iteration(*iteration)),
+        watch,
+    )?;
+
+    clock.begin(Stage::Lights);
+    transport.irradiance = outcome.irradiance;
+    let (lights, lobes) = (Arc::new(outcome.set.lights), Arc::new(outcome.set.lobes));
+    update(Update::Lights(lights.clone(), lobes.clone()));
+    let options = &options.transport;
+    transport.coupling = transport::couple(views, samples, &lights, &lobes, options, seed, watch)?;
+    let transport = Arc::new(transport);
+    update(Update::Transport(transport.clone()));
+    let equations = Arc::new(equations.with_lights(samples, &lights));
+    Ok(Products { lights, lobes, transport, equations, solution: Arc::new(outcome.solution) })
 }
 
 /// Seconds of every stage, and the word to the outside that one begins.
@@ -287,7 +365,7 @@ fn start(
     samples: &SampleCloud,
     options: &Options,
     watch: &Watch,
-) -> Result<Vec<Option<Reflectance>>, Cancelled> {
+) -> Result<Vec<Option<Rgb>>, Cancelled> {
     let mut start = normalize::initial_diffuse(views, samples, watch)?;
     for (diffuse, material) in start.iter_mut().zip(&views.capture.materials) {
         let given = options.start.get(&material.name).copied();
@@ -295,12 +373,13 @@ fn start(
             *diffuse = value;
         }
     }
-    Ok(start.into_iter().map(|diffuse| diffuse.map(Reflectance::diffuse)).collect())
+    Ok(start)
 }
 
 /// What the artist should know about the result.
 fn warn(
     capture: &Capture,
+    options: &Options,
     samples: &SampleCloud,
     lobes: &Lobes,
     solution: &Solution,
@@ -314,12 +393,15 @@ fn warn(
             ));
         }
     }
-    for light in &capture.lights {
-        if let KnownLight::Shape { name, kind } = light {
-            warnings.push(format!(
+    if options.general.method == Method::Paper {
+        for light in &capture.lights {
+            if !matches!(light, KnownLight::Visible { .. }) {
+                let (name, kind) = (light.name(), light.kind());
+                warnings.push(format!(
                 "light \"{name}\" ({kind}) is not used by the method \"paper\", which takes all \
                  light from outside the photographs to be unknown"
             ));
+            }
         }
     }
     if lobes.lobes.is_empty() {

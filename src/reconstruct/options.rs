@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, OptionError, OptionGroup};
+use crate::reconstruct::joint::JointOptions;
 use crate::reconstruct::lights::LightOptions;
 use crate::reconstruct::lobes::LobeOptions;
 use crate::reconstruct::refine::RefineOptions;
@@ -16,6 +17,8 @@ use crate::{choices, options};
 choices! {
     /// How reflectances and light are estimated.
     Method {
+        /// Light and reflectances solved together, with intervals.
+        Joint = "joint",
         /// The paper's alternation, Sections 3 to 5 as printed.
         Paper = "paper",
     }
@@ -24,8 +27,9 @@ choices! {
 options! {
     /// What concerns the whole reconstruction.
     GeneralOptions in "general" {
-        /// How reflectances and light are estimated: paper is the alternation of Sections 3 to 5.
-        method: Method = Method::Paper, None, "";
+        /// joint: light and reflectances solved together, with intervals. paper: the alternation
+        /// of Sections 3 to 5, which keeps close to its start; to compare.
+        method: Method = Method::Joint, None, "";
         /// Seed of all random choices: the same seed gives the same result.
         seed: usize = 1, Some((0.0, 9e15)), "";
     }
@@ -39,6 +43,7 @@ pub struct Options {
     pub lights: LightOptions,
     pub lobes: LobeOptions,
     pub transport: TransportOptions,
+    pub joint: JointOptions,
     pub refine: RefineOptions,
     pub gloss: GlossOptions,
     pub textures: TextureOptions,
@@ -47,13 +52,14 @@ pub struct Options {
 }
 
 impl Options {
-    fn groups(&self) -> [&dyn OptionGroup; 8] {
+    fn groups(&self) -> [&dyn OptionGroup; 9] {
         [
             &self.general,
             &self.samples,
             &self.lights,
             &self.lobes,
             &self.transport,
+            &self.joint,
             &self.refine,
             &self.gloss,
             &self.textures,
@@ -61,12 +67,13 @@ impl Options {
     }
 
     fn group_mut(&mut self, section: &str) -> Option<&mut dyn OptionGroup> {
-        let groups: [&mut dyn OptionGroup; 8] = [
+        let groups: [&mut dyn OptionGroup; 9] = [
             &mut self.general,
             &mut self.samples,
             &mut self.lights,
             &mut self.lobes,
             &mut self.transport,
+            &mut self.joint,
             &mut self.refine,
             &mut self.gloss,
             &mut self.textures,

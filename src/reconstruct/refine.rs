@@ -9,6 +9,7 @@ use crate::reconstruct::equations::{Equations, Reflectance};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::reflectance;
+use crate::reconstruct::solution::{Iteration, Rms, Solution, Stopped};
 use crate::reconstruct::transport::Transport;
 use crate::scene::Capture;
 use crate::solve::bounded::BoundedError;
@@ -27,112 +28,6 @@ options! {
         weight_floor: f64 = 0.1, Some((1e-6, 1.0)), "";
         /// Ridge on the emissions, relative to their columns' norms (0 in the paper).
         ridge: f64 = 0.0, Some((0.0, 1.0)), "";
-    }
-}
-
-/// Root mean square differences between computed and measured radiance, per channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rms {
-    /// In the photographs' unit of radiance.
-    pub absolute: Rgb,
-    /// Of the differences divided by the measured radiance.
-    pub relative: Rgb,
-}
-
-impl Rms {
-    /// One number for all channels: the root mean square of the absolute errors, each relative
-    /// to its channel's mean radiance.
-    pub fn total(&self, mean_radiance: &Rgb) -> f64 {
-        let square = |c: usize| {
-            if mean_radiance[c] > 0.0 { (self.absolute[c] / mean_radiance[c]).powi(2) } else { 0.0 }
-        };
-        ((0..CHANNELS).map(square).sum::<f64>() / CHANNELS as f64).sqrt()
-    }
-
-    /// The root mean square of the relative errors of all channels.
-    pub fn total_relative(&self) -> f64 {
-        (self.relative.iter().map(|value| value * value).sum::<f64>() / CHANNELS as f64).sqrt()
-    }
-}
-
-/// One iteration of the refinement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Iteration {
-    /// Counted from 1.
-    pub index: usize,
-    pub rms: Rms,
-    /// Largest change of any diffuse or specular reflectance since the iteration before.
-    pub change: f64,
-    /// Since the refinement began.
-    pub elapsed_secs: f64,
-}
-
-/// Why the refinement stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    RmsConverged,
-    /// The RMS error rose, absolute or relative, and neither fell; the iteration before is the
-    /// result.
-    RmsRose,
-    IterationLimit,
-    /// There is no sample, or none with a reflectance to estimate.
-    NothingToSolve,
-}
-
-impl Stopped {
-    pub fn describe(self) -> &'static str {
-        match self {
-            Self::RmsConverged => "rms change below threshold",
-            Self::RmsRose => "rms rose, so the iteration before is kept",
-            Self::IterationLimit => "iteration limit reached",
-            Self::NothingToSolve => "nothing to solve",
-        }
-    }
-}
-
-/// Reflectances and emissions, with the report of how they were found.
-#[derive(Clone, Debug)]
-pub struct Solution {
-    /// Per material; `None` where it has no sample.
-    pub reflectances: Vec<Option<Reflectance>>,
-    /// E_ij per lobe and channel, in the photographs' unit of radiance.
-    pub emission: Vec<Rgb>,
-    pub iterations: Vec<Iteration>,
-    pub stopped: Stopped,
-    /// Computed radiance of each equation.
-    pub computed: Vec<Rgb>,
-    pub warnings: Vec<String>,
-}
-
-impl Solution {
-    /// Whether every number of the result is finite and there is something in it.
-    pub fn is_usable(&self) -> bool {
-        let mut reflectances = self.reflectances.iter().flatten().peekable();
-        reflectances.peek().is_some()
-            && reflectances.all(|r| {
-                r.diffuse.iter().chain(&r.specular).all(|v| v.is_finite()) && r.exponent.is_finite()
-            })
-            && self.emission.iter().flatten().all(|v| v.is_finite())
-    }
-
-    /// Lobes with any light in them.
-    pub fn active_lobes(&self) -> usize {
-        self.emission.iter().filter(|emission| emission.iter().any(|&e| e > 0.0)).count()
-    }
-
-    /// One line on how it went.
-    pub fn brief(&self) -> String {
-        let Some((first, last)) = self.iterations.first().zip(self.iterations.last()) else {
-            return self.stopped.describe().to_owned();
-        };
-        let triple = |rgb: Rgb| rgb.map(|value| format!("{:.1}", 100.0 * value)).join(" / ");
-        format!(
-            "{} iterations ({}): relative RMS from {} % to {} % (R / G / B)",
-            self.iterations.len(),
-            self.stopped.describe(),
-            triple(first.rms.relative),
-            triple(last.rms.relative),
-        )
     }
 }
 
@@ -161,6 +56,8 @@ pub fn refine(
         iterations: Vec::new(),
         stopped: Stopped::IterationLimit,
         computed: Vec::new(),
+        certainty: None,
+        notes: Vec::new(),
         warnings: Vec::new(),
     };
     if equations.rows.is_empty() {
@@ -207,6 +104,7 @@ pub fn refine(
         let iteration = Iteration {
             index,
             rms: rms(equations, &solution.computed),
+            objective: None,
             change: largest_change(&before.reflectances, &solution.reflectances),
             elapsed_secs: began.elapsed().as_secs_f64(),
         };
@@ -246,7 +144,7 @@ pub fn refine(
 }
 
 /// RMS over all equations, each counted by its share.
-fn rms(equations: &Equations, computed: &[Rgb]) -> Rms {
+pub(super) fn rms(equations: &Equations, computed: &[Rgb]) -> Rms {
     let shares: f64 = equations.rows.iter().map(|row| row.share).sum();
     let mean = |difference: &dyn Fn(&Rgb, &Rgb, usize) -> f64| -> Rgb {
         std::array::from_fn(|c| {

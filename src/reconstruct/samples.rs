@@ -82,7 +82,7 @@ struct Candidate {
 
 /// Random points that keep a distance d from each other and leave no room for another cover
 /// an area A with about 0.697 A/d² points (a jamming coverage of 0.547 by discs of radius d/2).
-const JAMMING_DENSITY: f64 = 0.697;
+pub const JAMMING_DENSITY: f64 = 0.697;
 
 /// Places samples over the surfaces that the photographs see.
 pub fn place(

@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
-use crate::reconstruct::lights::{VirtualLight, VirtualLights};
-use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{MaterialKind, Site, Views};
+use crate::scene::{KnownLight, MaterialKind, Site, Views};
 use crate::watch::{Cancelled, Watch};
 use crate::{choices, options};
 
@@ -86,8 +86,21 @@ pub fn gather(
     seed: u64,
     watch: &Watch,
 ) -> Result<Transport, Cancelled> {
+    let mut transport = photographed(views, cloud, options, seed, watch)?;
+    transport.coupling = couple(views, cloud, lights, lobes, options, seed, watch)?;
+    Ok(transport)
+}
+
+/// Gathers the light of photographed surfaces; the coupling stays without columns.
+pub fn photographed(
+    views: &Views,
+    cloud: &SampleCloud,
+    options: &TransportOptions,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Transport, Cancelled> {
     let count = cloud.samples.len();
-    watch.begin(2 * count as u64);
+    watch.begin(count as u64);
     let glossy_side = grid_side(options.glossy_rays);
     let gathered: Vec<(Radiance, Vec<Record>)> = cloud
         .samples
@@ -102,23 +115,9 @@ pub fn gather(
             Ok((irradiance, if specular { records } else { Vec::new() }))
         })
         .collect::<Result<_, Cancelled>>()?;
-
-    let rows: Vec<Vec<f32>> = cloud
-        .samples
-        .par_iter()
-        .enumerate()
-        .map(|(index, sample)| {
-            watch.tick()?;
-            let mut random = Random::new(seed, Stream::Visibility as u64, index as u64);
-            Ok(couple(views, sample, lights, lobes, options, &mut random))
-        })
-        .collect::<Result<_, Cancelled>>()?;
-
     let mut transport = Transport {
         record_weight: std::f64::consts::PI / (glossy_side * glossy_side) as f64,
-        coupling: Mat::from_fn(count, lobes.lobes.len(), |row, column| {
-            f64::from(rows[row][column])
-        }),
+        coupling: Mat::zeros(count, 0),
         irradiance: Vec::with_capacity(count),
         records: Vec::new(),
         first_record: vec![0],
@@ -129,6 +128,32 @@ pub fn gather(
         transport.first_record.push(transport.records.len());
     }
     Ok(transport)
+}
+
+/// Couples every lobe with every sample: k_ij, samples × lobes.
+pub fn couple(
+    views: &Views,
+    cloud: &SampleCloud,
+    lights: &VirtualLights,
+    lobes: &Lobes,
+    options: &TransportOptions,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Mat<f64>, Cancelled> {
+    watch.begin(cloud.samples.len() as u64);
+    let rows: Vec<Vec<f32>> = cloud
+        .samples
+        .par_iter()
+        .enumerate()
+        .map(|(index, sample)| {
+            watch.tick()?;
+            let mut random = Random::new(seed, Stream::Visibility as u64, index as u64);
+            Ok(couple_sample(views, sample, lights, lobes, options, &mut random))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    Ok(Mat::from_fn(cloud.samples.len(), lobes.lobes.len(), |row, column| {
+        f64::from(rows[row][column])
+    }))
 }
 
 /// I_s of a site, from `side`² cosine-distributed rays, and what each of them found.
@@ -156,7 +181,7 @@ pub fn hemisphere(
 }
 
 /// k_ij of one sample for every lobe.
-fn couple(
+fn couple_sample(
     views: &Views,
     sample: &Sample,
     lights: &VirtualLights,
@@ -167,24 +192,45 @@ fn couple(
     let side = grid_side(options.disc_rays);
     let mut row = vec![0.0f32; lobes.lobes.len()];
     for (index, light) in lights.lights.iter().enumerate() {
-        let Some(geometry) = geometric_factor(light, sample.site(), options.falloff) else {
-            continue;
-        };
-        let values = &mut row[lobes.of(index)];
-        for (value, lobe) in values.iter_mut().zip(&lobes.lobes[lobes.of(index)]) {
-            *value = lobe.value(-geometry.direction) * geometry.factor;
-        }
-        // Not worth a ray: no lobe of this light sends anything this way.
-        if values.iter().all(|&value| value <= 1e-7 * geometry.factor) {
-            values.fill(0.0);
-            continue;
-        }
-        let visible = light.visibility(views, sample.site(), side, random);
-        for value in values {
-            *value *= visible;
-        }
+        let range = lobes.of(index);
+        let (shapes, values) = (&lobes.lobes[range.clone()], &mut row[range]);
+        arriving(views, light, shapes, sample.site(), options.falloff, side, random, values);
     }
     row
+}
+
+#[expect(clippy::too_many_arguments, reason = "a light, its lobes, a site, and how to look")]
+/// k_ij of one light's lobes at a site, from `side`² visibility rays.
+pub fn arriving(
+    views: &Views,
+    light: &VirtualLight,
+    lobes: &[Lobe],
+    site: Site,
+    falloff: Falloff,
+    side: usize,
+    random: &mut Random,
+    values: &mut [f32],
+) {
+    values.fill(0.0);
+    if let LightKind::Known(known) = light.kind {
+        if let KnownLight::Shape { emitter, .. } = &views.capture.lights[known] {
+            values.fill(emitter.irradiance(views, site, side, random));
+        }
+        return;
+    }
+    let Some(geometry) = geometric_factor(light, site, falloff) else { return };
+    for (value, lobe) in values.iter_mut().zip(lobes) {
+        *value = lobe.value(-geometry.direction) * geometry.factor;
+    }
+    // Not worth a ray: no lobe of this light sends anything this way.
+    if values.iter().all(|&value| value <= 1e-7 * geometry.factor) {
+        values.fill(0.0);
+        return;
+    }
+    let visible = light.visibility(views, site, side, random);
+    for value in values {
+        *value *= visible;
+    }
 }
 
 /// The part of Eq. 10 that a light's lobes share.
@@ -202,6 +248,16 @@ pub fn geometric_factor(
     site: Site,
     falloff: Falloff,
 ) -> Option<LightGeometry> {
+    if light.is_distant() {
+        let cosine = -light.normal.dot(site.normal);
+        let factor = match light.kind {
+            // The emission of a sun is its irradiance already.
+            LightKind::Sun => cosine,
+            // Part of a cell may be above the horizon that its middle is below.
+            _ => cosine.max(0.0) * light.solid_angle_sr(),
+        };
+        return (factor > 0.0).then_some(LightGeometry { direction: -light.normal, factor });
+    }
     let offset = light.position - site.position;
     let distance = offset.length();
     let direction = offset / distance.max(f32::MIN_POSITIVE);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
-use crate::scene::{Camera, Image};
+use crate::scene::{Camera, Dome, Emitter, Image};
 
 /// A partial geometric model with calibrated photographs of it and the artist's tags.
 #[derive(Clone, Debug, Default)]
@@ -65,6 +65,9 @@ pub struct Material {
     pub textured: bool,
     /// A known diffuse reflectance, 0 to 1: held fixed.
     pub known_diffuse: Option<Rgb>,
+    /// Standard deviation of the known diffuse reflectance, 0 or more. `None` where it is taken
+    /// to be exact, and where none is known.
+    pub known_diffuse_sd: Option<Rgb>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,8 +82,36 @@ pub enum MaterialKind {
 pub enum KnownLight {
     /// A luminaire seen in the photographs.
     Visible { name: String, surfaces: Vec<usize> },
-    /// A light of known shape outside the photographs.
-    Shape { name: String, kind: String },
+    /// A light of known shape and place outside the photographs.
+    Shape {
+        name: String,
+        emitter: Emitter,
+        /// Radiance, radiant intensity or irradiance (see [`Emitter::quantity`]) in the capture's
+        /// unit, 0 or more; `None` where it is to be solved for.
+        emission: Option<Rgb>,
+        /// The ratio of the channels of an unknown emission, 0 or more and not all 0; its scale
+        /// means nothing. `None` with a known emission, and where the channels are independent.
+        color: Option<Rgb>,
+    },
+    /// A known sky.
+    Dome { name: String, dome: Dome },
+}
+
+impl KnownLight {
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Visible { name, .. } | Self::Shape { name, .. } | Self::Dome { name, .. } => name,
+        }
+    }
+
+    /// What the artist calls such a light in `tags.json`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Visible { .. } => "visible",
+            Self::Shape { emitter, .. } => emitter.kind(),
+            Self::Dome { .. } => "dome",
+        }
+    }
 }
 
 /// The world beyond the known geometry.

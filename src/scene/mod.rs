@@ -2,6 +2,8 @@
 
 pub mod camera;
 pub mod capture;
+pub mod dome;
+pub mod emitter;
 pub mod image;
 pub mod views;
 
@@ -9,5 +11,7 @@ pub use camera::{Camera, Distortion};
 pub use capture::{
     Capture, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,
 };
+pub use dome::Dome;
+pub use emitter::Emitter;
 pub use image::Image;
 pub use views::{Seen, Site, Views};

@@ -27,10 +27,13 @@ mod exchange;
 mod kernels;
 mod model;
 mod passes;
+mod quadratic;
 mod system;
 mod working;
 
 use crate::watch::{Cancelled, Watch};
+
+pub use quadratic::bounded_quadratic;
 
 /// One problem: `matrix` is m × n, any strides (with rows not contiguous within a column, one
 /// column-major copy is made).

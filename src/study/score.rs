@@ -35,7 +35,14 @@ pub struct MaterialScore {
     /// Zero for a truly diffuse material.
     pub true_specular: Rgb,
     pub estimated_exponent: Option<f64>,
+    pub exponent_interval: Option<[f64; 2]>,
     pub true_exponent: Option<f64>,
+    /// Whether each true value lies in its interval; `null` without an interval.
+    pub diffuse_inside: [Option<bool>; CHANNELS],
+    /// `null` also where no specular reflectance was estimated.
+    pub specular_inside: [Option<bool>; CHANNELS],
+    /// `null` also where the material truly is diffuse.
+    pub exponent_inside: Option<bool>,
     pub samples: usize,
 }
 
@@ -58,10 +65,17 @@ pub struct ScaledErrors {
 }
 
 /// How many true values lie in their 95 % intervals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Intervals {
+    /// Of diffuse and specular reflectances, each channel counting.
     pub inside: usize,
     pub of: usize,
+    /// Estimated reflectances that have no interval.
+    pub without: usize,
+    /// Of the intervals of reflectances, without any scale; `null` without an interval.
+    pub mean_half_width: Option<f64>,
+    pub exponents_inside: usize,
+    pub exponents_of: usize,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -80,6 +94,8 @@ pub fn compare(solution: &Solution, truth: &Truth) -> Score {
         intervals: Intervals::default(),
         skipped: Vec::new(),
     };
+    // Of every estimated value, where it has an interval.
+    let mut widths: Vec<Option<f64>> = Vec::new();
     for material in &solution.materials {
         let mut skip = |reason: String| {
             score.skipped.push(Skipped { name: material.name.clone(), reason });
@@ -105,8 +121,13 @@ pub fn compare(solution: &Solution, truth: &Truth) -> Score {
             }
         };
         let true_specular = true_material.rho_s.unwrap_or([0.0; 3]);
-        count_inside(&mut score.intervals, material.diffuse_interval, true_material.rho_d);
-        count_inside(&mut score.intervals, material.specular_interval, true_specular);
+        let diffuse_intervals = material.diffuse_interval.unwrap_or_default();
+        widths.extend(diffuse_intervals.map(|interval| interval.map(half_width)));
+        let specular_intervals =
+            material.specular.and(material.specular_interval).unwrap_or_default();
+        if material.specular.is_some() {
+            widths.extend(specular_intervals.map(|interval| interval.map(half_width)));
+        }
         score.materials.push(MaterialScore {
             name: material.name.clone(),
             true_name: true_name.to_owned(),
@@ -115,10 +136,18 @@ pub fn compare(solution: &Solution, truth: &Truth) -> Score {
             estimated_specular: material.specular,
             true_specular,
             estimated_exponent: material.exponent,
+            exponent_interval: material.exponent_interval,
             true_exponent: true_material.n,
+            diffuse_inside: inside(diffuse_intervals, true_material.rho_d),
+            specular_inside: inside(specular_intervals, true_specular),
+            exponent_inside: material
+                .exponent_interval
+                .zip(true_material.n)
+                .map(|(interval, truth)| contains(interval, truth)),
             samples: material.samples,
         });
     }
+    score.intervals = count(&score.materials, &widths);
     let materials = &score.materials;
     score.raw = errors(materials, [1.0; 3]);
     let with = |scale: Rgb| errors(materials, scale).map(|errors| ScaledErrors { scale, errors });
@@ -132,10 +161,29 @@ pub fn compare(solution: &Solution, truth: &Truth) -> Score {
     score
 }
 
-fn count_inside(count: &mut Intervals, intervals: Option<[[f64; 2]; 3]>, truth: Rgb) {
-    for ([low, high], value) in std::iter::zip(intervals.into_iter().flatten(), truth) {
-        count.of += 1;
-        count.inside += usize::from((low..=high).contains(&value));
+fn contains([low, high]: [f64; 2], truth: f64) -> bool {
+    (low..=high).contains(&truth)
+}
+
+fn half_width([low, high]: [f64; 2]) -> f64 {
+    0.5 * (high - low)
+}
+
+fn inside(intervals: [Option<[f64; 2]>; CHANNELS], truth: Rgb) -> [Option<bool>; CHANNELS] {
+    std::array::from_fn(|c| intervals[c].map(|interval| contains(interval, truth[c])))
+}
+
+fn count(materials: &[MaterialScore], widths: &[Option<f64>]) -> Intervals {
+    let reflectances =
+        materials.iter().flat_map(|m| m.diffuse_inside.iter().chain(&m.specular_inside)).flatten();
+    let exponents = materials.iter().filter_map(|m| m.exponent_inside);
+    Intervals {
+        inside: reflectances.clone().filter(|inside| **inside).count(),
+        of: reflectances.count(),
+        without: widths.iter().filter(|width| width.is_none()).count(),
+        mean_half_width: mean_and_largest(widths.iter().flatten().copied()).map(|(mean, _)| mean),
+        exponents_inside: exponents.clone().filter(|inside| *inside).count(),
+        exponents_of: exponents.count(),
     }
 }
 
@@ -224,7 +272,7 @@ mod tests {
         let mut solution = Solution::new("paper");
         // Twice too bright in red, right in green, half in blue.
         let mut walls = material("walls", &["a", "b"], Some([0.4, 0.4, 0.3]));
-        walls.diffuse_interval = Some([[0.1, 0.3], [0.3, 0.5], [0.7, 0.8]]);
+        walls.diffuse_interval = Some([Some([0.1, 0.3]), Some([0.3, 0.5]), Some([0.7, 0.8])]);
         solution.materials =
             vec![walls, material("floor", &["c"], Some([0.8, 0.4, 0.2])), material("x", &[], None)];
         let score = compare(&solution, &truth());
@@ -238,8 +286,48 @@ mod tests {
             assert!((scale - expected).abs() < 1e-12);
         }
         assert!(channels.errors.largest_diffuse < 1e-12);
-        assert_eq!(score.intervals, Intervals { inside: 2, of: 3 });
+        assert_eq!(
+            (score.intervals.inside, score.intervals.of, score.intervals.without),
+            (2, 3, 3)
+        );
         assert_eq!(score.skipped[0].reason, "no photograph sees it");
+    }
+
+    #[test]
+    fn intervals_count_where_there_are_any() {
+        let mut solution = Solution::new("joint");
+        let mut walls = material("walls", &["a"], Some([0.4; 3]));
+        walls.diffuse_interval = Some([Some([0.1, 0.3]), None, Some([0.7, 0.8])]);
+        walls.specular = Some([0.1; 3]);
+        walls.specular_interval = Some([Some([0.0, 0.4]), Some([0.02, 0.08]), None]);
+        walls.exponent_interval = Some([30.0, 52.0]);
+        let mut floor = material("floor", &["c"], Some([0.4; 3]));
+        // No specular reflectance was estimated, so there is nothing to be inside of it.
+        floor.specular_interval = Some([Some([0.0, 1.0]); 3]);
+        floor.exponent_interval = Some([1.0, 9.0]);
+        // Not compared, so its intervals do not count.
+        let mut unknown = material("unknown", &["z"], Some([0.4; 3]));
+        unknown.diffuse_interval = Some([Some([0.0, 1.0]); 3]);
+        solution.materials = vec![walls, floor, unknown];
+        let mut truth = truth();
+        truth.materials.get_mut("wall").unwrap().rho_s = Some([0.05, 0.09, 0.05]);
+        truth.materials.get_mut("wall").unwrap().n = Some(52.5);
+
+        let score = compare(&solution, &truth);
+        assert_eq!(score.materials[0].diffuse_inside, [Some(true), None, Some(false)]);
+        assert_eq!(score.materials[0].specular_inside, [Some(true), Some(false), None]);
+        assert_eq!(score.materials[0].exponent_inside, Some(false));
+        assert_eq!(score.materials[1].specular_inside, [None; 3]);
+        // The floor truly has no exponent.
+        assert_eq!(score.materials[1].exponent_inside, None);
+        let intervals = score.intervals;
+        assert_eq!((intervals.inside, intervals.of, intervals.without), (2, 4, 5));
+        let mean = (0.1 + 0.05 + 0.2 + 0.03) / 4.0;
+        assert!((intervals.mean_half_width.unwrap() - mean).abs() < 1e-12);
+        assert_eq!((intervals.exponents_inside, intervals.exponents_of), (0, 1));
+
+        truth.materials.get_mut("wall").unwrap().n = Some(30.0);
+        assert_eq!(compare(&solution, &truth).intervals.exponents_inside, 1);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use lobelia::io::exr;
 use serde_json::{Value, json};
 
-use crate::{Copy, Run, coarse, lobelia};
+use crate::{Copy, Run, coarse, coarse_by, lobelia};
 
 /// Damages a JSON file.
 type Change = fn(&mut Value);
@@ -295,7 +295,7 @@ fn a_closed_room_without_unknown_light() {
         let folder = tempfile::tempdir().unwrap();
         closed_room(folder.path(), &tags);
         let out = folder.path().join("out");
-        let run = Run::of(&mut coarse(folder.path(), &out)).succeeds();
+        let run = Run::of(&mut coarse_by("paper", folder.path(), &out)).succeeds();
         run.says(&["warning: no virtual light was placed", "tagged as visible lights"]);
         let lights = crate::json(&out.join("lights.json"));
         assert_eq!(lights["lights"], json!([]));

@@ -1,10 +1,10 @@
 use std::fs;
 use std::path::Path;
 
-use crate::{Copy, Run, coarse, files_below, json};
+use crate::{Copy, Run, coarse_by, files_below, json};
 
 /// The bytes of a solution's files, seconds taken out.
-fn contents(out: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn contents(out: &Path) -> Vec<(String, Vec<u8>)> {
     let content = |name: String| {
         let file = out.join(&name);
         let bytes = match name.as_str() {
@@ -36,7 +36,7 @@ fn threads_and_repetition_change_no_byte_and_the_seed_does() {
     });
     let run = |arguments: &[&str]| {
         let out = copy.folder.path().join(arguments.concat());
-        let mut command = coarse(&copy.capture(), &out);
+        let mut command = coarse_by("paper", &copy.capture(), &out);
         command.args(["--textures.rays", "16", "--transport.glossy_rays", "64"]);
         command.args(["--textures.max_side", "96", "--refine.max_iterations", "4"]);
         Run::of(command.args(arguments)).succeeds();

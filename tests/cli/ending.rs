@@ -3,7 +3,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::{Copy, Run, coarse, example, files_below, lobelia};
+use crate::{Copy, Run, coarse, coarse_by, example, files_below, lobelia};
 
 /// Starts a reconstruction that takes minutes and returns once it gathers rays.
 fn start_long(out: &Path) -> (Child, BufReader<std::process::ChildStderr>) {
@@ -127,7 +127,7 @@ fn progress_is_plain_lines_and_stdout_has_results_only() {
     for part in ["samples, ", "floor  diffuse", "seconds: load", "written to"] {
         assert!(run.out.contains(part), "\"{part}\" is missing in: {}", run.out);
     }
-    let quiet = Run::of(coarse(&copy.capture(), &copy.out()).arg("--quiet")).succeeds();
+    let quiet = Run::of(coarse_by("paper", &copy.capture(), &copy.out()).arg("--quiet")).succeeds();
     assert_eq!(quiet.err, "");
     assert!(quiet.out.contains("written to"));
 }

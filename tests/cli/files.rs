@@ -1,9 +1,9 @@
 use serde_json::Value;
 
-use crate::{Copy, Table, files_below, json};
+use crate::{Copy, Run, Table, coarse_by, files_below, json};
 
 #[track_caller]
-fn keys(value: &Value, expected: &[&str]) {
+pub fn keys(value: &Value, expected: &[&str]) {
     let mut found: Vec<_> = value.as_object().expect("an object").keys().cloned().collect();
     let mut expected = expected.to_vec();
     found.sort();
@@ -12,7 +12,7 @@ fn keys(value: &Value, expected: &[&str]) {
 }
 
 #[track_caller]
-fn triple(value: &Value) -> [f64; 3] {
+pub fn triple(value: &Value) -> [f64; 3] {
     let numbers: Vec<f64> = value
         .as_array()
         .unwrap_or_else(|| panic!("no list: {value}"))
@@ -29,7 +29,7 @@ fn length(v: [f64; 3]) -> f64 {
 #[test]
 fn exactly_the_documented_files_are_written() {
     let copy = Copy::new();
-    let run = copy.reconstruct().succeeds();
+    let run = Run::of(&mut coarse_by("paper", &copy.capture(), &copy.out())).succeeds();
     assert!(run.out.contains(&format!("written to {}", copy.out().display())), "{}", run.out);
     assert_eq!(
         files_below(&copy.out()),
@@ -51,6 +51,8 @@ fn the_summary_has_every_field(copy: &Copy) {
             "materials",
             "scene",
             "rms",
+            "light_model",
+            "scale",
             "iterations",
             "stopped",
             "seconds",
@@ -124,6 +126,11 @@ fn the_summary_has_every_field(copy: &Copy) {
     }
     assert!(solution["rms"]["held_out"].is_null());
 
+    assert!(solution["scale"].is_null());
+    let room = serde_json::json!({"world": "room", "light_sets": 1, "lamps": 0, "sun": false,
+        "notes": []});
+    assert_eq!(solution["light_model"], room);
+
     let stages = ["load", "samples", "lights", "transport", "solve", "textures"];
     keys(&solution["seconds"], &[&stages[..], &["total"]].concat());
     let seconds = |name: &str| solution["seconds"][name].as_f64().unwrap();
@@ -143,11 +150,15 @@ fn the_tables_agree_with_the_summary(copy: &Copy) {
             let expected = triple(&solution["rms"][field])[channel];
             assert_eq!(convergence.number(row, &rms), expected);
         }
+        // The alternation minimises no one thing.
+        let objective = convergence.place(&format!("objective_{name}"));
+        assert!(convergence.rows.iter().all(|cells| cells[objective].is_empty()));
         let relative = convergence.number(last, &format!("relative_rms_{name}"));
         assert_eq!(relative, triple(&solution["rms"]["relative_final"])[channel]);
     }
     for row in 0..=last {
         assert_eq!(convergence.number(row, "iteration"), row as f64 + 1.0);
+        assert_eq!(convergence.number(row, "largest_change") > 0.0, row > 0);
         assert!(
             row == 0
                 || convergence.number(row, "elapsed_s") >= convergence.number(row - 1, "elapsed_s")
@@ -192,7 +203,9 @@ fn the_lights_are_discs_with_lobes(copy: &Copy) {
     assert_eq!(lights.len() as u64, solution["scene"]["virtual_lights"].as_u64().unwrap());
     let (mut lobes, mut active) = (0, 0);
     for light in lights {
-        keys(light, &["kind", "position", "direction", "normal", "area_m2", "radius_m", "lobes"]);
+        let places = ["position", "direction", "normal", "area_m2", "radius_m", "solid_angle_sr"];
+        keys(light, &[&["kind", "name", "lobes"][..], &places].concat());
+        assert!(light["name"].is_null() && light["solid_angle_sr"].is_null());
         assert!(["sphere", "surface"].contains(&light["kind"].as_str().unwrap()));
         assert!(light["direction"].is_null());
         triple(&light["position"]);

@@ -36,9 +36,13 @@ fn tags_and_frames_are_told() {
         tags["materials"][0]["kind"] = "specular".into();
         tags["materials"][1]["textured"] = true.into();
         tags["materials"][2]["known_diffuse"] = serde_json::json!([0.3, 0.5, 0.7]);
+        tags["materials"][2]["known_diffuse_sd"] = 0.02.into();
         tags["materials"].as_array_mut().unwrap().truncate(5);
         tags["lights"] = serde_json::json!([
-            {"name": "sun", "kind": "sun", "direction": [0, 0, -1], "irradiance": null}]);
+            {"name": "sun", "kind": "sun", "direction": [0, 0, -1], "irradiance": null},
+            {"kind": "sphere", "center": [1, 2, 3], "radius_m": 0.1, "radiance": [4, 5, 6]},
+            {"name": "tube", "kind": "rectangle", "corners": [[0,0,2],[1,0,2],[1,0.5,2],[0,0.5,2]],
+             "normal": [0, 0, -1], "color": [1, 0.9, 0.8]}]);
         // The brightest pixels of the example lie above.
         tags["saturation"] = 0.5.into();
     });
@@ -53,10 +57,13 @@ fn tags_and_frames_are_told() {
         "images/001.exr  320×240  geometry only",
         "floor  specular: floor",
         "wall1  diffuse, textured: wall1",
-        "wall2  diffuse, known diffuse 0.3 0.5 0.7: wall2",
+        "wall2  diffuse, known diffuse 0.3 0.5 0.7 (standard deviation 0.02 0.02 0.02): wall2",
         "surfaces without a material: box3",
-        "known lights: 1",
-        "sun  sun",
+        "known lights: 3",
+        "sun  sun along 0.000 0.000 -1.000, diameter 0.53°, irradiance unknown\n",
+        "light 2  sphere at 1 2 3, radius 0.1 m, radiance 4 5 6\n",
+        "tube  rectangle with the corners 0 0 2, 1 0 2, 1 0.5 2, 0 0.5 2, facing 0.000 0.000 -1.000, \
+         radiance unknown in the ratio 1 0.9 0.8\n",
     ] {
         assert!(run.out.contains(part), "\"{part}\" is missing in: {}", run.out);
     }

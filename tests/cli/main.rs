@@ -5,6 +5,7 @@ mod determinism; // the same bytes on any number of threads
 mod ending; // interrupts, places that cannot be written, closed pipes
 mod files; // what `reconstruct` writes
 mod info; // what `info` tells
+mod joint; // a whole run with the default method
 mod options; // flags, options files, help
 mod score; // `score` against the truth
 mod surfaces; // textures and gloss
@@ -80,10 +81,18 @@ impl Run {
     }
 }
 
-/// `reconstruct` with coarse settings.
+/// `reconstruct` with coarse settings and a single set of lights.
 fn coarse(capture: &Path, out: &Path) -> Command {
+    let mut command = coarse_by("joint", capture, out);
+    command.args(["--joint.light_sets", "1"]);
+    command
+}
+
+/// `reconstruct` with coarse settings and the method of that name.
+fn coarse_by(method: &str, capture: &Path, out: &Path) -> Command {
     let mut command = lobelia();
     command.arg("reconstruct").arg(capture).arg("--out").arg(out).args(COARSE);
+    command.args(["--method", method]);
     command
 }
 

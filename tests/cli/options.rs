@@ -3,7 +3,7 @@ use std::fs;
 use lobelia::options::Kind;
 use lobelia::reconstruct::Options;
 
-use crate::{Copy, Run, coarse, example, json, lobelia};
+use crate::{Copy, Run, coarse, coarse_by, example, json, lobelia};
 
 #[test]
 fn flags_win_over_the_file() {
@@ -16,7 +16,7 @@ fn flags_win_over_the_file() {
     )
     .unwrap();
     let iterations = |flags: &[&str]| {
-        let mut command = coarse(&copy.capture(), &copy.out());
+        let mut command = coarse_by("paper", &copy.capture(), &copy.out());
         command.args(["--samples.min_per_material", "0"]);
         Run::of(command.arg("--options").arg(&file).args(flags)).succeeds();
         let solution = json(&copy.out().join("solution.json"));

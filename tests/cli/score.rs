@@ -1,6 +1,6 @@
 use std::fs;
 
-use crate::{Copy, Run, example, json, lobelia};
+use crate::{Copy, Run, coarse_by, example, json, lobelia};
 
 const TRUE_START: [&str; 6] = [
     "floor=0.7,0.6,0.5",
@@ -16,7 +16,7 @@ fn from_the_truth_the_truth_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let (out, file) = (folder.path().join("out"), folder.path().join("score.json"));
     let mut command = lobelia();
-    command.arg("reconstruct").arg(example()).arg("--out").arg(&out);
+    command.arg("reconstruct").arg(example()).arg("--out").arg(&out).args(["--method", "paper"]);
     for start in TRUE_START {
         command.args(["--start", start]);
     }
@@ -45,13 +45,17 @@ fn from_the_truth_the_truth_is_kept() {
             assert_eq!(value("true_specular"), 0.0);
         }
         assert!(material["estimated_specular"].is_null());
+        assert_eq!(material["diffuse_inside"], serde_json::json!([null, null, null]));
     }
     assert!((sum / 18.0 - mean).abs() < 1e-12);
     for scaled in ["common_scale", "channel_scale"] {
         assert!((score[scaled]["scale"][0].as_f64().unwrap() - 1.0).abs() < 0.05);
         assert!(score[scaled]["mean_diffuse"].is_number());
     }
-    assert_eq!(score["intervals"], serde_json::json!({"inside": 0, "of": 0}));
+    let none = serde_json::json!({"inside": 0, "of": 0, "without": 18, "mean_half_width": null,
+        "exponents_inside": 0, "exponents_of": 0});
+    assert_eq!(score["intervals"], none);
+    assert!(run.out.contains("no intervals given"), "{}", run.out);
     assert_eq!(score["skipped"], serde_json::json!([]));
 
     // The file itself may be named as well.
@@ -99,4 +103,55 @@ fn a_material_the_truth_does_not_know_is_not_compared() {
     let score = json(&file);
     assert_eq!(score["materials"].as_array().unwrap().len(), 5);
     assert_eq!(score["skipped"][0]["name"], "box3");
+}
+
+#[test]
+fn intervals_are_held_against_the_truth() {
+    let copy = Copy::new();
+    copy.edit("truth.json", |truth| {
+        let floor = &mut truth["materials"]["floor"];
+        floor["rho_s"] = serde_json::json!([0.05, 0.05, 0.05]);
+        floor["n"] = 40.0.into();
+    });
+    Run::of(&mut coarse_by("paper", &copy.capture(), &copy.out())).succeeds();
+    let file = copy.out().join("solution.json");
+    let mut solution = json(&file);
+    // The floor is 0.7, 0.6, 0.5.
+    let floor = &mut solution["materials"][0];
+    floor["diffuse_interval"] = serde_json::json!([[0.6, 0.8], null, [0.1, 0.3]]);
+    floor["specular"] = serde_json::json!([0.04, 0.05, 0.06]);
+    floor["specular_interval"] = serde_json::json!([null, [0.04, 0.06], null]);
+    floor["exponent"] = 45.0.into();
+    floor["exponent_interval"] = serde_json::json!([30, 52]);
+    fs::write(&file, solution.to_string()).unwrap();
+
+    let written = copy.folder.path().join("score.json");
+    let mut command = lobelia();
+    command.arg("score").arg(copy.capture()).arg(copy.out()).arg("--json").arg(&written);
+    let run = Run::of(&mut command).succeeds();
+    let score = json(&written);
+    let intervals = &score["intervals"];
+    assert_eq!((&intervals["inside"], &intervals["of"]), (&2.into(), &3.into()));
+    assert_eq!(intervals["without"], 18);
+    assert_eq!(score["materials"][0]["exponent_inside"], true);
+    assert!(
+        run.out.contains("in their intervals: 2 of 3 (18 have none); mean half-width 0.0700"),
+        "{}",
+        run.out
+    );
+    assert!(run.out.contains("true exponents in their intervals: 1 of 1"), "{}", run.out);
+
+    // What is said of the intervals is below its heading.
+    let lines: Vec<&str> = run.out.lines().collect();
+    let column = lines[0].find("in its interval").unwrap();
+    let samples = lines[0].find("samples").unwrap();
+    let of = |start: &str| *lines.iter().find(|line| line.trim_start().starts_with(start)).unwrap();
+    assert_eq!(of("floor")[column..samples].trim_end(), "yes -   no");
+    assert_eq!(of("box1")[column..samples].trim_end(), "-   -   -");
+    assert_eq!(of("specular")[column..].trim_end(), "-   yes -");
+    assert_eq!(of("exponent")[column..].trim_end(), "yes");
+    assert!(of("exponent").contains("45.0 [30.0, 52.0]") && of("exponent").contains(" 40.0 "));
+    for name in ["floor", "wall1", "box3"] {
+        assert!(of(name)[samples..].parse::<usize>().unwrap() > 0);
+    }
 }

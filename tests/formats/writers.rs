@@ -1,6 +1,6 @@
 //! What is written reads back as it was.
 
-use lobelia::io::solution::{Light, Lights, Lobe, Material, Solution};
+use lobelia::io::solution::{Light, LightModel, Lights, Lobe, Material, Scale, Solution};
 use lobelia::io::table::{ConvergenceRow, SampleRow, write_convergence, write_samples};
 use lobelia::io::{atomic, exr, picture, truth::Truth};
 
@@ -14,8 +14,10 @@ fn solution() -> Solution {
             kind: "specular".into(),
             surfaces: vec!["floor".into()],
             diffuse: Some([0.1 + 0.2, 1.0 / 3.0, 5e-324]),
-            diffuse_interval: Some([[0.0, 1.0]; 3]),
+            diffuse_interval: Some([Some([0.1 + 0.2, 1.0]), None, Some([0.0, 1e-300])]),
+            specular_interval: Some([None, None, Some([0.02, 0.04])]),
             exponent: Some(40.0),
+            exponent_interval: Some([30.0, 52.0]),
             identified: Some([true, true, false]),
             samples: 812,
             ..Default::default()
@@ -23,6 +25,15 @@ fn solution() -> Solution {
         Material { name: "unseen".into(), ..Default::default() },
     ];
     solution.rms.final_ = Some([1e-3, 2e-3, std::f64::consts::PI]);
+    solution.light_model = Some(LightModel {
+        world: Some("open".into()),
+        light_sets: 5,
+        lamps: 2,
+        sun: true,
+        notes: vec!["a note".into()],
+    });
+    solution.scale =
+        Some(Scale { singular_value: [0.1 + 0.2; 3], log_rms: [0.02; 3], log_sd: [1.0 / 3.0; 3] });
     solution
 }
 
@@ -37,16 +48,98 @@ fn solutions_read_back_bit_by_bit() {
     assert_eq!(value["format"], "lobelia-solution");
     assert!(value["materials"][1]["diffuse"].is_null() && value["materials"][1]["samples"] == 0);
     assert!(value["rms"]["held_out"].is_null() && value["rms"]["final"].is_array());
-    let lights = Lights::new(vec![Light {
-        kind: "sphere".into(),
-        position: Some([1.0, 2.0, 0.1]),
-        radius_m: Some(0.3),
-        lobes: vec![Lobe { direction: [0.0, 0.0, 1.0], exponent: 0.0, emission: [0.1, 0.2, 0.3] }],
-        ..Default::default()
-    }]);
+    assert_eq!(
+        value["materials"][0]["diffuse_interval"],
+        serde_json::json!([[0.1 + 0.2, 1.0], null, [0.0, 1e-300]])
+    );
+    assert!(value["materials"][1]["diffuse_interval"].is_null());
+    assert_eq!(value["light_model"]["world"], "open");
+    assert_eq!(value["scale"]["log_sd"][2], 1.0 / 3.0);
+    let lobes = vec![Lobe { direction: [0.0, 0.0, 1.0], exponent: 0.0, emission: [0.1, 0.2, 0.3] }];
+    let lights = Lights::new(vec![
+        Light {
+            kind: "lamp".into(),
+            position: Some([1.0, 2.0, 0.1]),
+            radius_m: Some(0.3),
+            lobes: lobes.clone(),
+            ..Default::default()
+        },
+        Light {
+            kind: "sky".into(),
+            direction: Some([0.0, 0.6, -0.8]),
+            solid_angle_sr: Some(0.1 + 0.2),
+            lobes: lobes.clone(),
+            ..Default::default()
+        },
+        Light { kind: "known".into(), name: Some("bulb".into()), lobes, ..Default::default() },
+    ]);
     let file = folder.path().join("lights.json");
     lights.write(&file).unwrap();
     assert_eq!(Lights::read(&file).unwrap(), lights);
+}
+
+#[test]
+fn files_from_before_certainty_are_read() {
+    let folder = folder();
+    let mut value = serde_json::to_value(solution()).unwrap();
+    for new in ["light_model", "scale"] {
+        value.as_object_mut().unwrap().remove(new).unwrap();
+    }
+    value["materials"][0]["diffuse_interval"] = serde_json::json!([[0.1, 0.2], [0, 1], [0.3, 1]]);
+    let old = Solution::read(&put(folder.path(), "solution.json", value.to_string())).unwrap();
+    assert_eq!((&old.light_model, old.scale), (&None, None));
+    let intervals = [Some([0.1, 0.2]), Some([0.0, 1.0]), Some([0.3, 1.0])];
+    assert_eq!(old.materials[0].diffuse_interval, Some(intervals));
+    assert_eq!((&old.materials[1], old.rms), (&solution().materials[1], solution().rms));
+    // Parts that a later version may add or leave out.
+    value["light_model"] = serde_json::json!({"world": null, "moon": true});
+    let text = value.to_string();
+    let sparse = Solution::read(&put(folder.path(), "solution.json", text)).unwrap();
+    assert_eq!(sparse.light_model, Some(LightModel::default()));
+    // An interval has two ends.
+    value["materials"][0]["diffuse_interval"] = serde_json::json!([[0.1], null, null]);
+    let broken = put(folder.path(), "solution.json", value.to_string());
+    message(Solution::read(&broken), &["solution.json, line 1"]);
+
+    let text = r#"{"format": "lobelia-lights", "version": 1, "lights": [{"kind": "sphere",
+        "position": [1, 2, 3], "direction": null, "normal": [0, 0, 1], "area_m2": 0.5,
+        "radius_m": 0.4, "lobes": []}]}"#;
+    let old = Lights::read(&put(folder.path(), "lights.json", text)).unwrap();
+    assert_eq!((&old.lights[0].name, old.lights[0].solid_angle_sr), (&None, None));
+    assert_eq!(old.lights[0].position, Some([1.0, 2.0, 3.0]));
+}
+
+#[test]
+fn no_number_is_written_that_is_not_finite() {
+    let folder = folder();
+    let refused = |part: &str, spoil: &dyn Fn(&mut Solution, f64)| {
+        for number in [f64::NAN, f64::INFINITY] {
+            let mut wrong = solution();
+            spoil(&mut wrong, number);
+            let file = folder.path().join("solution.json");
+            message(wrong.write(&file), &[part, "not finite"]);
+            assert!(!file.exists());
+        }
+    };
+    // A null beside it hides nothing.
+    refused("floor", &|wrong, number| {
+        wrong.materials[0].diffuse_interval = Some([None, Some([0.0, number]), None]);
+    });
+    refused("floor", &|wrong, number| {
+        wrong.materials[0].specular_interval = Some([None, None, Some([number, 1.0])]);
+    });
+    refused("floor", &|wrong, number| {
+        wrong.materials[0].exponent_interval = Some([1.0, number]);
+    });
+    refused("rms", &|wrong, number| wrong.rms.held_out = Some([0.0, 0.0, number]));
+    refused("scale", &|wrong, number| wrong.scale.as_mut().unwrap().singular_value[0] = number);
+    refused("scale", &|wrong, number| wrong.scale.as_mut().unwrap().log_rms[1] = number);
+    refused("scale", &|wrong, number| wrong.scale.as_mut().unwrap().log_sd[2] = number);
+
+    let file = folder.path().join("lights.json");
+    let sky = Light { solid_angle_sr: Some(f64::NAN), ..Default::default() };
+    message(Lights::new(vec![Light::default(), sky]).write(&file), &["lights[1]", "not finite"]);
+    assert!(!file.exists());
 }
 
 #[test]
@@ -112,11 +205,30 @@ fn tables_have_a_header_with_units() {
     let file = folder.path().join("convergence.csv");
     write_convergence(
         &file,
-        &[ConvergenceRow { iteration: 1, rms: [0.5; 3], ..Default::default() }],
+        &[
+            ConvergenceRow {
+                iteration: 1,
+                rms: [0.5; 3],
+                elapsed_secs: 0.75,
+                ..Default::default()
+            },
+            ConvergenceRow {
+                iteration: 2,
+                objective: Some([3.0, 2.0, 0.1]),
+                largest_change: 0.25,
+                elapsed_secs: 1.5,
+                ..Default::default()
+            },
+        ],
     )
     .unwrap();
     let text = std::fs::read_to_string(&file).unwrap();
-    assert!(text.starts_with("iteration,rms_r,") && text.contains("\n1,0.5,0.5,0.5,0,0,0,0\n"));
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[0].starts_with("iteration,rms_r,"));
+    assert!(lines[0].ends_with(",objective_r,objective_g,objective_b,largest_change,elapsed_s"));
+    assert_eq!(lines[0].split(',').count(), 12);
+    // Without an objective its cells are empty, not 0.
+    assert_eq!(lines[1..], ["1,0.5,0.5,0.5,0,0,0,,,,0,0.75", "2,0,0,0,0,0,0,3,2,0.1,0.25,1.5"]);
 }
 
 #[test]

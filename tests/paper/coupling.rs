@@ -18,7 +18,7 @@ use crate::rooms::{Room, bare_sample, cloud};
 const SINGLE: f64 = 3e-6;
 
 fn disc(position: Vec3, normal: Vec3, radius_m: f32) -> VirtualLight {
-    VirtualLight { kind: LightKind::Sphere, position, normal: normal.normalize_or_zero(), radius_m }
+    VirtualLight::disc(LightKind::Sphere, position, normal.normalize_or_zero(), radius_m)
 }
 
 fn floor_site(x: f32, y: f32) -> Site {

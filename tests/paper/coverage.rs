@@ -23,12 +23,7 @@ fn photograph_from(room: &mut Room, position: DVec3) {
 }
 
 fn light(position: Vec3, normal: Vec3) -> VirtualLight {
-    VirtualLight {
-        kind: LightKind::Sphere,
-        position,
-        normal: normal.normalize_or_zero(),
-        radius_m: 0.1,
-    }
+    VirtualLight::disc(LightKind::Sphere, position, normal.normalize_or_zero(), 0.1)
 }
 
 fn mask_of(room: &Room, light: &VirtualLight, side: usize) -> CoverageMask {

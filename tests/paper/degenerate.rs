@@ -3,10 +3,9 @@
 
 use glam::DVec3;
 use lobelia::math::rgb::Radiance;
-use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::{Error, Reconstruction};
 
-use crate::rooms::{Room, box_room, camera, cube_cameras, quick, run};
+use crate::rooms::{Room, box_room, camera, cube_cameras, paper_options, quick, run};
 
 fn finite(values: &mut impl Iterator<Item = f64>) -> bool {
     values.all(f64::is_finite)
@@ -272,7 +271,7 @@ fn options_out_of_range_are_named() {
     options.transport.rays = 0;
     let error = run(&box_room(), &options).unwrap_err();
     assert!(error.to_string().contains("transport.rays"), "{error}");
-    let mut options = Options::default();
+    let mut options = paper_options();
     options.start.insert("flor".to_owned(), [0.5; 3]);
     let error = run(&box_room(), &options).unwrap_err().to_string();
     assert!(error.contains("flor") && error.contains("floor, box"), "{error}");

@@ -15,6 +15,8 @@ mod coverage;
 mod degenerate;
 /// Same capture and options, same bytes.
 mod determinism;
+/// Irradiance from known luminaires against closed forms.
+mod emitters;
 /// The inside of a sphere, where the light is known in closed form.
 mod furnace;
 /// The grey-world start (Section 5.2, Eq. 11).

@@ -120,6 +120,7 @@ fn an_unseen_known_wall_carries_diffuse_lights_and_a_seen_one_none() {
                     assert!(!inside, "a light on a photographed surface, at {p}");
                 }
             }
+            kind => panic!("the paper has no {kind:?}"),
         }
     }
     assert!(on_south >= 3, "{on_south} lights on the unseen wall");

@@ -10,8 +10,9 @@ use lobelia::reconstruct::emission::{self, EmissionOptions};
 use lobelia::reconstruct::equations::{Equations, Reflectance};
 use lobelia::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
-use lobelia::reconstruct::refine::{Stopped, refine};
+use lobelia::reconstruct::refine::refine;
 use lobelia::reconstruct::samples::{Sample, SampleCloud};
+use lobelia::reconstruct::solution::Stopped;
 use lobelia::reconstruct::transport::{Transport, TransportOptions, gather};
 use lobelia::scene::Views;
 use lobelia::watch::Watch;
@@ -64,12 +65,8 @@ fn lights() -> (VirtualLights, Lobes) {
         let turn = 2.0 * std::f32::consts::PI * index as f32 / 6.0;
         let (height, reach) = if index % 2 == 0 { (2.8, 1.2) } else { (1.6, 2.6) };
         let position = Vec3::new(reach * turn.cos(), reach * turn.sin(), height);
-        lights.lights.push(VirtualLight {
-            kind: LightKind::Sphere,
-            position,
-            normal: -position.normalize_or_zero(),
-            radius_m: 0.25,
-        });
+        let normal = -position.normalize_or_zero();
+        lights.lights.push(VirtualLight::disc(LightKind::Sphere, position, normal, 0.25));
         for (x, y) in [(0.0, 0.0), (1.5, 1.5), (1.5, -1.5), (-1.5, 1.5), (-1.5, -1.5)] {
             let direction = (Vec3::new(x, y, 0.0) - position).normalize_or_zero();
             lobes.lobes.push(Lobe { light: index, direction, exponent: 20.0 });

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use lobelia::geometry::bvh::RayCaster;
 use lobelia::geometry::mesh::Mesh;
 use lobelia::math::rgb::{Radiance, Rgb};
-use lobelia::reconstruct::options::Options;
+use lobelia::reconstruct::options::{Method, Options};
 use lobelia::reconstruct::samples::{Sample, SampleCloud};
 use lobelia::reconstruct::{Error, Reconstruction};
 use lobelia::scene::{
@@ -38,6 +38,7 @@ impl Room {
             surfaces: vec![surface],
             textured: false,
             known_diffuse: None,
+            known_diffuse_sd: None,
         });
         surface
     }
@@ -381,9 +382,16 @@ pub fn cloud(samples: Vec<Sample>) -> SampleCloud {
     SampleCloud { spacing_m: 0.1, samples, views: Vec::new(), warnings: Vec::new() }
 }
 
-/// Options that keep a whole reconstruction well below a second.
-pub fn quick() -> Options {
+/// Options for a whole reconstruction with the paper's own method.
+pub fn paper_options() -> Options {
     let mut options = Options::default();
+    options.general.method = Method::Paper;
+    options
+}
+
+/// [`paper_options`] that keep a whole reconstruction well below a second.
+pub fn quick() -> Options {
+    let mut options = paper_options();
     options.samples.count = 300;
     options.samples.min_per_material = 30;
     options.lights.count = 20;

@@ -13,9 +13,9 @@ use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
-use crate::reconstruct::refine::Solution;
+use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::{Place, TextureOptions};
-use crate::reconstruct::transport::{Record, geometric_factor, hemisphere};
+use crate::reconstruct::transport::{Record, arriving, hemisphere};
 use crate::scene::{Site, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -107,21 +107,26 @@ impl<'a> Light<'a> {
         let mut found = Vec::new();
         for &index in &self.lit {
             let light = &self.lights.lights[index];
-            let falloff = self.options.transport.falloff;
-            let Some(geometry) = geometric_factor(light, site, falloff) else { continue };
+            let range = self.lobes.of(index);
+            let mut values = vec![0.0f32; range.len()];
+            arriving(
+                views,
+                light,
+                &self.lobes.lobes[range.clone()],
+                site,
+                self.options.transport.falloff,
+                side,
+                &mut self.random(),
+                &mut values,
+            );
             let mut irradiance = [0.0; CHANNELS];
-            for lobe in self.lobes.of(index) {
-                let value = f64::from(self.lobes.lobes[lobe].value(-geometry.direction));
-                for (sum, emission) in irradiance.iter_mut().zip(self.emission[lobe]) {
-                    *sum += emission * value * f64::from(geometry.factor);
+            for (&value, emission) in values.iter().zip(&self.emission[range]) {
+                for (sum, emission) in irradiance.iter_mut().zip(emission) {
+                    *sum += emission * f64::from(value);
                 }
             }
-            if irradiance == [0.0; CHANNELS] {
-                continue;
-            }
-            let visible = f64::from(light.visibility(views, site, side, &mut self.random()));
-            if visible > 0.0 {
-                found.push((index, irradiance.map(|value| value * visible)));
+            if irradiance != [0.0; CHANNELS] {
+                found.push((index, irradiance));
             }
         }
         found
@@ -197,8 +202,10 @@ impl<'a> Light<'a> {
             }
         }
         for (index, irradiance) in lights {
-            let offset = self.lights.lights[*index].position - site.position;
-            let factor = lobe(offset.normalize_or_zero());
+            let light = &self.lights.lights[*index];
+            // `Reflectance::lobe_scale` brings the factor (n+2)/2π.
+            let factor = light.lobe(site.position, mirror, reflectance.exponent)
+                / (0.5 * (reflectance.exponent + 2.0));
             for (total, irradiance) in total.iter_mut().zip(irradiance) {
                 *total += factor * irradiance;
             }

@@ -1,11 +1,14 @@
 //! `tags.json`: what the artist says about surfaces, lights and the photographs.
 
+mod lights;
+
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::error::{listed, suggestion};
 use super::json::{self, Field};
 use super::{Error, Fault};
+use crate::math::rgb::Rgb;
 use crate::scene::{Environment, KnownLight, Material, MaterialKind, Role, Surface};
 
 /// The tags, resolved against the surfaces of a mesh.
@@ -30,7 +33,8 @@ pub fn read(file: &Path, surfaces: &mut [Surface]) -> Result<Tags, Error> {
         saturation: saturation(&root)?,
         ..Default::default()
     };
-    let mut reader = Reader { surfaces, owners: HashMap::new(), absent: Vec::new() };
+    let mut reader =
+        Reader { surfaces, owners: HashMap::new(), absent: Vec::new(), warnings: Vec::new() };
     if let Some(field) = root.get("lights") {
         for item in field.items()? {
             let index = tags.lights.len();
@@ -62,6 +66,7 @@ pub fn read(file: &Path, surfaces: &mut [Surface]) -> Result<Tags, Error> {
             "List the materials, or remove the file: then every usemtl group is one material",
         )));
     }
+    tags.warnings.append(&mut reader.warnings);
     for (place, problem) in &reader.absent {
         tags.warnings.push(format!("{}, {place}: {problem}. It is left out.", file.display()));
     }
@@ -93,6 +98,7 @@ pub fn from_surfaces(surfaces: &mut [Surface], specular: &[bool]) -> Tags {
             surfaces: vec![index],
             textured: false,
             known_diffuse: None,
+            known_diffuse_sd: None,
         });
     }
     tags
@@ -130,6 +136,8 @@ struct Reader<'a> {
     owners: HashMap<usize, String>,
     /// Mentions of surfaces that the mesh does not have: path and problem.
     absent: Vec<(String, String)>,
+    /// What else was read with reservations.
+    warnings: Vec<String>,
 }
 
 impl Reader<'_> {
@@ -162,6 +170,15 @@ impl Reader<'_> {
         };
         let known_diffuse =
             item.get("known_diffuse").map(|field| reflectance(&field)).transpose()?;
+        let known_diffuse_sd = match item.get("known_diffuse_sd") {
+            Some(field) if known_diffuse.is_none() => {
+                return Err(field.wrong_with(
+                    "the deviation of a reflectance is given, but no known_diffuse",
+                    "Give known_diffuse as well, or leave both out",
+                ));
+            }
+            field => field.map(|field| deviation(&field)).transpose()?,
+        };
         let textured = item.get("textured").map_or(Ok(false), |field| field.truth())?;
         let surfaces = self.claim(&item.need("surfaces")?, Role::Material(index))?;
         Ok((!surfaces.is_empty()).then_some(Material {
@@ -170,6 +187,7 @@ impl Reader<'_> {
             surfaces,
             textured,
             known_diffuse,
+            known_diffuse_sd,
         }))
     }
 
@@ -200,38 +218,9 @@ impl Reader<'_> {
             .map_or(String::new(), |guess| format!(" (did you mean \"{guess}\"?)"));
         format!("the mesh has no surface \"{name}\", but {}{guess}", listed(names))
     }
-
-    fn light(&mut self, item: &Field, index: usize) -> Result<KnownLight, Error> {
-        let name = match item.get("name") {
-            Some(field) => field.text()?.to_owned(),
-            None => format!("light {}", index + 1),
-        };
-        let kind_field = item.need("kind")?;
-        let kind = kind_field.text()?;
-        let Some((_, check)) = LIGHT_KINDS.iter().find(|(known, _)| *known == kind) else {
-            let kinds: Vec<&str> = LIGHT_KINDS.iter().map(|(kind, _)| *kind).collect();
-            return Err(kind_field.wrong(&format!(
-                "\"{kind}\" is no kind of light; the choices are {}",
-                listed(kinds.into_iter())
-            )));
-        };
-        check(item)?;
-        if kind != "visible" {
-            return Ok(KnownLight::Shape { name, kind: kind.to_owned() });
-        }
-        let field = item.need("surfaces")?;
-        let surfaces = self.claim(&field, Role::Luminaire(index))?;
-        if surfaces.is_empty() {
-            return Err(field.wrong_with(
-                "the mesh has none of the surfaces of this visible light",
-                "Name at least one usemtl group of the mesh, or remove the light",
-            ));
-        }
-        Ok(KnownLight::Visible { name, surfaces })
-    }
 }
 
-fn reflectance(field: &Field) -> Result<[f64; 3], Error> {
+fn reflectance(field: &Field) -> Result<Rgb, Error> {
     let values = field.numbers::<3>()?;
     if values.iter().any(|value| !(0.0..=1.0).contains(value)) {
         return Err(field.wrong_with(
@@ -242,75 +231,14 @@ fn reflectance(field: &Field) -> Result<[f64; 3], Error> {
     Ok(values)
 }
 
-type Check = fn(&Field) -> Result<(), Error>;
-
-/// The kinds of light and the fields that each must have.
-const LIGHT_KINDS: [(&str, Check); 7] = [
-    ("visible", |_| Ok(())),
-    ("rectangle", |item| {
-        let field = item.need("corners")?;
-        let corners = field.items()?;
-        if corners.len() != 4 {
-            return Err(field.wrong("a rectangle has four corners"));
-        }
-        corners.iter().try_for_each(|corner| corner.numbers::<3>().map(drop))?;
-        direction(item, "normal")?;
-        power(item, "radiance")
-    }),
-    ("sphere", |item| {
-        item.need("center")?.numbers::<3>()?;
-        positive(item, "radius_m")?;
-        power(item, "radiance")
-    }),
-    ("point", |item| {
-        item.need("position")?.numbers::<3>()?;
-        power(item, "intensity")
-    }),
-    ("spot", |item| {
-        item.need("position")?.numbers::<3>()?;
-        direction(item, "direction")?;
-        positive(item, "outer_angle")?;
-        let (inner, outer) = (item.need("inner_angle")?, item.need("outer_angle")?.number()?);
-        if !(0.0..=outer).contains(&inner.number()?) {
-            return Err(inner.wrong("the inner angle lies between 0 and the outer one"));
-        }
-        power(item, "intensity")
-    }),
-    ("sun", |item| {
-        direction(item, "direction")?;
-        if item.get("angular_diameter").is_some() {
-            positive(item, "angular_diameter")?;
-        }
-        power(item, "irradiance")
-    }),
-    ("dome", |item| {
-        item.need("image")?.text()?;
-        if item.get("scale").is_some() { positive(item, "scale") } else { Ok(()) }
-    }),
-];
-
-fn direction(item: &Field, key: &str) -> Result<(), Error> {
-    let field = item.need(key)?;
-    let [x, y, z] = field.numbers::<3>()?;
-    if x == 0.0 && y == 0.0 && z == 0.0 {
-        return Err(field.wrong("a direction must not be zero"));
+/// A standard deviation, one for all channels or one for each.
+fn deviation(field: &Field) -> Result<Rgb, Error> {
+    let values = if field.value.is_array() { field.numbers::<3>()? } else { [field.number()?; 3] };
+    if values.iter().any(|value| *value < 0.0) {
+        return Err(field.wrong_with(
+            "a standard deviation cannot be negative",
+            "Give one number or three, 0 or more, in the unit of the reflectance, such as 0.02",
+        ));
     }
-    Ok(())
-}
-
-fn positive(item: &Field, key: &str) -> Result<(), Error> {
-    let field = item.need(key)?;
-    if field.number()? <= 0.0 {
-        return Err(field.wrong("this must be positive"));
-    }
-    Ok(())
-}
-
-/// A colour that is not negative, or nothing: then it is an unknown of the solve.
-fn power(item: &Field, key: &str) -> Result<(), Error> {
-    let Some(field) = item.get(key) else { return Ok(()) };
-    if field.numbers::<3>()?.iter().any(|value| *value < 0.0) {
-        return Err(field.wrong("light cannot be negative"));
-    }
-    Ok(())
+    Ok(values)
 }

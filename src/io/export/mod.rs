@@ -1,19 +1,25 @@
 //! A reconstruction as files: `solution.json`, `lights.json`, `samples.csv`, `convergence.csv`
 //! and the textures.
 
+pub mod lights;
+
+#[cfg(test)]
+pub(crate) mod fixture;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 use glam::Vec3;
 
-use super::solution::{self, Light, Lights, Lobe, Material, Scene, Seconds};
+use super::solution::{self, Intervals, Material, Scale, Scene, Seconds};
 use super::table::{self, ConvergenceRow, SampleRow};
 use super::{Error, Fault, atomic, exr};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
-use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::textures::{self, Texture};
 use crate::reconstruct::{Options, Reconstruction, emission};
 use crate::scene::{Capture, MaterialKind};
@@ -56,7 +62,7 @@ pub fn write(
     {
         return Err(Error::Write { file: summary_file, source });
     }
-    lights(reconstruction).write(&folder.join("lights.json"))?;
+    lights::file(capture, reconstruction).write(&folder.join("lights.json"))?;
     watch.tick()?;
     let rows = samples(capture, options, reconstruction);
     table::write_samples(&folder.join("samples.csv"), &rows)?;
@@ -72,6 +78,20 @@ pub fn write(
     summary(capture, options, reconstruction, load_secs).write(&summary_file)?;
     watch.tick()?;
     Ok(())
+}
+
+/// Intervals about the solved values, moved to be about those that are written: the mean of a
+/// texture is larger than the geometric mean that was solved for.
+fn about(
+    intervals: [Option<[f64; 2]>; CHANNELS],
+    solved: Option<Rgb>,
+    written: Option<Rgb>,
+) -> [Option<[f64; 2]>; CHANNELS] {
+    let (Some(solved), Some(written)) = (solved, written) else { return intervals };
+    std::array::from_fn(|c| {
+        let factor = if solved[c] > 0.0 { written[c] / solved[c] } else { 1.0 };
+        intervals[c].map(|ends| ends.map(|end| (end * factor).min(1.0)))
+    })
 }
 
 fn summary(
@@ -90,17 +110,34 @@ fn summary(
         let reflectance = result.reflectances[index];
         let is_specular = material.kind == MaterialKind::Specular;
         let textured = textures::mean_reflectance(&reconstruction.textures, index);
+        let exponent = reflectance
+            .filter(|r| is_specular && r.specular.iter().any(|&s| s > 0.0))
+            .map(|r| r.exponent);
+        // What is known is what was given, not the mean of a texture made with it.
+        let known = material.known_diffuse.filter(|_| {
+            reflectance.is_some()
+                && material.known_diffuse_sd.is_none()
+                && result.certainty.is_some()
+        });
+        let solved = reflectance.map(|r| r.diffuse);
+        let diffuse = known.or(textured).or(solved);
+        // A material without a reflectance has nothing to be certain of.
+        let certainty = result.certainty.as_ref().and_then(|c| c.materials.get(index).copied());
+        let certainty = certainty.flatten().filter(|_| reflectance.is_some());
         Material {
             name: material.name.clone(),
             kind: if is_specular { "specular" } else { "diffuse" }.to_owned(),
             surfaces: material.surfaces.iter().map(|&s| capture.surfaces[s].name.clone()).collect(),
-            diffuse: textured.or(reflectance.map(|r| r.diffuse)),
+            diffuse,
             specular: reflectance.filter(|_| is_specular).map(|r| r.specular),
-            exponent: reflectance
-                .filter(|r| is_specular && r.specular.iter().any(|&s| s > 0.0))
-                .map(|r| r.exponent),
+            exponent,
+            diffuse_interval: certainty.and_then(|c| intervals(about(c.diffuse, solved, diffuse))),
+            specular_interval: certainty
+                .filter(|_| is_specular)
+                .and_then(|c| intervals(c.specular)),
+            exponent_interval: exponent.and(certainty).and_then(|c| c.exponent),
+            identified: certainty.map(|c| c.identified),
             samples: counts[index],
-            ..Material::default()
         }
     };
     let [samples, lights, transport, solve, textures] = reconstruction.seconds;
@@ -121,8 +158,14 @@ fn summary(
             initial: first.map(|iteration| iteration.rms.absolute),
             final_: last.map(|iteration| iteration.rms.absolute),
             relative_final: last.map(|iteration| iteration.rms.relative),
-            held_out: None,
+            held_out: result.certainty.as_ref().and_then(|certainty| certainty.held_out),
         },
+        light_model: Some(lights::model(reconstruction)),
+        scale: result.certainty.as_ref().map(|certainty| Scale {
+            singular_value: certainty.scale.singular_value,
+            log_rms: certainty.scale.log_rms,
+            log_sd: certainty.scale.log_sd,
+        }),
         iterations: result.iterations.len(),
         stopped: result.stopped.describe().to_owned(),
         seconds: Seconds { load: load_secs, samples, lights, transport, solve, textures, total },
@@ -131,32 +174,9 @@ fn summary(
     }
 }
 
-fn lights(reconstruction: &Reconstruction) -> Lights {
-    let light = |index: usize| {
-        let light = &reconstruction.lights.lights[index];
-        let lobe = |lobe: usize| {
-            let shape = &reconstruction.lobes.lobes[lobe];
-            Lobe {
-                direction: numbers(shape.direction),
-                exponent: f64::from(shape.exponent),
-                emission: reconstruction.solution.emission[lobe],
-            }
-        };
-        Light {
-            kind: match light.kind {
-                LightKind::Sphere => "sphere",
-                LightKind::Surface => "surface",
-            }
-            .to_owned(),
-            position: Some(numbers(light.position)),
-            direction: None,
-            normal: Some(numbers(light.normal)),
-            area_m2: Some(f64::from(light.area_m2())),
-            radius_m: Some(f64::from(light.radius_m)),
-            lobes: reconstruction.lobes.of(index).map(lobe).collect(),
-        }
-    };
-    Lights::new((0..reconstruction.lights.lights.len()).map(light).collect())
+/// `None` where no channel has one.
+fn intervals(channels: Intervals) -> Option<Intervals> {
+    channels.iter().any(Option::is_some).then_some(channels)
 }
 
 fn samples(
@@ -208,10 +228,12 @@ fn samples(
 }
 
 fn convergence(reconstruction: &Reconstruction) -> Vec<ConvergenceRow> {
-    let row = |iteration: &crate::reconstruct::refine::Iteration| ConvergenceRow {
+    let row = |iteration: &crate::reconstruct::solution::Iteration| ConvergenceRow {
         iteration: iteration.index,
         rms: iteration.rms.absolute,
         relative_rms: iteration.rms.relative,
+        objective: iteration.objective,
+        largest_change: iteration.change,
         elapsed_secs: iteration.elapsed_secs,
     };
     reconstruction.solution.iterations.iter().map(row).collect()
@@ -257,20 +279,4 @@ fn write_texture(folder: &Path, name: &str, mesh: &Mesh, texture: &Texture) -> R
         }
         Ok(())
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn file_names_are_harmless_and_unique() {
-        let mut taken = BTreeSet::new();
-        assert_eq!(file_name("wall left", &mut taken), "wall_left");
-        assert_eq!(file_name("Wall/left", &mut taken), "Wall_left-2");
-        assert_eq!(file_name("..", &mut taken), "surface");
-        assert_eq!(file_name("../../etc/x", &mut taken), ".._.._etc_x");
-        assert_eq!(file_name("", &mut taken), "surface-2");
-        assert_eq!(file_name("Böden", &mut taken), "Böden");
-    }
 }

@@ -1,0 +1,258 @@
+//! Which light model: its background, the lights that stand out, a room or the open sky.
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::Error;
+use crate::reconstruct::joint::background::{self, Layout, LightSet, World};
+use crate::reconstruct::joint::certainty::Member;
+use crate::reconstruct::joint::fit::{Fits, Fitter};
+use crate::reconstruct::joint::history::History;
+use crate::reconstruct::joint::lamps::Candidates;
+use crate::reconstruct::joint::model::Model;
+use crate::reconstruct::joint::options::JointOptions;
+use crate::reconstruct::joint::sources::{self, Found};
+use crate::reconstruct::joint::{gloss, held_out, relook};
+use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::scene::{Emitter, KnownLight};
+use crate::watch::Watch;
+
+/// A light model that was settled on for one world.
+pub struct Choice {
+    pub layout: Layout,
+    pub density: Density,
+    /// The background with the known lights.
+    pub background: Model,
+    pub found: Found,
+    pub held_out: Rgb,
+    /// Per material; empty where the fitter has them already.
+    pub exponents: Vec<f64>,
+}
+
+impl Choice {
+    pub fn error(&self) -> f64 {
+        held_out::mean(&self.held_out)
+    }
+
+    /// The exponents of the model that was chosen, which the fitter has from then on.
+    pub fn take_exponents(&mut self, fitter: &mut Fitter) -> Result<Vec<gloss::Exponents>, Error> {
+        if !self.exponents.is_empty() {
+            fitter.exponents.clone_from(&self.exponents);
+        }
+        gloss::find_exponents(
+            fitter,
+            &mut self.found.model,
+            fitter.options.ridge,
+            &mut self.found.fits,
+        )
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Density {
+    Coarse,
+    Fine,
+}
+
+/// The layout of the background of one light set; that of index 0 is what the options say.
+pub fn layout(options: &JointOptions, world: World, density: Density, index: usize) -> Layout {
+    let (spacing, grid, exponent) = match density {
+        Density::Coarse => (options.coarse_spacing, options.coarse_grid, options.coarse_exponent),
+        Density::Fine => (options.fine_spacing, options.fine_grid, options.fine_exponent),
+    };
+    if index == 0 {
+        let radius = options.radius_factor;
+        return Layout { world, radius, spacing, grid, exponent, seed: 1 };
+    }
+    // Spread over their ranges in different orders, so that no two go together.
+    let part = |step: usize| ((index * step) % VARIATIONS) as f64 / (VARIATIONS - 1) as f64;
+    Layout {
+        world,
+        radius: options.radius_factor * (1.0 + 0.35 * part(5)),
+        spacing: spacing * (0.7 + 0.45 * part(3)),
+        grid,
+        exponent: exponent * (0.8 + 0.4 * part(2)),
+        seed: 1 + index as u64,
+    }
+}
+
+/// Prime, so that every step runs through all of the values.
+const VARIATIONS: usize = 7;
+
+/// The ridge of one light set.
+fn ridge(options: &JointOptions, index: usize) -> f64 {
+    options.ridge * [1.0, 1.0 / 3.0, 3.0][index % 3]
+}
+
+/// A background with the lights that the artist gave.
+pub fn background_model(fitter: &Fitter, layout: &Layout) -> Result<Model, Error> {
+    let data = &fitter.data;
+    let set = background::place(data.views, data.cloud, layout, data.watch)?;
+    let irradiance = &fitter.irradiance;
+    let mut model = data.model(&fitter.rows, set, irradiance, &fitter.exponents)?;
+    aim_at_probe(fitter, &mut model);
+    let mut given = LightSet::default();
+    let mut known = Vec::new();
+    for (index, light) in data.views.capture.lights.iter().enumerate() {
+        let KnownLight::Shape { emitter, emission, .. } = light else { continue };
+        let column = model.columns() + given.lobes.lobes.len();
+        let (light, axis) = match *emitter {
+            Emitter::Sun { direction, angular_diameter } => {
+                let half = 0.5 * angular_diameter;
+                (VirtualLight::distant(LightKind::Sun, direction, half), direction)
+            }
+            _ => {
+                let (position, radius_m) = emitter.extent();
+                let kind = LightKind::Known(index);
+                (VirtualLight { kind, ..VirtualLight::lamp(position, radius_m) }, glam::Vec3::Z)
+            }
+        };
+        given.push(light, &[(axis, 0.0)]);
+        known.extend(emission.map(|emission| (column, emission)));
+    }
+    if !given.lights.lights.is_empty() {
+        model = model.with([&data.part(&fitter.rows, given, &fitter.exponents)?]);
+        for (column, emission) in known {
+            model.fix(column, emission);
+        }
+    }
+    Ok(model)
+}
+
+/// A light probe says what the sky is likely to send.
+fn aim_at_probe(fitter: &Fitter, model: &mut Model) {
+    for light in &fitter.data.views.capture.lights {
+        let KnownLight::Dome { dome, .. } = light else { continue };
+        for (column, lobe) in model.set.lobes.lobes.iter().enumerate() {
+            let light = &model.set.lights.lights[lobe.light];
+            if light.kind == LightKind::Sky {
+                let radiance = dome.mean_radiance(-light.normal, light.half_angle);
+                for (centre, value) in model.centre[column].iter_mut().zip(radiance) {
+                    *centre += f64::from(value);
+                }
+            }
+        }
+    }
+}
+
+/// The sun that the artist gave.
+fn given_sun<'a>(fitter: &Fitter<'a>) -> Option<&'a KnownLight> {
+    let is_sun = |light: &&KnownLight| {
+        matches!(light, KnownLight::Shape { emitter: Emitter::Sun { .. }, .. })
+    };
+    fitter.data.views.capture.lights.iter().find(is_sun)
+}
+
+/// Held-out error of a sky without lamps, with the sun that was found.
+pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<glam::Vec3>) -> Result<Rgb, Error> {
+    let mut model = background_model(fitter, layout)?;
+    if let Some(towards) = sun {
+        model = sources::sunny(fitter, &model, towards)?;
+    }
+    let fits = fitter.fit(&model, fitter.options.ridge, &fitter.weights, None)?;
+    held_out::error(fitter, &model, fitter.options.ridge, &fits)
+}
+
+/// The lights of one world, with the specular materials' exponents.
+pub fn choose_light(
+    fitter: &mut Fitter,
+    candidates: &Candidates,
+    layout: &Layout,
+    history: &History,
+    watch: &Watch,
+) -> Result<Choice, Error> {
+    let options = fitter.options;
+    let may_find_sun = options.find_sun && given_sun(fitter).is_none();
+    let first = fitter.exponents.clone();
+    let mut background = background_model(fitter, layout)?;
+    let report = |fitter: &Fitter, found: &Found| history.push(fitter, &found.fits);
+    let find = |fitter: &Fitter, background: &Model| {
+        sources::find(fitter, background, options.ridge, candidates, may_find_sun, &|found| {
+            report(fitter, found);
+        })
+    };
+    let mut found = find(fitter, &background)?;
+    let has_gloss = (0..fitter.rows.materials).any(|material| fitter.is_specular(material));
+    if has_gloss {
+        gloss::find_exponents(fitter, &mut found.model, options.ridge, &mut found.fits)?;
+        // Lamps stand better where the highlights have their true sharpness, and I_s its part
+        // from specular surfaces.
+        fitter.irradiance = relook::irradiance(fitter, &found.model, &found.fits)?;
+        background = background_model(fitter, layout)?;
+        found = find(fitter, &background)?;
+    }
+    found = sources::settle_sun(fitter, found, &background, options.ridge)?;
+    tie_colours(fitter, &mut found.model, &mut found.fits, options.ridge)?;
+    let held_out = held_out::error(fitter, &found.model, options.ridge, &found.fits)?;
+    let exponents = std::mem::replace(&mut fitter.exponents, first);
+    watch.tick()?;
+    Ok(Choice { layout: *layout, density: Density::Coarse, background, found, held_out, exponents })
+}
+
+/// The reflectances with another background, its lamps found anew.
+pub fn member(
+    fitter: &Fitter,
+    candidates: &Candidates,
+    choice: &Choice,
+    index: usize,
+) -> Result<Member, Error> {
+    let options = fitter.options;
+    let layout = layout(options, choice.layout.world, choice.density, index);
+    let lambda = ridge(options, index);
+    let mut background = background_model(fitter, &layout)?;
+    if let Some(towards) = choice.found.sun {
+        background = sources::sunny(fitter, &background, towards)?;
+    }
+    let (mut model, mut fits) = match choice.density {
+        Density::Coarse => {
+            let found = sources::find(fitter, &background, lambda, candidates, false, &|_| ())?;
+            (found.model, found.fits)
+        }
+        Density::Fine => {
+            let fits = fitter.fit(&background, lambda, &fitter.weights, None)?;
+            (background, fits)
+        }
+    };
+    tie_colours(fitter, &mut model, &mut fits, lambda)?;
+    Ok(Member::of(&fitter.settle(&model, lambda, fits)?))
+}
+
+/// Given lights of unknown strength but known colour: what the channels find separately is
+/// replaced by one strength, which ties the scales of the channels to each other.
+pub fn tie_colours(
+    fitter: &Fitter,
+    model: &mut Model,
+    fits: &mut Fits,
+    lambda: f64,
+) -> Result<(), Error> {
+    let mut tied = Vec::new();
+    for (column, lobe) in model.set.lobes.lobes.iter().enumerate() {
+        let light = &model.set.lights.lights[lobe.light];
+        let given = match light.kind {
+            LightKind::Known(index) => fitter.data.views.capture.lights.get(index),
+            LightKind::Sun => given_sun(fitter),
+            _ => None,
+        };
+        let Some(KnownLight::Shape { color: Some(color), emission: None, .. }) = given else {
+            continue;
+        };
+        let logs: Vec<f64> = (0..CHANNELS)
+            .map(|c| fits[c].state.emission[column] / color[c])
+            .filter(|strength| *strength > 0.0 && strength.is_finite())
+            .map(f64::ln)
+            .collect();
+        if !logs.is_empty() {
+            let strength = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
+            tied.push((column, color.map(|value| value * strength)));
+        }
+    }
+    if tied.is_empty() {
+        return Ok(());
+    }
+    for (column, emission) in tied {
+        model.fix(column, emission);
+        for fit in fits.iter_mut() {
+            fit.state.emission[column] = 0.0;
+        }
+    }
+    *fits = fitter.fit(model, lambda, &fitter.weights, Some(fits))?;
+    Ok(())
+}

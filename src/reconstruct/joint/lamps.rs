@@ -1,0 +1,384 @@
+//! Lamps, found one by one: small luminaires anywhere in space.
+//!
+//! Lobes on a sphere imitate a lamp that is elsewhere, and in doing so they also imitate light
+//! from photographed surfaces, which leaves the scale of the reflectances free. A lamp in its
+//! right place over a coarse background does not.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::math::sampling::Random;
+use crate::reconstruct::Stream;
+use crate::reconstruct::joint::background::{LightSet, fibonacci};
+use crate::reconstruct::joint::fit::Fitter;
+use crate::reconstruct::joint::project::{Linearised, Projected};
+use crate::reconstruct::lights::VirtualLight;
+use crate::scene::{Emitter, KnownLight, Site, Views};
+use crate::solve::bounded::bounded_quadratic;
+use crate::watch::{Cancelled, Watch};
+
+/// Directions in which a lamp's radiance may differ: it is Σ E_k w_k with w₀ = 1 and w_k the
+/// cosine to one of the six axes where that is positive.
+pub const AXES: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+pub const COLUMNS: usize = 1 + AXES.len();
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    pub position: Vec3,
+    pub radius_m: f32,
+}
+
+impl LightSet {
+    pub fn push_lamp(&mut self, lamp: Lamp) {
+        let mut lobes = vec![(Vec3::Z, 0.0)];
+        lobes.extend(AXES.map(|axis| (axis, 1.0)));
+        self.push(VirtualLight::lamp(lamp.position, lamp.radius_m), &lobes);
+    }
+}
+
+/// Places that were tried, with what they send to some of the rows.
+pub struct Candidates {
+    lamps: Vec<Lamp>,
+    /// Rows that the search looks at.
+    rows: Vec<usize>,
+    sites: Vec<Site>,
+    /// Of glossy rows the direction in which a mirror would see, and the material.
+    mirrors: Vec<Option<(Vec3, usize)>>,
+    /// V cos θ / d² per place and row.
+    coupling: Vec<Vec<f32>>,
+    half_diagonal: f32,
+    /// Where the artist says that there are lights: no others are looked for beside them, since
+    /// one of unknown strength would take the meaning from a given strength.
+    given: Vec<Vec3>,
+}
+
+impl Candidates {
+    /// Leaves no place.
+    pub fn clear(&mut self) {
+        self.lamps.clear();
+        self.coupling.clear();
+    }
+}
+
+/// Directions and distances from the geometry's middle, in half-diagonals, of the places that are
+/// tried first, and the rows that are looked at there.
+const DIRECTIONS: usize = 500;
+const DISTANCES: usize = 8;
+const NEAREST: f32 = 0.4;
+const FARTHEST: f32 = 5.0;
+const ROWS: usize = 800;
+/// Radius of a lamp before its own is found, and the smallest and largest, in half-diagonals.
+const FIRST_RADIUS: f32 = 0.05;
+const SMALLEST_RADIUS: f32 = 0.01;
+const LARGEST_RADIUS: f32 = 0.3;
+/// Distance that a lamp keeps from given lights, in half-diagonals.
+const APART: f32 = 0.3;
+/// Steps of the search for a lamp's place, in half-diagonals.
+const FIRST_STEP: f32 = 0.12;
+const LAST_STEP: f32 = 0.006;
+
+/// Places for lamps all around, with what they would send to some of the rows.
+pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
+    let (views, cloud, watch) = (fitter.data.views, fitter.data.cloud, fitter.watch());
+    let seed = fitter.data.options.general.seed as u64;
+    let row_samples = &fitter.rows.sample;
+    let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
+    let center = 0.5 * (low + high);
+    let half_diagonal = 0.5 * (high - low).length();
+    let radius_m = FIRST_RADIUS * half_diagonal;
+    let mut lamps = Vec::new();
+    for k in 0..DISTANCES {
+        let part = k as f32 / (DISTANCES - 1) as f32;
+        let distance = half_diagonal * NEAREST * (FARTHEST / NEAREST).powf(part);
+        // Turned from shell to shell, so that no direction is left out by all.
+        lamps.extend(
+            fibonacci(DIRECTIONS, 2.4 * k as f32)
+                .map(|direction| Lamp { position: center + direction * distance, radius_m }),
+        );
+    }
+    let step = row_samples.len().div_ceil(ROWS).max(1);
+    let rows: Vec<usize> = (0..row_samples.len()).step_by(step).collect();
+    let sites: Vec<Site> = rows.iter().map(|&row| cloud.samples[row_samples[row]].site()).collect();
+    watch.begin(lamps.len() as u64);
+    let coupling = lamps
+        .par_iter()
+        .enumerate()
+        .map(|(index, lamp)| {
+            watch.tick()?;
+            let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
+            Ok(sites.iter().map(|&site| arriving(views, lamp, site, 1, &mut random)).collect())
+        })
+        .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
+    let mirror = |row: usize| {
+        let glossy = fitter.rows.glossy[row]?;
+        Some((fitter.data.equations.glossy[glossy].mirror, fitter.rows.material[row]))
+    };
+    // Places that light nothing, such as those within the geometry, are no candidates.
+    let mut found = Candidates {
+        lamps: Vec::new(),
+        mirrors: rows.iter().map(|&row| mirror(row)).collect(),
+        rows,
+        sites,
+        coupling: Vec::new(),
+        half_diagonal,
+        given: views
+            .capture
+            .lights
+            .iter()
+            .filter_map(|light| match light {
+                KnownLight::Shape { emitter: Emitter::Sun { .. }, .. } => None,
+                KnownLight::Shape { emitter, .. } => Some(emitter.extent().0),
+                _ => None,
+            })
+            .collect(),
+    };
+    for (lamp, coupling) in lamps.into_iter().zip(coupling) {
+        let lights = coupling.iter().filter(|&&k| k > 0.0).count() * 50 > found.rows.len();
+        if lights && !found.is_beside_given(&lamp) {
+            found.lamps.push(lamp);
+            found.coupling.push(coupling);
+        }
+    }
+    Ok(found)
+}
+
+/// π r² V cos θ / d² of a lamp at a site, from `side`² rays.
+fn arriving(views: &Views, lamp: &Lamp, site: Site, side: usize, random: &mut Random) -> f32 {
+    let offset = lamp.position - site.position;
+    let distance = offset.length().max(lamp.radius_m);
+    let cosine = offset.dot(site.normal) / distance;
+    if cosine <= 0.0 {
+        return 0.0;
+    }
+    let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
+    let visible = if side == 1 {
+        f32::from(u8::from(views.is_free(site, lamp.position)))
+    } else {
+        light.visibility(views, site, side, random)
+    };
+    light.area_m2() * cosine / (distance * distance) * visible
+}
+
+/// The seven columns of a lamp on the rows, one after the other, before the scale of a channel.
+fn columns(lamp: &Lamp, sites: &[Site], coupling: &[f32]) -> Vec<f32> {
+    let rows = sites.len();
+    let mut columns = vec![0.0; rows * COLUMNS];
+    for (row, (site, &k)) in sites.iter().zip(coupling).enumerate() {
+        if k == 0.0 {
+            continue;
+        }
+        let direction = (site.position - lamp.position).normalize_or_zero();
+        columns[row] = k;
+        for (axis, component) in direction.to_array().into_iter().enumerate() {
+            columns[(1 + 2 * axis) * rows + row] = k * component.max(0.0);
+            columns[(2 + 2 * axis) * rows + row] = k * (-component).max(0.0);
+        }
+    }
+    columns
+}
+
+/// A lamp's columns in one channel's linearised problem.
+struct Scaled {
+    columns: Vec<f32>,
+    /// Their parts along the basis, basis × columns.
+    parts: Mat<f32>,
+}
+
+impl Scaled {
+    fn new(columns: &[f32], lobes: &[f32], problem: &Projected) -> Self {
+        let rows = problem.residual.len();
+        let mut scaled = columns.to_vec();
+        let factors: Vec<f32> = problem
+            .scale
+            .iter()
+            .zip(&problem.gloss)
+            .zip(lobes)
+            .map(|((scale, gloss), lobe)| scale + gloss * lobe)
+            .collect();
+        for column in scaled.chunks_exact_mut(rows) {
+            for (value, factor) in column.iter_mut().zip(&factors) {
+                *value *= factor;
+            }
+        }
+        let mut parts = Mat::zeros(problem.basis.ncols(), COLUMNS);
+        let matrix = MatRef::from_column_major_slice(&scaled, rows, COLUMNS);
+        let basis = problem.basis.transpose();
+        matmul(parts.as_mut(), Accum::Replace, basis, matrix, 1.0, Par::Seq);
+        Self { columns: scaled, parts }
+    }
+
+    fn column(&self, index: usize) -> &[f32] {
+        let rows = self.columns.len() / COLUMNS;
+        &self.columns[index * rows..(index + 1) * rows]
+    }
+}
+
+fn product(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0.0f32; 16];
+    let (ca, cb) = (a.chunks_exact(16), b.chunks_exact(16));
+    let rest: f32 = ca.remainder().iter().zip(cb.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in ca.zip(cb) {
+        for k in 0..16 {
+            lanes[k] += x[k] * y[k];
+        }
+    }
+    lanes.iter().sum::<f32>() + rest
+}
+
+impl Candidates {
+    /// (n+2)/2 cosⁿγ of a lamp at each row; 0 for diffuse ones.
+    fn lobes(&self, lamp: &Lamp, exponents: &[f64]) -> Vec<f32> {
+        let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
+        let of = |(site, mirror): (&Site, &Option<(Vec3, usize)>)| {
+            mirror.map_or(0.0, |(mirror, material)| {
+                light.lobe(site.position, mirror, exponents[material]) as f32
+            })
+        };
+        self.sites.iter().zip(&self.mirrors).map(of).collect()
+    }
+
+    fn is_beside_given(&self, lamp: &Lamp) -> bool {
+        let limit = APART * self.half_diagonal;
+        self.given.iter().any(|given| given.distance(lamp.position) < limit)
+    }
+
+    /// The place that lowers the objective most.
+    pub fn best(&self, problems: &[Linearised], exponents: &[f64]) -> Option<Lamp> {
+        let projected: Vec<Projected> =
+            problems.par_iter().map(|p| Projected::new(p, &self.rows, 0..0)).collect();
+        let gain = |index: usize| {
+            let lamp = &self.lamps[index];
+            let columns = columns(lamp, &self.sites, &self.coupling[index]);
+            let lobes = self.lobes(lamp, exponents);
+            let mut gains = [0.0f32; COLUMNS];
+            for problem in &projected {
+                let scaled = Scaled::new(&columns, &lobes, problem);
+                for (k, gain) in gains.iter_mut().enumerate() {
+                    let column = scaled.column(k);
+                    let square = product(column, column);
+                    let towards = -product(column, &problem.residual);
+                    let parts = scaled.parts.col(k);
+                    let kept = square - parts.iter().map(|part| part * part).sum::<f32>();
+                    if towards > 0.0 && kept > 1e-3 * square {
+                        *gain += towards * towards / kept;
+                    }
+                }
+            }
+            gains.into_iter().fold(0.0, f32::max)
+        };
+        let gains: Vec<f32> =
+            (0..self.lamps.len()).into_par_iter().with_min_len(16).map(gain).collect();
+        let mut best: Option<(usize, f32)> = None;
+        for (index, &gain) in gains.iter().enumerate() {
+            if gain > best.map_or(0.0, |(_, gain)| gain) {
+                best = Some((index, gain));
+            }
+        }
+        best.map(|(index, _)| self.lamps[index])
+    }
+
+    /// Moves a lamp, whose present columns are `without`, to where it explains most.
+    pub fn refine(
+        &self,
+        fitter: &Fitter,
+        lamp: Lamp,
+        problems: &[Linearised],
+        without: std::ops::Range<usize>,
+    ) -> Result<Lamp, Cancelled> {
+        let projected: Vec<Projected> =
+            problems.par_iter().map(|p| Projected::new(p, &self.rows, without.clone())).collect();
+        let score = |lamp: &Lamp| -> Result<f64, Cancelled> {
+            fitter.watch().check()?;
+            if self.is_beside_given(lamp) {
+                return Ok(0.0);
+            }
+            Ok(self.explained(fitter, lamp, &projected))
+        };
+        let mut best = (lamp, score(&lamp)?);
+        let mut step = FIRST_STEP * self.half_diagonal;
+        let mut growth = 2.0f32;
+        while step > LAST_STEP * self.half_diagonal {
+            let mut tries: Vec<Lamp> = AXES
+                .iter()
+                .map(|&axis| Lamp { position: best.0.position + step * axis, ..best.0 })
+                .collect();
+            for factor in [growth, 1.0 / growth] {
+                let radius_m = (best.0.radius_m * factor).clamp(
+                    SMALLEST_RADIUS * self.half_diagonal,
+                    LARGEST_RADIUS * self.half_diagonal,
+                );
+                tries.push(Lamp { radius_m, ..best.0 });
+            }
+            let scores: Vec<f64> = tries.par_iter().map(score).collect::<Result<_, Cancelled>>()?;
+            let mut moved = false;
+            for (lamp, score) in tries.into_iter().zip(scores) {
+                if score > best.1 * (1.0 + 1e-4) {
+                    best = (lamp, score);
+                    moved = true;
+                }
+            }
+            if !moved {
+                step *= 0.5;
+                growth = growth.sqrt().max(1.1);
+            }
+        }
+        Ok(best.0)
+    }
+
+    /// How much of the squared residuals a lamp explains, its emissions at least 0.
+    fn explained(&self, fitter: &Fitter, lamp: &Lamp, projected: &[Projected]) -> f64 {
+        let seed = fitter.data.options.general.seed as u64;
+        // The same rays for every place: what moves the score is the place.
+        let coupling: Vec<f32> = self
+            .sites
+            .iter()
+            .enumerate()
+            .map(|(index, &site)| {
+                let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
+                arriving(fitter.data.views, lamp, site, 2, &mut random)
+            })
+            .collect();
+        let columns = columns(lamp, &self.sites, &coupling);
+        let lobes = self.lobes(lamp, &fitter.exponents);
+        projected
+            .iter()
+            .map(|problem| {
+                let scaled = Scaled::new(&columns, &lobes, problem);
+                let parts = &scaled.parts;
+                let gram = Mat::from_fn(COLUMNS, COLUMNS, |i, j| {
+                    let both: f32 = (0..parts.nrows()).map(|r| parts[(r, i)] * parts[(r, j)]).sum();
+                    f64::from(product(scaled.column(i), scaled.column(j)) - both)
+                });
+                let linear: Vec<f64> = (0..COLUMNS)
+                    .map(|k| -f64::from(product(scaled.column(k), &problem.residual)))
+                    .collect();
+                explained_by(&gram, &linear)
+            })
+            .sum()
+    }
+}
+
+/// max 2 bᵀx − xᵀHx over x ≥ 0.
+fn explained_by(gram: &Mat<f64>, linear: &[f64]) -> f64 {
+    let count = linear.len();
+    // What is left of a column after projection in single precision is noise below this.
+    let hessian =
+        Mat::from_fn(count, count, |i, j| gram[(i, j)] * if i == j { 1.0 + 1e-4 } else { 1.0 });
+    let unbounded = vec![f64::INFINITY; count];
+    let zero = vec![0.0; count];
+    let watch = Watch::new();
+    let Ok(x) = bounded_quadratic(hessian.as_ref(), linear, &zero, &unbounded, &zero, &watch)
+    else {
+        return 0.0;
+    };
+    let mut value = 0.0;
+    for i in 0..count {
+        value += 2.0 * linear[i] * x[i];
+        for j in 0..count {
+            value -= x[i] * hessian[(i, j)] * x[j];
+        }
+    }
+    value
+}

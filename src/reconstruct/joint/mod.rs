@@ -1,0 +1,285 @@
+//! Light and reflectance solved together, with intervals.
+//!
+//! The paper's alternation (Section 5.3) returns its starting guess: light that is too dim by
+//! some factor and surfaces that are too bright by it explain the photographs nearly as well,
+//! and each half step moves hardly at all along that direction. Here all unknowns are solved at
+//! once ([`system`]), and the light model is kept so small that it cannot imitate the light of
+//! photographed surfaces, which is all that tells the scale:
+//!
+//! 1. a background of coarse lobes ([`background`]), and lamps and a sun that are placed one by
+//!    one where they explain most ([`sources`], [`lamps`], [`sun`]);
+//! 2. specular materials with everything else ([`gloss`]);
+//! 3. fine lobes instead, or a sky, where the error on held-out samples is lower ([`held_out`]);
+//! 4. the same with other backgrounds, whose spread tells what the choice of one costs;
+//! 5. what is determined, and intervals ([`certainty`]); tags that do not fit ([`diagnose`]).
+
+pub mod background;
+mod certainty;
+mod choice;
+mod diagnose;
+mod fit;
+mod gloss;
+mod held_out;
+mod history;
+mod lamps;
+mod model;
+pub mod options;
+mod project;
+mod relook;
+mod sources;
+mod sun;
+pub mod system;
+
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::joint::background::{Layout, LightSet, World};
+use crate::reconstruct::joint::certainty::Member;
+use crate::reconstruct::joint::choice::{Choice, Density, background_model};
+use crate::reconstruct::joint::fit::Fitter;
+use crate::reconstruct::joint::history::History;
+use crate::reconstruct::joint::model::Data;
+use crate::reconstruct::joint::sources::Found;
+use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped};
+use crate::reconstruct::transport::Transport;
+use crate::reconstruct::{Error, Options};
+use crate::scene::{Environment, Views};
+use crate::watch::Watch;
+
+pub use options::JointOptions;
+
+/// The light that was found, and everything that it explains.
+pub struct Outcome {
+    pub set: LightSet,
+    /// I_s per sample, with what specular surfaces send there.
+    pub irradiance: Vec<Radiance>,
+    pub solution: Solution,
+}
+
+#[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
+/// Solves for light and reflectances. `start` has the reflectances to begin with (Eq. 11), `None`
+/// for materials without samples; `transport` needs no coupling, `equations` no lights.
+pub fn solve(
+    views: &Views,
+    cloud: &SampleCloud,
+    transport: &Transport,
+    equations: &Equations,
+    start: &[Option<Rgb>],
+    options: &Options,
+    on_iteration: &dyn Fn(&Iteration),
+    watch: &Watch,
+) -> Result<Outcome, Error> {
+    let joint = &options.joint;
+    watch.begin(STEPS + joint.light_sets as u64 - 1);
+    let inner = watch.within();
+    let data = Data { views, cloud, transport, equations, options, watch: &inner };
+    let mut fitter = Fitter::new(data, start);
+    let history = History::new(equations, on_iteration);
+    let mut warnings = Vec::new();
+    let mut notes = Vec::new();
+
+    // Fine lobes fit almost any light: good enough to see what no light explains.
+    let fine_layout = choice::layout(joint, World::Room, Density::Fine, 0);
+    let fine = background_model(&fitter, &fine_layout)?;
+    let mut fine_fits = fitter.fit(&fine, joint.ridge, &fitter.weights, None)?;
+    history.push(&fitter, &fine_fits);
+    let clearly = diagnose::EMITS_CLEARLY;
+    warnings.extend(diagnose::drop_emitters(&mut fitter, &fine_fits, clearly));
+    fitter.limit_by_brightest(&fine_fits);
+    fitter.pin_geometric_means(&fine_fits);
+    if joint.robust > 0.0 {
+        let all = fine_fits.iter().flat_map(|fit| fit.residuals.iter().copied());
+        fitter.robust = joint.robust * diagnose::deviation(all).max(f64::MIN_POSITIVE);
+    }
+    watch.tick()?;
+
+    let mut candidates = lamps::candidates(&fitter)?;
+    let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
+    if !fine.set.lights.lights.iter().any(is_unknown) {
+        // Every ray from the samples meets a photographed surface: a lamp in between would only
+        // take the place of what these send.
+        candidates.clear();
+    }
+    let coarse_layout = choice::layout(joint, World::Room, Density::Coarse, 0);
+    let mut choice =
+        choice::choose_light(&mut fitter, &candidates, &coarse_layout, &history, watch)?;
+    let environment = views.capture.environment;
+    if environment != Environment::Room {
+        let open_layout = Layout { world: World::Open, ..coarse_layout };
+        let limit = OPEN_GAIN * choice.error();
+        let promise = choice::sky_alone(&fitter, &open_layout, choice.found.sun)?;
+        let may_be_open = held_out::mean(&promise) < limit;
+        if environment == Environment::Open || may_be_open {
+            let open =
+                choice::choose_light(&mut fitter, &candidates, &open_layout, &history, watch)?;
+            if environment == Environment::Open || open.error() < limit {
+                choice = open;
+            }
+        }
+        let is_open = choice.layout.world == World::Open;
+        notes.push(format!(
+            "the unseen world is taken to be {}; a sky alone predicts held-out samples to {:.1} %",
+            if is_open { "an open sky" } else { "a room" },
+            100.0 * held_out::mean(&promise),
+        ));
+    }
+    let fine = background_model(&fitter, &fine_layout)?;
+    fine_fits = fitter.fit(&fine, joint.ridge, &fitter.weights, Some(&fine_fits))?;
+    let fine_error = held_out::error(&fitter, &fine, joint.ridge, &fine_fits)?;
+    watch.tick()?;
+    let tells = format!(
+        "held-out error with {} lamps{} over {} background lobes {:.1} %, with {} fine lobes \
+         {:.1} %",
+        choice.found.lamps.len(),
+        if choice.found.sun.is_some() { " and a sun" } else { "" },
+        choice.background.columns(),
+        100.0 * choice.error(),
+        fine.columns(),
+        100.0 * held_out::mean(&fine_error),
+    );
+    if environment != Environment::Open && held_out::mean(&fine_error) < choice.error() {
+        notes.push(format!("{tells}: fine lobes are used"));
+        let found = Found::without_lamps(fine.clone(), None, fine_fits);
+        choice = Choice {
+            layout: fine_layout,
+            density: Density::Fine,
+            background: fine,
+            found,
+            held_out: fine_error,
+            exponents: Vec::new(),
+        };
+        choice::tie_colours(&fitter, &mut choice.found.model, &mut choice.found.fits, joint.ridge)?;
+    } else {
+        notes.push(tells);
+    }
+    let exponents = choice.take_exponents(&mut fitter)?;
+    notes.extend(note_gloss(&fitter, &exponents));
+
+    let emitters = diagnose::drop_emitters(&mut fitter, &choice.found.fits, diagnose::EMITS);
+    if !emitters.is_empty() {
+        let (model, fits) = (&choice.found.model, &choice.found.fits);
+        choice.found.fits = fitter.fit(model, joint.ridge, &fitter.weights, Some(fits))?;
+        warnings.extend(emitters);
+    }
+    choice.found.fits = fitter.settle(&choice.found.model, joint.ridge, choice.found.fits)?;
+    history.push(&fitter, &choice.found.fits);
+    let mut members = vec![Member::of(&choice.found.fits)];
+    let others: Vec<Member> = (1..joint.light_sets)
+        .into_par_iter()
+        .map(|index| {
+            let member = choice::member(&fitter, &candidates, &choice, index)?;
+            watch.tick()?;
+            Ok(member)
+        })
+        .collect::<Result<_, Error>>()?;
+    members.extend(others);
+
+    let (certainty, doubts) = certainty::assess(
+        &fitter,
+        &choice.found.model,
+        &choice.found.fits,
+        &members,
+        &exponents,
+        Some(choice.held_out),
+    );
+    warnings.extend(doubts);
+    warnings.extend(diagnose::examine(&fitter, &choice.found.fits));
+    warnings.extend(warn_gloss(&mut members, &fitter, &certainty));
+
+    // The emissions that go with the mean of the light sets' reflectances.
+    let mean = Member::mean(&members);
+    for channel in 0..CHANNELS {
+        for material in 0..fitter.rows.materials {
+            fitter.known[channel][material] = Some(mean.log_diffuse[channel][material]);
+            fitter.known_specular[channel][material] = Some(mean.specular[channel][material]);
+        }
+    }
+    let model = &choice.found.model;
+    let fits = fitter.fit(model, joint.ridge, &fitter.weights, Some(&choice.found.fits))?;
+    history.push(&fitter, &fits);
+    watch.tick()?;
+
+    let slopes = fits.iter().chain(&choice.found.fits).map(|fit| fit.slope);
+    let converged = slopes.fold(0.0, f64::max) <= ACCEPTED_SLOPE;
+    let mut emission: Vec<Rgb> = (0..model.columns())
+        .map(|column| std::array::from_fn(|c| fits[c].state.emission[column]))
+        .collect();
+    for fixed in &model.fixed {
+        emission[fixed.column] = fixed.emission;
+    }
+    let reflectance = |material: usize| {
+        fitter.measured[material].then(|| Reflectance {
+            diffuse: std::array::from_fn(|c| mean.log_diffuse[c][material].exp()),
+            specular: std::array::from_fn(|c| mean.specular[c][material]),
+            exponent: fitter.exponents[material],
+        })
+    };
+    let computed = history.computed(&fits);
+    let solution = Solution {
+        reflectances: (0..fitter.rows.materials).map(reflectance).collect(),
+        emission,
+        iterations: history.iterations.into_inner(),
+        stopped: if converged { Stopped::GradientConverged } else { Stopped::IterationLimit },
+        computed,
+        certainty: Some(certainty),
+        notes,
+        warnings,
+    };
+    Ok(Outcome { set: choice.found.model.set, irradiance: fitter.irradiance, solution })
+}
+
+/// Steps of the progress beside the light sets: fine lobes, two worlds, the comparison, the end.
+const STEPS: u64 = 6;
+/// Held-out error in the open, relative to that of a room, below which a capture is taken to be
+/// in the open: a room's lobes can imitate a sky, a sky no lamp.
+const OPEN_GAIN: f64 = 0.85;
+/// A projected slope (a cosine) beyond which a solve has not come to its minimum.
+const ACCEPTED_SLOPE: f64 = 1e-4;
+
+fn note_gloss(fitter: &Fitter, found: &[gloss::Exponents]) -> Vec<String> {
+    let note = |exponents: &gloss::Exponents| {
+        format!(
+            "\"{}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
+            fitter.data.views.capture.materials[exponents.material].name,
+            fitter.exponents[exponents.material],
+            exponents.range[0],
+            exponents.range[1],
+        )
+    };
+    found.iter().map(note).collect()
+}
+
+/// Materials tagged as specular that show no highlight are diffuse.
+fn warn_gloss(members: &mut [Member], fitter: &Fitter, certainty: &Certainty) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for material in (0..fitter.rows.materials).filter(|&m| fitter.is_specular(m)) {
+        let Some(certainty) = certainty.materials[material] else { continue };
+        let shows = (0..CHANNELS).any(|c| {
+            let mean = members.iter().map(|m| m.specular[c][material]).sum::<f64>();
+            let mean = mean / members.len() as f64;
+            match certainty.specular[c] {
+                Some([low, _]) => low > 0.0 && mean > NO_HIGHLIGHT,
+                None => mean > NO_HIGHLIGHT,
+            }
+        });
+        if !shows {
+            warnings.push(format!(
+                "\"{}\" is tagged as specular, but the photographs show no highlight on it: it is \
+                 taken to be diffuse",
+                fitter.data.views.capture.materials[material].name
+            ));
+            for member in members.iter_mut() {
+                for specular in &mut member.specular {
+                    specular[material] = 0.0;
+                }
+            }
+        }
+    }
+    warnings
+}
+
+/// A specular reflectance that nobody sees.
+const NO_HIGHLIGHT: f64 = 0.01;

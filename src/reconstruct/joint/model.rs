@@ -1,0 +1,248 @@
+//! A light model with how it reaches every row.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::Options;
+use crate::reconstruct::equations::Equations;
+use crate::reconstruct::joint::background::LightSet;
+use crate::reconstruct::joint::system::{Design, Rows, add_scaled, slice, slice_mut};
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::transport::{self, Transport};
+use crate::scene::Views;
+use crate::watch::{Cancelled, Watch};
+
+/// What the joint solve works on; no light model yet.
+#[derive(Clone, Copy)]
+pub struct Data<'a> {
+    pub views: &'a Views<'a>,
+    pub cloud: &'a SampleCloud,
+    /// I_s and radiance records; its coupling is not used.
+    pub transport: &'a Transport,
+    /// Rows and their radiance; its virtual lights are not used.
+    pub equations: &'a Equations,
+    pub options: &'a Options,
+    pub watch: &'a Watch,
+}
+
+/// Lights, their columns, and what is known of their emissions.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub set: LightSet,
+    pub design: Design,
+    /// Per column whether the ridge applies: to a background's, not to lamps, sun, known lights.
+    pub ridged: Vec<bool>,
+    /// Per column and channel what the ridge draws the emission to.
+    pub centre: Vec<Rgb>,
+    /// Columns whose emissions are known.
+    pub fixed: Vec<Fixed>,
+}
+
+/// Lights with their columns, to be put beside those of a model.
+#[derive(Clone, Debug)]
+pub struct Part {
+    set: LightSet,
+    diffuse: Mat<f64>,
+    specular: Mat<f64>,
+}
+
+/// A light of known emission: part of the design's base, its column there zero.
+#[derive(Clone, Debug)]
+pub struct Fixed {
+    pub column: usize,
+    pub emission: Rgb,
+    coupling: Vec<f64>,
+}
+
+impl Data<'_> {
+    pub fn rows(&self) -> Rows {
+        let equations = self.equations;
+        let log = |c: usize| -> Vec<f64> {
+            let dark = equations.dark(c);
+            let of = |radiance: &Rgb| (std::f64::consts::PI * radiance[c].max(dark)).ln();
+            equations.rows.iter().map(|row| of(&row.radiance)).collect()
+        };
+        Rows {
+            sample: equations.rows.iter().map(|row| row.sample).collect(),
+            material: equations.rows.iter().map(|row| row.material).collect(),
+            glossy: equations.rows.iter().map(|row| row.glossy).collect(),
+            log_radiance: [log(0), log(1), log(2)],
+            materials: self.views.capture.materials.len(),
+        }
+    }
+
+    /// k_ij, rows × lobes.
+    fn couple(&self, rows: &Rows, set: &LightSet) -> Result<Mat<f64>, Cancelled> {
+        let seed = self.options.general.seed as u64;
+        let options = &self.options.transport;
+        let (lights, lobes) = (&set.lights, &set.lobes);
+        let coupling =
+            transport::couple(self.views, self.cloud, lights, lobes, options, seed, self.watch)?;
+        if rows.sample.iter().copied().eq(0..coupling.nrows()) {
+            return Ok(coupling);
+        }
+        Ok(Mat::from_fn(rows.sample.len(), coupling.ncols(), |row, column| {
+            coupling[(rows.sample[row], column)]
+        }))
+    }
+
+    /// (n+2)/2 cosⁿγ times the coupling, glossy rows × lobes.
+    fn specular(
+        &self,
+        rows: &Rows,
+        set: &LightSet,
+        exponents: &[f64],
+        diffuse: &Mat<f64>,
+    ) -> Mat<f64> {
+        let glossy: Vec<(usize, usize)> =
+            rows.glossy.iter().enumerate().filter_map(|(row, g)| Some((row, (*g)?))).collect();
+        let factors: Vec<Vec<f64>> = glossy
+            .par_iter()
+            .map(|&(row, index)| {
+                let mirror = self.equations.glossy[index].mirror;
+                let position = self.cloud.samples[rows.sample[row]].position;
+                let exponent = exponents[rows.material[row]];
+                let lights = &set.lights.lights;
+                lights.iter().map(|light| light.lobe(position, mirror, exponent)).collect()
+            })
+            .collect();
+        Mat::from_fn(glossy.len(), diffuse.ncols(), |row, column| {
+            factors[row][set.lobes.lobes[column].light] * diffuse[(glossy[row].0, column)]
+        })
+    }
+
+    /// (n+2)/2 times the records' specular integral, per channel and glossy row.
+    fn specular_base(&self, rows: &Rows, exponents: &[f64]) -> [Vec<f64>; CHANNELS] {
+        let records: Vec<Rgb> = rows
+            .glossy
+            .par_iter()
+            .zip(&rows.material)
+            .filter_map(|(glossy, &material)| {
+                let exponent = exponents[material];
+                let records = self.equations.glossy[(*glossy)?].records(exponent);
+                Some(records.map(|value| value * 0.5 * (exponent + 2.0)))
+            })
+            .collect();
+        std::array::from_fn(|c| records.iter().map(|record| record[c]).collect())
+    }
+
+    /// The model of a background alone; `irradiance` is I_s per sample.
+    pub fn model(
+        &self,
+        rows: &Rows,
+        background: LightSet,
+        irradiance: &[Radiance],
+        exponents: &[f64],
+    ) -> Result<Model, Cancelled> {
+        let diffuse = self.couple(rows, &background)?;
+        let specular = self.specular(rows, &background, exponents, &diffuse);
+        let base = |c: usize| -> Vec<f64> {
+            rows.sample.iter().map(|&sample| f64::from(irradiance[sample][c])).collect()
+        };
+        let columns = diffuse.ncols();
+        Ok(Model {
+            set: background,
+            design: Design {
+                diffuse,
+                base: [base(0), base(1), base(2)],
+                specular,
+                specular_base: self.specular_base(rows, exponents),
+            },
+            ridged: vec![true; columns],
+            centre: vec![[0.0; CHANNELS]; columns],
+            fixed: Vec::new(),
+        })
+    }
+
+    /// Further lights.
+    pub fn part(&self, rows: &Rows, set: LightSet, exponents: &[f64]) -> Result<Part, Cancelled> {
+        let diffuse = self.couple(rows, &set)?;
+        let specular = self.specular(rows, &set, exponents, &diffuse);
+        Ok(Part { set, diffuse, specular })
+    }
+
+    /// Renews the specular parts for other exponents.
+    pub fn set_exponents(&self, rows: &Rows, model: &mut Model, exponents: &[f64]) {
+        let fixed = std::mem::take(&mut model.fixed);
+        for fixed in &fixed {
+            set_column(&mut model.design.diffuse, fixed.column, &fixed.coupling);
+        }
+        let diffuse = &model.design.diffuse;
+        model.design.specular = self.specular(rows, &model.set, exponents, diffuse);
+        model.design.specular_base = self.specular_base(rows, exponents);
+        for Fixed { column, emission, coupling } in fixed {
+            model.fix_specular(column, emission);
+            set_column(&mut model.design.diffuse, column, &[]);
+            model.fixed.push(Fixed { column, emission, coupling });
+        }
+    }
+}
+
+impl Model {
+    pub fn columns(&self) -> usize {
+        self.design.columns()
+    }
+
+    /// The model with further lights, which no ridge draws to darkness.
+    pub fn with<'a>(&self, parts: impl IntoIterator<Item = &'a Part>) -> Self {
+        let parts: Vec<&Part> = parts.into_iter().collect();
+        let mut model = self.clone();
+        for part in &parts {
+            model.set.append(&part.set);
+        }
+        let diffuse = parts.iter().map(|part| &part.diffuse);
+        let specular = parts.iter().map(|part| &part.specular);
+        model.design.diffuse = beside(&self.design.diffuse, diffuse);
+        model.design.specular = beside(&self.design.specular, specular);
+        model.ridged.resize(model.columns(), false);
+        model.centre.resize(model.columns(), [0.0; CHANNELS]);
+        model
+    }
+
+    /// λ per column.
+    pub fn ridge(&self, lambda: f64) -> Vec<f64> {
+        self.ridged.iter().map(|&ridged| if ridged { lambda } else { 0.0 }).collect()
+    }
+
+    /// Makes the emission of a column known: no unknown any more, but part of the base.
+    pub fn fix(&mut self, column: usize, emission: Rgb) {
+        let coupling = slice(self.design.diffuse.as_ref(), column).to_vec();
+        for (base, emission) in self.design.base.iter_mut().zip(emission) {
+            add_scaled(base, emission, &coupling);
+        }
+        self.fix_specular(column, emission);
+        set_column(&mut self.design.diffuse, column, &[]);
+        self.fixed.push(Fixed { column, emission, coupling });
+    }
+
+    fn fix_specular(&mut self, column: usize, emission: Rgb) {
+        let design = &mut self.design;
+        if design.specular.nrows() > 0 {
+            for (base, emission) in design.specular_base.iter_mut().zip(emission) {
+                add_scaled(base, emission, slice(design.specular.as_ref(), column));
+            }
+            set_column(&mut design.specular, column, &[]);
+        }
+    }
+}
+
+/// Overwrites a column; zeros where there are no values.
+fn set_column(matrix: &mut Mat<f64>, column: usize, values: &[f64]) {
+    let out = slice_mut(matrix, column);
+    out.fill(0.0);
+    out[..values.len()].copy_from_slice(values);
+}
+
+fn beside<'a>(first: &'a Mat<f64>, others: impl Iterator<Item = &'a Mat<f64>> + Clone) -> Mat<f64> {
+    let columns = first.ncols() + others.clone().map(Mat::ncols).sum::<usize>();
+    let mut all = Mat::zeros(first.nrows(), columns);
+    let mut next = 0;
+    for matrix in std::iter::once(first).chain(others) {
+        for column in 0..matrix.ncols() {
+            slice_mut(&mut all, next).copy_from_slice(slice(matrix.as_ref(), column));
+            next += 1;
+        }
+    }
+    all
+}

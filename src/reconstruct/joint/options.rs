@@ -1,0 +1,67 @@
+//! Options of the joint solve.
+
+use crate::options;
+use crate::reconstruct::joint::system::Objective;
+
+options! {
+    /// The joint solve of light and reflectances.
+    JointOptions in "joint" {
+        /// log: squared logarithms of computed over measured radiance. relative: squared
+        /// relative differences, which texture biases.
+        objective: Objective = Objective::Log, None, "";
+        /// Sets of lights that the result is averaged over; their spread goes into the
+        /// intervals. With 1 there are no intervals, and the run takes a fraction of the time.
+        light_sets: usize = 6, Some((1.0, 100.0)), "";
+        /// Lamps that are placed freely in space, at most; 0 for none.
+        max_lamps: usize = 6, Some((0.0, 30.0)), "";
+        /// A lamp stays if it lowers the objective by at least this part.
+        lamp_gain: f64 = 0.05, Some((0.0, 1.0)), "";
+        /// Look for a sun where tags.json gives none.
+        find_sun: bool = true, None, "";
+        /// A sun stays if it lowers the objective by at least this part, and by more than a lamp
+        /// in its place would.
+        sun_gain: f64 = 0.2, Some((0.0, 1.0)), "";
+        /// Radius of the sphere that carries the background's lights.
+        radius_factor: f64 = 1.2, Some((1.0, 100.0)), "half-diagonals";
+        /// Distance between the background's lights where lamps and sun do the rest.
+        coarse_spacing: f64 = 0.6, Some((0.1, 3.0)), "half-diagonals";
+        /// Side of the grid of lobes of those lights.
+        coarse_grid: usize = 3, Some((1.0, 12.0)), "";
+        /// Exponent of those lobes.
+        coarse_exponent: f64 = 5.0, Some((0.0, 1e3)), "";
+        /// Distance between lights where lamps explain nothing.
+        fine_spacing: f64 = 0.32, Some((0.05, 3.0)), "half-diagonals";
+        /// Side of the grid of lobes of the fine lights.
+        fine_grid: usize = 6, Some((1.0, 12.0)), "";
+        /// Exponent of the fine lights' lobes.
+        fine_exponent: f64 = 20.0, Some((0.0, 1e3)), "";
+        /// Ridge on the background's emissions, relative to their columns' norms; the light sets
+        /// vary it by a factor of 3 either way.
+        ridge: f64 = 3e-3, Some((0.0, 1.0)), "";
+        /// Residuals larger than this many of their standard deviations count less (Cauchy's
+        /// loss). 0 is least squares; 2 helps where cameras are some pixels off, and harms where
+        /// surfaces are textured.
+        robust: f64 = 0.0, Some((0.0, 100.0)), "standard deviations";
+        /// Reflectance of the brightest diffuse surfaces: fresh plaster and white paint. No part
+        /// of a surface is taken to be brighter.
+        brightest: f64 = 0.9, Some((0.05, 1.0)), "";
+        /// Weak prior on the scale: the mean of the log reflectances is normal about the
+        /// logarithm of this.
+        prior_mean: f64 = 0.35, Some((0.01, 1.0)), "";
+        /// Standard deviation of that mean, of the logarithm.
+        prior_sd: f64 = 0.25, Some((0.01, 10.0)), "";
+        /// Standard deviation by which that mean differs between channels, of the logarithm.
+        channel_tie: f64 = 0.12, Some((0.01, 10.0)), "";
+    }
+}
+
+impl JointOptions {
+    /// Rough upper bound on the lobes of the largest light set that these options ask for.
+    pub fn largest_set(&self) -> usize {
+        // A sphere of r half-diagonals holds about 0.7 · 4π r² / d² lights at spacing d.
+        let lights = |spacing: f64| 8.8 * (1.35 * self.radius_factor / (0.7 * spacing)).powi(2);
+        let fine = lights(self.fine_spacing) * (self.fine_grid * self.fine_grid) as f64;
+        let coarse = lights(self.coarse_spacing) * (self.coarse_grid * self.coarse_grid) as f64;
+        fine.max(coarse) as usize / 8 + 7 * self.max_lamps
+    }
+}

@@ -1,0 +1,161 @@
+//! What a reconstruction comes to, and the report of how it got there.
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::equations::Reflectance;
+
+/// Root mean square differences between computed and measured radiance, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rms {
+    /// In the photographs' unit of radiance.
+    pub absolute: Rgb,
+    /// Of the differences divided by the measured radiance.
+    pub relative: Rgb,
+}
+
+impl Rms {
+    /// One number for all channels: the root mean square of the absolute errors, each relative
+    /// to its channel's mean radiance.
+    pub fn total(&self, mean_radiance: &Rgb) -> f64 {
+        let square = |c: usize| {
+            if mean_radiance[c] > 0.0 { (self.absolute[c] / mean_radiance[c]).powi(2) } else { 0.0 }
+        };
+        ((0..CHANNELS).map(square).sum::<f64>() / CHANNELS as f64).sqrt()
+    }
+
+    /// The root mean square of the relative errors of all channels.
+    pub fn total_relative(&self) -> f64 {
+        (self.relative.iter().map(|value| value * value).sum::<f64>() / CHANNELS as f64).sqrt()
+    }
+}
+
+/// One iteration of the refinement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iteration {
+    /// Counted from 1.
+    pub index: usize,
+    pub rms: Rms,
+    /// What the method minimises, per channel; `None` for the paper's alternation, whose half
+    /// steps minimise different things.
+    pub objective: Option<Rgb>,
+    /// Largest change of any diffuse or specular reflectance since the iteration before.
+    pub change: f64,
+    /// Since the refinement began.
+    pub elapsed_secs: f64,
+}
+
+/// Why the refinement stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    RmsConverged,
+    /// The RMS error rose, absolute or relative, and neither fell; the iteration before is the
+    /// result.
+    RmsRose,
+    IterationLimit,
+    /// The objective's gradient vanishes within the bounds.
+    GradientConverged,
+    /// There is no sample, or none with a reflectance to estimate.
+    NothingToSolve,
+}
+
+impl Stopped {
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::RmsConverged => "rms change below threshold",
+            Self::RmsRose => "rms rose, so the iteration before is kept",
+            Self::GradientConverged => "the objective's gradient vanishes",
+            Self::IterationLimit => "iteration limit reached",
+            Self::NothingToSolve => "nothing to solve",
+        }
+    }
+}
+
+/// Reflectances and emissions, with the report of how they were found.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Per material; `None` where it has no sample.
+    pub reflectances: Vec<Option<Reflectance>>,
+    /// E_ij per lobe and channel, in the photographs' unit of radiance.
+    pub emission: Vec<Rgb>,
+    pub iterations: Vec<Iteration>,
+    pub stopped: Stopped,
+    /// Computed radiance of each equation.
+    pub computed: Vec<Rgb>,
+    /// What the result's certainty is known to be; `None` for the paper's method, and as far as
+    /// the fields say.
+    pub certainty: Option<Certainty>,
+    /// What was decided on the way, a sentence each: which light model, how many lamps, which
+    /// gloss.
+    pub notes: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+/// How far a joint solution can be trusted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Certainty {
+    /// Per material; `None` where it has no sample.
+    pub materials: Vec<Option<MaterialCertainty>>,
+    pub scale: ScaleCertainty,
+    /// Root mean square of log(computed/measured) in blocks of samples that were held out.
+    pub held_out: Option<Rgb>,
+    /// Sets of lights over which the result was averaged; with 1 there are no intervals.
+    pub light_sets: usize,
+}
+
+/// 95 % intervals of one material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MaterialCertainty {
+    /// Of ρ_d per channel; `None` where it is not identified or there is only one light set.
+    pub diffuse: [Option<[f64; 2]>; CHANNELS],
+    /// Of ρ_s; `None` also for diffuse materials.
+    pub specular: [Option<[f64; 2]>; CHANNELS],
+    /// Exponents that explain the photographs about as well.
+    pub exponent: Option<[f64; 2]>,
+    /// Whether the photographs determine the channel's reflectance better than the weak prior
+    /// does.
+    pub identified: [bool; CHANNELS],
+}
+
+/// The common scale of all reflectances of a channel: brighter surfaces under dimmer light look
+/// nearly alike.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScaleCertainty {
+    /// Smallest singular value of the reflectances' logarithms, the light projected out and
+    /// bounds ignored.
+    pub singular_value: Rgb,
+    /// Root mean square of log(computed/measured).
+    pub log_rms: Rgb,
+    /// Standard deviation of the logarithm of the scale; 0 where a reflectance is known.
+    pub log_sd: Rgb,
+}
+
+impl Solution {
+    /// Whether every number of the result is finite and there is something in it.
+    pub fn is_usable(&self) -> bool {
+        let mut reflectances = self.reflectances.iter().flatten().peekable();
+        reflectances.peek().is_some()
+            && reflectances.all(|r| {
+                r.diffuse.iter().chain(&r.specular).all(|v| v.is_finite()) && r.exponent.is_finite()
+            })
+            && self.emission.iter().flatten().all(|v| v.is_finite())
+    }
+
+    /// Lobes with any light in them.
+    pub fn active_lobes(&self) -> usize {
+        self.emission.iter().filter(|emission| emission.iter().any(|&e| e > 0.0)).count()
+    }
+
+    /// One line on how it went.
+    pub fn brief(&self) -> String {
+        let Some((first, last)) = self.iterations.first().zip(self.iterations.last()) else {
+            return self.stopped.describe().to_owned();
+        };
+        let triple = |rgb: Rgb| rgb.map(|value| format!("{:.1}", 100.0 * value)).join(" / ");
+        format!(
+            "{} iterations ({}): relative RMS from {} % to {} % (R / G / B)",
+            self.iterations.len(),
+            self.stopped.describe(),
+            triple(first.rms.relative),
+            triple(last.rms.relative),
+        )
+    }
+}

@@ -1,0 +1,270 @@
+//! Luminaires of known shape and place outside the photographs, and the light that they send to
+//! a site past the known geometry.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use crate::math::sampling::{
+    Frame, Random, square_to_cosine_hemisphere, square_to_uniform_cone, stratified,
+};
+use crate::scene::{Site, Views};
+
+/// A luminaire of known shape and place. It is no obstacle to other light, and known geometry
+/// that lies in it or in front of it shades it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Emitter {
+    /// A planar quadrilateral that emits the same radiance everywhere and into every direction
+    /// on the side of its normal, and nothing on the other side.
+    Rectangle {
+        /// In order around the edge, either way round. Any simple quadrilateral will do.
+        corners: [Vec3; 4],
+        /// Unit normal of their plane.
+        normal: Vec3,
+    },
+    /// The same radiance everywhere and into every direction.
+    Sphere { center: Vec3, radius_m: f32 },
+    /// The same radiant intensity into every direction.
+    Point { position: Vec3 },
+    /// A radiant intensity that is full within `inner_angle` of the axis and 0 beyond
+    /// `outer_angle`. Between them it falls by t² (3 − 2t), where t goes from 0 to 1 linearly in
+    /// the cosine of the angle off the axis.
+    Spot {
+        position: Vec3,
+        /// Unit axis, away from the light.
+        direction: Vec3,
+        /// Radians, 0 to `outer_angle`.
+        inner_angle: f32,
+        /// Radians, 0 to π.
+        outer_angle: f32,
+    },
+    /// A disc of even radiance, infinitely far away.
+    Sun {
+        /// The unit direction in which its light travels.
+        direction: Vec3,
+        /// Radians, 0 to π.
+        angular_diameter: f32,
+    },
+}
+
+impl Emitter {
+    /// What the sun measures across, seen from the earth, in radians.
+    pub const SUN_DIAMETER: f32 = 0.0093;
+
+    /// Its middle, and the radius of a ball that looks about as large; for a sun, which has no
+    /// place, the origin and 0.
+    pub fn extent(&self) -> (Vec3, f32) {
+        match *self {
+            Self::Rectangle { corners, .. } => {
+                let middle = corners.iter().sum::<Vec3>() / 4.0;
+                let diagonals = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
+                (middle, (0.5 * diagonals.length() / PI).sqrt())
+            }
+            Self::Sphere { center, radius_m } => (center, radius_m),
+            Self::Point { position } | Self::Spot { position, .. } => (position, 0.0),
+            Self::Sun { .. } => (Vec3::ZERO, 0.0),
+        }
+    }
+
+    /// What the artist calls such a light in `tags.json`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Rectangle { .. } => "rectangle",
+            Self::Sphere { .. } => "sphere",
+            Self::Point { .. } => "point",
+            Self::Spot { .. } => "spot",
+            Self::Sun { .. } => "sun",
+        }
+    }
+
+    /// The quantity by which its strength is told: `radiance`, `intensity` (radiant, on the axis
+    /// of a spot) or `irradiance` (of a surface that faces a sun).
+    pub fn quantity(&self) -> &'static str {
+        match self {
+            Self::Rectangle { .. } | Self::Sphere { .. } => "radiance",
+            Self::Point { .. } | Self::Spot { .. } => "intensity",
+            Self::Sun { .. } => "irradiance",
+        }
+    }
+
+    /// Irradiance of a site per unit of the light's radiance (in sr), intensity (in sr/m²) or
+    /// irradiance (without unit), with the shadows that the known geometry casts. `side`² shadow
+    /// rays are spread over the light, or a single one is cast where it is a point. An estimate
+    /// without bias: its expectation is exact whatever the number of rays. Zero where the light
+    /// is below the horizon of the site.
+    ///
+    /// Inside a sphere the site is surrounded by its light: π where nothing shades it.
+    pub fn irradiance(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
+        match self {
+            Self::Rectangle { corners, normal } => {
+                let panel = Quadrilateral::of(corners);
+                mean(side, random, |square| {
+                    let (target, area_m2) = panel.point(square);
+                    let offset = target - site.position;
+                    // The distance times the cosine at the light, whose back is dark.
+                    let facing = -offset.dot(*normal);
+                    if facing <= 0.0 {
+                        return 0.0;
+                    }
+                    let reach = least_square(views, offset);
+                    area_m2 * facing / reach * arriving(views, site, target) / reach.sqrt()
+                })
+            }
+            Self::Sphere { center, radius_m } => {
+                let axis = center - site.position;
+                let (distance_squared, radius_squared) = (axis.length_squared(), radius_m.powi(2));
+                if distance_squared <= radius_squared {
+                    return PI * surrounded(views, site, axis, radius_squared, side, random);
+                }
+                let sine_squared = radius_squared / distance_squared;
+                // One minus the cosine of the cone that holds the sphere, without cancellation.
+                let cap = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
+                let distance = distance_squared.sqrt();
+                let frame = Frame::about(axis / distance);
+                let solid_angle = 2.0 * PI * cap;
+                solid_angle
+                    * mean(side, random, |square| {
+                        let local = square_to_uniform_cone(square, cap);
+                        let off_axis = distance_squared * local.truncate().length_squared();
+                        // Up to where the ray enters: the far side is hidden by the sphere.
+                        let half_chord = (radius_squared - off_axis).max(0.0).sqrt();
+                        let entry = (distance * local.z - half_chord).max(0.0);
+                        let direction = frame.to_world(local);
+                        arriving_from(views, site, direction, site.position + direction * entry)
+                    })
+            }
+            Self::Point { position } => {
+                arriving(views, site, *position) / least_square(views, position - site.position)
+            }
+            Self::Spot { position, direction, inner_angle, outer_angle } => {
+                let offset = site.position - position;
+                let cosine = offset.normalize_or_zero().dot(*direction);
+                let falloff = falloff(cosine, *inner_angle, *outer_angle);
+                if falloff == 0.0 {
+                    return 0.0;
+                }
+                falloff * arriving(views, site, *position) / least_square(views, offset)
+            }
+            Self::Sun { direction, angular_diameter } => {
+                // 1 − cos x = 2 sin²(x/2), of half the diameter.
+                let cap = 2.0 * (0.25 * angular_diameter).sin().powi(2);
+                let frame = Frame::about(-*direction);
+                // The mean cosine over the disc is 1 − cap/2 on a surface that faces it, whose
+                // irradiance is the unit.
+                mean(side, random, |square| {
+                    let towards = frame.to_world(square_to_uniform_cone(square, cap));
+                    let cosine = towards.dot(site.normal);
+                    if cosine <= 0.0 || views.caster.occluded(&views.ray(site, towards)) {
+                        return 0.0;
+                    }
+                    cosine
+                }) / (1.0 - 0.5 * cap)
+            }
+        }
+    }
+
+    /// Unit direction from a position to the light's middle; +z for a light that is there.
+    pub fn direction_from(&self, position: Vec3) -> Vec3 {
+        let middle = match self {
+            Self::Rectangle { corners, .. } => Quadrilateral::of(corners).middle(),
+            Self::Sphere { center, .. } => *center,
+            Self::Point { position } | Self::Spot { position, .. } => *position,
+            Self::Sun { direction, .. } => return -*direction,
+        };
+        (middle - position).normalize_or(Vec3::Z)
+    }
+}
+
+/// The mean of a function over `side`² stratified points of the unit square.
+fn mean(side: usize, random: &mut Random, value: impl FnMut(Vec2) -> f32) -> f32 {
+    let side = side.max(1);
+    stratified(side, random).map(value).sum::<f32>() / (side * side) as f32
+}
+
+/// The cosine at a site towards a target, or 0 where something is between.
+fn arriving(views: &Views, site: Site, target: Vec3) -> f32 {
+    arriving_from(views, site, (target - site.position).normalize_or_zero(), target)
+}
+
+/// The same where the direction is at hand.
+fn arriving_from(views: &Views, site: Site, direction: Vec3, target: Vec3) -> f32 {
+    let cosine = direction.dot(site.normal);
+    if cosine > 0.0 && views.is_free(site, target) { cosine } else { 0.0 }
+}
+
+/// The squared distance, taken to be no less than that by which rays are started off a surface,
+/// so that a light that touches a site does not make it infinitely bright.
+fn least_square(views: &Views, offset: Vec3) -> f32 {
+    offset.length_squared().max(views.offset_m * views.offset_m).max(f32::MIN_POSITIVE)
+}
+
+/// The cosine-weighted fraction of a site's hemisphere that is free as far as to the sphere
+/// around it, whose centre lies `axis` away.
+fn surrounded(
+    views: &Views,
+    site: Site,
+    axis: Vec3,
+    radius_squared: f32,
+    side: usize,
+    random: &mut Random,
+) -> f32 {
+    let frame = Frame::about(site.normal);
+    mean(side, random, |square| {
+        let direction = frame.to_world(square_to_cosine_hemisphere(square));
+        let along = axis.dot(direction);
+        let beyond = along * along + radius_squared - axis.length_squared();
+        let exit = along + beyond.max(0.0).sqrt();
+        f32::from(u8::from(views.is_free(site, site.position + direction * exit)))
+    })
+}
+
+/// The part of a spot's intensity that leaves in a direction with that cosine to its axis.
+fn falloff(cosine: f32, inner_angle: f32, outer_angle: f32) -> f32 {
+    let (full, none) = (inner_angle.cos(), outer_angle.cos());
+    if cosine >= full {
+        return 1.0;
+    }
+    if cosine <= none {
+        return 0.0;
+    }
+    let t = (cosine - none) / (full - none);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// A quadrilateral, cut into two triangles along the diagonal between its first and third corner.
+struct Quadrilateral {
+    corners: [Vec3; 4],
+    /// Of the triangle with the second corner and of that with the fourth.
+    areas_m2: [f32; 2],
+}
+
+impl Quadrilateral {
+    fn of(&[a, b, c, d]: &[Vec3; 4]) -> Self {
+        let across = |a: Vec3, b: Vec3, c: Vec3| (b - a).cross(c - a);
+        // Where a corner points inwards, only the diagonal from there lies inside: the triangles
+        // beside the other one turn opposite ways.
+        let [a, b, c, d] =
+            if across(a, b, c).dot(across(a, c, d)) < 0.0 { [b, c, d, a] } else { [a, b, c, d] };
+        let areas_m2 = [across(a, b, c), across(a, c, d)].map(|across| 0.5 * across.length());
+        Self { corners: [a, b, c, d], areas_m2 }
+    }
+
+    /// Maps [0, 1]² onto it, half of the square onto each triangle, with the area in m² that the
+    /// square stands for there. On a parallelogram the map is affine, which keeps strata whole.
+    fn point(&self, square: Vec2) -> (Vec3, f32) {
+        let [a, b, c, d] = self.corners;
+        if square.x > square.y {
+            (a + square.x * (b - a) + square.y * (c - b), 2.0 * self.areas_m2[0])
+        } else {
+            (a + square.y * (d - a) + square.x * (c - d), 2.0 * self.areas_m2[1])
+        }
+    }
+
+    /// The centre of its area.
+    fn middle(&self) -> Vec3 {
+        let [a, b, c, d] = self.corners;
+        let [first, second] = self.areas_m2;
+        let share = second / (first + second).max(f32::MIN_POSITIVE);
+        ((a + b + c) / 3.0).lerp((a + c + d) / 3.0, share)
+    }
+}
