@@ -25,7 +25,6 @@ image = image.astype(float)
 samples = list(csv.DictReader((solution / "samples.csv").open()))
 lights = json.loads((solution / "lights.json").read_text())["lights"]
 result = json.loads((solution / "solution.json").read_text())
-convergence = list(csv.DictReader((solution / "convergence.csv").open()))
 
 
 def column(rows, *names):
@@ -68,13 +67,21 @@ points = column(samples, "x_m", "y_m", "z_m")
 colours = np.clip(column(samples, "observed_r", "observed_g", "observed_b")
                   / np.percentile(image, 99), 0, 1) ** (1 / 2.2)
 axes.scatter(*points.T, c=colours, s=1, depthshade=False)
-emission = np.array([np.sum([lobe["emission"] for lobe in light["lobes"]], 0) for light in lights])
-position = np.array([light["position"] for light in lights])
-brightest = np.percentile(emission.max(1), 98)
-size = 3 + 60 * np.clip(emission.max(1) / brightest, 0, 1)
-tint = np.clip(emission / np.maximum(emission.max(1, keepdims=True), 1e-12), 0, 1)
-axes.scatter(*position.T, c=tint, s=size, edgecolors="0.4", linewidths=0.4, depthshade=False)
-axes.set_title(f"{len(lights)} virtual lights, by emission")
+discs = [light for light in lights if light["kind"] in ("sphere", "surface")]
+lamps = [light for light in lights if light["kind"] == "lamp"]
+for group, marker, label in ((discs, "o", None), (lamps, "*", "lamps found")):
+    if not group:
+        continue
+    emission = np.array([np.sum([lobe["emission"] for lobe in light["lobes"]], 0)
+                         for light in group])
+    position = np.array([light["position"] for light in group])
+    # What a light sends: its emission times its area.
+    power = emission.max(1) * np.array([light["radius_m"] for light in group]) ** 2
+    size = (8 + 60 * power / power.max()) * (2 if marker == "*" else 1)
+    tint = np.clip(emission / np.maximum(emission.max(1, keepdims=True), 1e-12), 0, 1)
+    axes.scatter(*position.T, c=tint, s=size, marker=marker, edgecolors="0.3", linewidths=0.5,
+                 depthshade=False, label=label)
+axes.set_title(f"{len(lamps)} lamps found, {len(discs)} background lights")
 axes.set_box_aspect((1, 1, 1), zoom=1.15)
 axes.set_xlabel("x (m)", labelpad=-8)
 axes.set_ylabel("y (m)", labelpad=-8)
@@ -83,14 +90,24 @@ axes.tick_params(labelsize=6, pad=-3)
 axes.view_init(22, 35)
 
 axes = figure.add_subplot(grid[3])
-for channel, colour in zip("rgb", ("#c0392b", "#27903c", "#2f6fbd")):
-    axes.plot([int(row["iteration"]) for row in convergence],
-              100 * column(convergence, f"relative_rms_{channel}")[:, 0], "o-", ms=3, color=colour,
-              label={"r": "red", "g": "green", "b": "blue"}[channel])
-axes.set_xlabel("iteration")
-axes.set_ylabel("relative RMS error (%)")
-axes.set_ylim(bottom=0)
-axes.set_title(f"Convergence, {result['seconds']['total']:.1f} s")
-axes.legend(frameon=False)
+truth_file = capture / "truth.json"
+truth = json.loads(truth_file.read_text())["materials"] if truth_file.exists() else {}
+names = [material["name"] for material in result["materials"]]
+for channel, colour in enumerate(("#c0392b", "#27903c", "#2f6fbd")):
+    for row, material in enumerate(result["materials"]):
+        if material["diffuse"] is None:
+            continue
+        y = row + 0.22 * (channel - 1)
+        interval = (material.get("diffuse_interval") or [None] * 3)[channel]
+        if interval:
+            axes.plot(interval, [y, y], color=colour, lw=2, solid_capstyle="butt")
+        axes.plot(material["diffuse"][channel], y, "o", ms=3.5, color=colour)
+        if material["name"] in truth:
+            axes.plot(truth[material["name"]]["rho_d"][channel], y, "|", ms=8, color="black")
+axes.set_yticks(range(len(names)), names)
+axes.invert_yaxis()
+axes.set_xlim(0, 1)
+axes.set_xlabel("diffuse reflectance")
+axes.set_title("Recovered, 95 % (black: truth)")
 axes.grid(alpha=0.3)
 figure.savefig(out, dpi=110)
