@@ -309,14 +309,20 @@ impl<'a> PixelMap<'a> {
         self.hits[y * self.camera.width + x].is_clean()
     }
 
-    /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel.
+    /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel. About
+    /// a pixel off the edges, pixels beside an edge are left out: part of what they show belongs
+    /// to another surface, which beside a bright one makes a dark one half as bright again.
     pub fn window(&self, x: usize, y: usize, width_px: usize) -> Option<Radiance> {
         self.image.radiance(x, y)?;
         let reach = width_px / 2;
+        let is_clean = self.is_off_edges(x, y);
         let mut sum = [0.0f32; CHANNELS];
         let mut count = 0;
         for v in y.saturating_sub(reach)..=(y + reach).min(self.camera.height - 1) {
             for u in x.saturating_sub(reach)..=(x + reach).min(self.camera.width - 1) {
+                if is_clean && !self.is_off_edges(u, v) {
+                    continue;
+                }
                 if let Some(radiance) = self.image.radiance(u, v) {
                     for (sum, value) in sum.iter_mut().zip(radiance) {
                         *sum += value;

@@ -131,7 +131,10 @@ fn summary(
             diffuse,
             specular: reflectance.filter(|_| is_specular).map(|r| r.specular),
             exponent,
-            diffuse_interval: certainty.and_then(|c| intervals(about(c.diffuse, solved, diffuse))),
+            diffuse_interval: certainty.and_then(|c| match known {
+                Some(known) => intervals(known.map(|value| Some([value; 2]))),
+                None => intervals(about(c.diffuse, solved, diffuse)),
+            }),
             specular_interval: certainty
                 .filter(|_| is_specular)
                 .and_then(|c| intervals(c.specular)),
