@@ -7,11 +7,11 @@
 //! photographed surfaces, which is all that tells the scale:
 //!
 //! 1. a background of coarse lobes ([`background`]), and lamps and a sun that are placed one by
-//!    one where they explain most ([`sources`], [`lamps`], [`sun`]);
-//! 2. specular materials with everything else ([`gloss`]);
-//! 3. fine lobes instead, or a sky, where the error on held-out samples is lower ([`held_out`]);
+//!    one where they explain most (`sources`, `lamps`, `sun`);
+//! 2. specular materials with everything else (`gloss`);
+//! 3. fine lobes instead, or a sky, where the error on held-out samples is lower (`held_out`);
 //! 4. the same with other backgrounds, whose spread tells what the choice of one costs;
-//! 5. what is determined, and intervals ([`certainty`]); tags that do not fit ([`diagnose`]).
+//! 5. what is determined, and intervals (`certainty`); tags that do not fit (`diagnose`).
 
 pub mod background;
 mod certainty;
