@@ -27,12 +27,13 @@
 //!
 //! Modules import only from those above them in this list:
 //! `watch`, `options`, `math` < `geometry`, `solve` < `scene` < `reconstruct` < `io` < `study` <
-//! `worker` < `cli`.
+//! `worker` < `app` < `cli`.
 //!
 //! # What always holds
 //!
 //! - From `math` to `reconstruct`: data in, data out. No files, no logging, no globals.
-//! - Only `io` opens files. Every file is written whole or not at all.
+//! - Only `io` opens files. Only `app` names the crates of the window, and it calls no stage: it
+//!   sends commands to `worker` and shows products. Every file is written whole or not at all.
 //! - The same capture, options and seed give the same bytes on any number of threads.
 //! - Types between stages carry no serde; `io` owns the structs of its files.
 //! - Every long loop ticks a [`watch::Watch`], which counts progress and can cancel it.
@@ -56,5 +57,8 @@ pub mod io;
 pub mod study;
 
 pub mod worker;
+
+#[cfg(feature = "studio")]
+pub mod app;
 
 pub mod cli;

@@ -10,11 +10,9 @@ use crate::options::{Declaration, Kind, OptionError};
 use crate::reconstruct::Options;
 
 pub(super) fn command() -> Command {
-    Command::new("lobelia")
+    bare()
         .version(env!("CARGO_PKG_VERSION"))
         .about(env!("CARGO_PKG_DESCRIPTION"))
-        .subcommand_required(true)
-        .arg_required_else_help(true)
         .subcommand(reconstruct())
         .subcommand(
             Command::new("info")
@@ -22,6 +20,22 @@ pub(super) fn command() -> Command {
                 .arg(capture()),
         )
         .subcommand(score())
+}
+
+/// Without a subcommand the window opens.
+#[cfg(feature = "studio")]
+fn bare() -> Command {
+    Command::new("lobelia").args_conflicts_with_subcommands(true).arg(
+        Arg::new("open")
+            .value_name("CAPTURE")
+            .help("Folder of a capture, or a .lobelia project, to open in the window")
+            .value_parser(value_parser!(PathBuf)),
+    )
+}
+
+#[cfg(not(feature = "studio"))]
+fn bare() -> Command {
+    Command::new("lobelia").subcommand_required(true).arg_required_else_help(true)
 }
 
 /// The path given for an argument that the command requires.

@@ -8,6 +8,8 @@ mod progress;
 mod reconstruct;
 mod report;
 mod score;
+#[cfg(feature = "studio")]
+mod window;
 
 use std::process::ExitCode;
 
@@ -45,6 +47,9 @@ pub fn main() -> ExitCode {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
+        #[cfg(feature = "studio")]
+        _ => window::run(matches.get_one::<std::path::PathBuf>("open").cloned()),
+        #[cfg(not(feature = "studio"))]
         _ => Ok(()),
     };
     match ending {

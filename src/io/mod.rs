@@ -19,6 +19,8 @@ mod obj_text;
 pub mod options;
 pub mod picture;
 pub mod polygon;
+pub mod project;
+pub mod settings;
 pub mod solution;
 pub mod table;
 pub mod tags;

@@ -86,6 +86,11 @@ impl Options {
         self.groups().iter().flat_map(|group| group.declarations()).collect()
     }
 
+    /// The value of one option as text; `None` where there is no such option.
+    pub fn get(&self, section: &str, name: &str) -> Option<String> {
+        self.groups().into_iter().find(|group| group.section() == section)?.get(name)
+    }
+
     /// Sets one option from text.
     pub fn set(&mut self, section: &str, name: &str, text: &str) -> Result<(), OptionError> {
         let sections: Vec<_> = self.groups().iter().map(|group| group.section()).collect();

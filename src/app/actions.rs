@@ -1,0 +1,312 @@
+//! Everything that a user can do. Panels only say what was asked for; one `match` does it, at the
+//! end of the frame.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use eframe::egui;
+
+use super::dialogs::{self, Asked, Palette, Then};
+use super::edit::Change;
+use super::files;
+use super::layout::{Pane, Workspace};
+use super::project::{Focus, Project, Selection};
+use super::state::State;
+use super::theme;
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    Ask(Asked),
+    Open(PathBuf),
+    OpenExample,
+    CancelOpening,
+    Locate(PathBuf),
+    Save,
+    SaveTo(PathBuf),
+    ExportTo(PathBuf),
+    Close,
+    Quit,
+    /// The answer about unsaved work: save it first, or lose it.
+    Unsaved {
+        save: bool,
+    },
+    Recover(PathBuf),
+    Discard(PathBuf),
+    ForgetRecent(PathBuf),
+    Undo,
+    Redo,
+    Change(Change),
+    /// Asks which material the selected surfaces shall have.
+    AskMaterial,
+    NewMaterialOfSelection,
+    Select(Select),
+    HideSelected,
+    ShowAllSurfaces,
+    Run,
+    Cancel,
+    Workspace(Workspace),
+    ShowPane(Pane),
+    ResetLayout,
+    Theme(&'static str),
+    Scale(f32),
+    FrameAll,
+    FrameSelection,
+    LookThrough(Option<usize>),
+    ShowPalette,
+    ShowShortcuts,
+    ShowAbout,
+    Copy(String),
+    DismissError(usize),
+}
+
+/// What becomes selected.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Select {
+    Surface { surface: usize, mode: Mode },
+    Surfaces { surfaces: BTreeSet<usize>, add: bool },
+    AllSurfaces,
+    Nothing,
+    Material(usize),
+    Sample(usize),
+    Light(usize),
+    Photograph(usize),
+}
+
+/// How a click changes a selection of several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    Only,
+    Toggle,
+    Extend,
+}
+
+impl Mode {
+    pub fn of(modifiers: egui::Modifiers) -> Self {
+        if modifiers.shift {
+            Self::Extend
+        } else if modifiers.command {
+            Self::Toggle
+        } else {
+            Self::Only
+        }
+    }
+}
+
+pub fn apply(state: &mut State, action: Action) {
+    match action {
+        Action::Ask(asked) => dialogs::ask_path(state, asked),
+        Action::Open(path) => files::open(state, &path),
+        Action::OpenExample => {
+            if let Some(path) = state.example.clone() {
+                files::open(state, &path);
+            }
+        }
+        Action::CancelOpening => state.jobs.cancel_opening(),
+        Action::Locate(folder) => files::located(state, &folder),
+        Action::Save => {
+            files::save(state);
+        }
+        Action::SaveTo(file) => {
+            if files::save_to(state, &file)
+                && let Some(then) = state.dialogs.unsaved.take()
+            {
+                go_on(state, then);
+            }
+        }
+        Action::ExportTo(folder) => {
+            if let Some(project) = &state.project {
+                state.jobs.export(project, folder);
+            }
+        }
+        Action::Close => leave(state, Then::Close),
+        Action::Quit => leave(state, Then::Quit),
+        Action::Unsaved { save } => {
+            if !save {
+                if let Some(then) = state.dialogs.unsaved.take() {
+                    go_on(state, then);
+                }
+            } else if files::save(state)
+                && let Some(then) = state.dialogs.unsaved.take()
+            {
+                go_on(state, then);
+            }
+        }
+        Action::Recover(file) => files::recover(state, &file),
+        Action::Discard(file) => files::discard(state, &file),
+        Action::ForgetRecent(path) => {
+            state.settings.recent.retain(|other| *other != path);
+            files::save_settings(state);
+        }
+        Action::Undo => tell(state, "Undone", |project| project.undo()),
+        Action::Redo => tell(state, "Done again", |project| project.redo()),
+        Action::Change(change) => change_project(state, &change),
+        Action::AskMaterial => {
+            let selected = state.project.as_ref().map(|project| &project.selection.surfaces);
+            match selected {
+                Some(surfaces) if !surfaces.is_empty() => state.dialogs.assign = true,
+                _ => state.messages.notice("Select surfaces first."),
+            }
+        }
+        Action::NewMaterialOfSelection => {
+            let surfaces = state.project.as_ref().map(|project| project.selection.surfaces.clone());
+            if let Some(surfaces) = surfaces {
+                change_project(state, &Change::NewMaterial { surfaces });
+            }
+        }
+        Action::Select(what) => {
+            if let Some(project) = &mut state.project {
+                state.panels.follow(&what);
+                select(project, what);
+            }
+        }
+        Action::HideSelected => {
+            if let Some(project) = &mut state.project {
+                let Selection { surfaces, hidden, .. } = &mut project.selection;
+                hidden.append(surfaces);
+            }
+        }
+        Action::ShowAllSurfaces => {
+            if let Some(project) = &mut state.project {
+                project.selection.hidden.clear();
+            }
+        }
+        Action::Run => run(state),
+        Action::Cancel => {
+            if let Some(project) = &mut state.project {
+                state.jobs.cancel(project);
+            }
+        }
+        Action::Workspace(workspace) => state.layout.current = workspace,
+        Action::ShowPane(pane) => state.layout.show(pane),
+        Action::ResetLayout => state.layout.reset(),
+        Action::Theme(theme) => {
+            theme.clone_into(&mut state.settings.theme);
+            theme::apply(&state.ctx, theme, state.settings.scale);
+            files::save_settings(state);
+        }
+        Action::Scale(scale) => {
+            state.settings.scale = scale.clamp(0.75, 2.0);
+            theme::apply(&state.ctx, &state.settings.theme, state.settings.scale);
+            files::save_settings(state);
+        }
+        Action::FrameAll => state.viewport.frame_all(),
+        Action::FrameSelection => state.viewport.frame_selection(),
+        Action::LookThrough(photograph) => state.viewport.look_through(photograph),
+        Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
+        Action::ShowShortcuts => state.dialogs.shortcuts = true,
+        Action::ShowAbout => state.dialogs.about = true,
+        Action::Copy(text) => state.ctx.copy_text(text),
+        Action::DismissError(index) => {
+            if index < state.messages.errors.len() {
+                state.messages.errors.remove(index);
+            }
+        }
+    }
+}
+
+fn run(state: &mut State) {
+    if let Some(obstacle) = state.obstacle_to_run() {
+        state.messages.notice(obstacle);
+    } else if let Some(project) = &mut state.project {
+        state.jobs.run(project);
+    }
+}
+
+fn change_project(state: &mut State, change: &Change) {
+    let Some(project) = &mut state.project else { return };
+    match project.change(change) {
+        Ok(()) => {
+            if let Change::NewMaterial { .. } = change {
+                let material = project.edit().materials.len() - 1;
+                select(project, Select::Material(material));
+            }
+        }
+        Err(problem) => state.messages.notice(problem),
+    }
+}
+
+fn tell(state: &mut State, word: &str, step: impl FnOnce(&mut Project) -> Option<String>) {
+    if let Some(name) = state.project.as_mut().and_then(step) {
+        state.messages.notice(format!("{word}: {name}"));
+    }
+}
+
+/// Leaves the project, after asking where work would be lost.
+fn leave(state: &mut State, then: Then) {
+    if state.project.as_ref().is_some_and(Project::is_changed) {
+        state.dialogs.unsaved = Some(then);
+    } else {
+        go_on(state, then);
+    }
+}
+
+fn go_on(state: &mut State, then: Then) {
+    match then {
+        Then::Open(path) => files::open_anyway(state, &path),
+        Then::Close => files::close_anyway(state),
+        Then::Quit => {
+            state.settings.layout = state.layout.value();
+            files::save_settings(state);
+            files::close_anyway(state);
+            state.quitting = true;
+            state.ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+    }
+}
+
+fn select(project: &mut Project, what: Select) {
+    let count = project.loaded.surfaces.len();
+    let selection = &mut project.selection;
+    selection.focus = match what {
+        Select::Surface { surface, mode } => {
+            match (mode, selection.anchor) {
+                (Mode::Extend, Some(anchor)) => {
+                    selection.surfaces.extend(anchor.min(surface)..=anchor.max(surface));
+                }
+                (Mode::Toggle, _) => {
+                    if !selection.surfaces.remove(&surface) {
+                        selection.surfaces.insert(surface);
+                    }
+                }
+                _ => selection.surfaces = BTreeSet::from([surface]),
+            }
+            if mode != Mode::Extend || selection.anchor.is_none() {
+                selection.anchor = Some(surface);
+            }
+            Focus::Surfaces
+        }
+        Select::Surfaces { surfaces, add } => {
+            if !add {
+                selection.surfaces.clear();
+            }
+            selection.anchor = surfaces.first().copied();
+            selection.surfaces.extend(surfaces);
+            Focus::Surfaces
+        }
+        Select::AllSurfaces => {
+            selection.surfaces = (0..count).filter(|s| !selection.hidden.contains(s)).collect();
+            Focus::Surfaces
+        }
+        Select::Nothing => {
+            let hidden = std::mem::take(&mut selection.hidden);
+            *selection = Selection { hidden, ..Selection::default() };
+            Focus::Nothing
+        }
+        Select::Material(material) => {
+            selection.material = Some(material);
+            Focus::Material
+        }
+        Select::Sample(sample) => {
+            selection.sample = Some(sample);
+            Focus::Sample
+        }
+        Select::Light(light) => {
+            selection.light = Some(light);
+            Focus::Light
+        }
+        Select::Photograph(photograph) => {
+            selection.photograph = Some(photograph);
+            Focus::Photograph
+        }
+    };
+}

@@ -1,0 +1,95 @@
+//! Wires: what happens in a frame, in order.
+
+use eframe::egui;
+
+use super::actions::{self, Action};
+use super::state::State;
+use super::{Launch, commands, dialogs, files, jobs, panels};
+
+/// The window.
+pub struct Studio {
+    state: State,
+}
+
+impl Studio {
+    pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
+        let path = launch.path.clone();
+        let mut state = State::new(cc, launch)?;
+        if let Some(path) = path {
+            files::open(&mut state, &path);
+        }
+        Ok(Self { state })
+    }
+
+    /// Keeps unsaved work for recovery now rather than at the next half minute.
+    pub fn autosave(&mut self) {
+        files::autosave_now(&mut self.state);
+    }
+
+    /// Whether a job of any kind is under way.
+    pub fn is_busy(&self) -> bool {
+        self.state.jobs.is_busy() || self.state.is_running()
+    }
+}
+
+impl eframe::App for Studio {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let state = &mut self.state;
+        let ctx = ui.ctx().clone();
+        let mut actions = Vec::new();
+
+        jobs::drain(state);
+        dialogs::poll(state, &mut actions);
+        files::autosave(state);
+        dropped(&ctx, &mut actions);
+        close_requested(&ctx, state, &mut actions);
+        commands::pressed(&ctx, state, &mut actions);
+
+        panels::menu::menu_ui(ui, state, &mut actions);
+        panels::status::status_ui(ui, state, &mut actions);
+        if state.project.is_some() {
+            panels::workspace_ui(ui, state, &mut actions);
+        } else {
+            panels::start::start_ui(ui, state, &mut actions);
+        }
+        panels::cards::cards_ui(&ctx, state, &mut actions);
+        panels::questions::questions_ui(&ctx, state, &mut actions);
+        panels::palette::palette_ui(&ctx, state, &mut actions);
+
+        for action in actions {
+            actions::apply(state, action);
+        }
+        title(&ctx, state);
+        if let Some(soon) = state.messages.expire() {
+            ctx.request_repaint_after(soon);
+        }
+    }
+}
+
+/// Files and folders that were dropped onto the window.
+fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
+    let path = ctx.input(|input| input.raw.dropped_files.first().map(|f| f.path().to_owned()));
+    actions.extend(path.map(Action::Open));
+}
+
+/// The window's own close button asks about unsaved work too.
+fn close_requested(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
+    if ctx.input(|input| input.viewport().close_requested()) && !state.quitting {
+        ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+        actions.push(Action::Quit);
+    }
+}
+
+fn title(ctx: &egui::Context, state: &mut State) {
+    let title = match &state.project {
+        Some(project) => {
+            let mark = if project.is_changed() { "*" } else { "" };
+            format!("{mark}{} - Lobelia", project.name())
+        }
+        None => "Lobelia".to_owned(),
+    };
+    if title != state.panels.title {
+        ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+        state.panels.title = title;
+    }
+}

@@ -1,0 +1,410 @@
+//! The list of what can be done by menu, key and palette, each described once.
+
+use eframe::egui::{self, Key, KeyboardShortcut, Modifiers};
+
+use super::actions::{Action, Select};
+use super::dialogs::Asked;
+use super::layout::{Pane, Workspace};
+use super::state::State;
+
+pub struct Command {
+    pub name: &'static str,
+    pub help: &'static str,
+    pub menu: Menu,
+    pub key: Option<KeyboardShortcut>,
+    pub action: Action,
+    /// A line is drawn above it in the menu.
+    pub begins_group: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Menu {
+    File,
+    Edit,
+    View,
+    Run,
+    Help,
+}
+
+impl Menu {
+    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Run, Self::Help];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::Edit => "Edit",
+            Self::View => "View",
+            Self::Run => "Run",
+            Self::Help => "Help",
+        }
+    }
+}
+
+const COMMAND: Modifiers = Modifiers::COMMAND;
+const NONE: Modifiers = Modifiers::NONE;
+
+/// All commands, in the order of the menus.
+pub fn all() -> Vec<Command> {
+    let mut list = Vec::new();
+    file(&mut list);
+    edit(&mut list);
+    view(&mut list);
+    run_and_help(&mut list);
+    list
+}
+
+fn file(list: &mut Vec<Command>) {
+    use Menu::File;
+    let shift = COMMAND | Modifiers::SHIFT;
+    add(
+        list,
+        File,
+        "Open capture…",
+        key(COMMAND, Key::O),
+        Action::Ask(Asked::OpenCapture),
+        "Open a folder with scene.obj, transforms.json and photographs",
+    );
+    add(
+        list,
+        File,
+        "Open project…",
+        key(shift, Key::O),
+        Action::Ask(Asked::OpenProject),
+        "Open a .lobelia file with tags and options",
+    );
+    add(
+        list,
+        File,
+        "Open example",
+        None,
+        Action::OpenExample,
+        "Open the shipped example: the corner of a room with three boxes",
+    );
+    group(
+        list,
+        File,
+        "Save",
+        key(COMMAND, Key::S),
+        Action::Save,
+        "Save tags, options and arrangement to the project file",
+    );
+    add(
+        list,
+        File,
+        "Save as…",
+        key(shift, Key::S),
+        Action::Ask(Asked::SaveAs),
+        "Save to another project file",
+    );
+    group(
+        list,
+        File,
+        "Export results…",
+        key(COMMAND, Key::E),
+        Action::Ask(Asked::Export),
+        "Write solution, lights, samples, convergence and textures into a folder, as the terminal does",
+    );
+    group(
+        list,
+        File,
+        "Close project",
+        key(COMMAND, Key::W),
+        Action::Close,
+        "Go back to the start page",
+    );
+    add(list, File, "Quit", key(COMMAND, Key::Q), Action::Quit, "Close the window");
+}
+
+fn edit(list: &mut Vec<Command>) {
+    use Menu::Edit;
+    add(
+        list,
+        Edit,
+        "Undo",
+        key(COMMAND, Key::Z),
+        Action::Undo,
+        "Take the latest change of a tag or option back",
+    );
+    add(
+        list,
+        Edit,
+        "Redo",
+        key(COMMAND | Modifiers::SHIFT, Key::Z),
+        Action::Redo,
+        "Make the latest undone change again",
+    );
+    group(
+        list,
+        Edit,
+        "Select all surfaces",
+        key(NONE, Key::A),
+        Action::Select(Select::AllSurfaces),
+        "Select every surface that is not hidden",
+    );
+    add(
+        list,
+        Edit,
+        "Select nothing",
+        key(Modifiers::ALT, Key::A),
+        Action::Select(Select::Nothing),
+        "Clear every selection",
+    );
+    add(
+        list,
+        Edit,
+        "Hide selected surfaces",
+        key(NONE, Key::H),
+        Action::HideSelected,
+        "Leave the selected surfaces out of the 3D view",
+    );
+    add(
+        list,
+        Edit,
+        "Show all surfaces",
+        key(Modifiers::ALT, Key::H),
+        Action::ShowAllSurfaces,
+        "Bring hidden surfaces back",
+    );
+    group(
+        list,
+        Edit,
+        "Assign material…",
+        key(NONE, Key::M),
+        Action::AskMaterial,
+        "Choose the material of the selected surfaces",
+    );
+    add(
+        list,
+        Edit,
+        "New material",
+        key(NONE, Key::N),
+        Action::NewMaterialOfSelection,
+        "Make a material of the selected surfaces",
+    );
+}
+
+fn view(list: &mut Vec<Command>) {
+    use Menu::View;
+    for (workspace, digit) in Workspace::ALL.into_iter().zip([Key::F1, Key::F2, Key::F3, Key::F4]) {
+        let name =
+            ["Workspace Capture", "Workspace Tag", "Workspace Reconstruct", "Workspace Inspect"]
+                [workspace as usize];
+        add(list, View, name, key(NONE, digit), Action::Workspace(workspace), workspace.help());
+    }
+    add(
+        list,
+        View,
+        "Reset layout",
+        None,
+        Action::ResetLayout,
+        "Put the panels of this workspace back in their places",
+    );
+    for pane in Pane::ALL {
+        let (name, help) = pane_command(pane);
+        let new = if pane == Pane::ALL[0] { group } else { add };
+        new(list, View, name, None, Action::ShowPane(pane), help);
+    }
+    group(
+        list,
+        View,
+        "Frame all",
+        key(NONE, Key::Home),
+        Action::FrameAll,
+        "Show the whole geometry",
+    );
+    add(
+        list,
+        View,
+        "Frame selection",
+        key(NONE, Key::F),
+        Action::FrameSelection,
+        "Show what is selected",
+    );
+    add(
+        list,
+        View,
+        "Leave photograph",
+        None,
+        Action::LookThrough(None),
+        "Stop looking through a photograph",
+    );
+    group(list, View, "Dark theme", None, Action::Theme("dark"), "Dark neutral greys");
+    add(list, View, "Light theme", None, Action::Theme("light"), "Light neutral greys");
+    add(list, View, "System theme", None, Action::Theme("system"), "As the desktop is set");
+    group(list, View, "Scale 75 %", None, Action::Scale(0.75), "Smaller text and controls");
+    add(list, View, "Scale 100 %", None, Action::Scale(1.0), "The desktop's own scale");
+    add(list, View, "Scale 125 %", None, Action::Scale(1.25), "Larger text and controls");
+    add(list, View, "Scale 150 %", None, Action::Scale(1.5), "Larger text and controls");
+    add(list, View, "Scale 200 %", None, Action::Scale(2.0), "Twice as large");
+}
+
+fn run_and_help(list: &mut Vec<Command>) {
+    use Menu::{Help, Run};
+    add(
+        list,
+        Run,
+        "Run reconstruction",
+        key(COMMAND, Key::R),
+        Action::Run,
+        "Recover reflectances and light with the present tags and options",
+    );
+    add(
+        list,
+        Run,
+        "Cancel",
+        key(NONE, Key::Escape),
+        Action::Cancel,
+        "Stop the run; the results before it come back",
+    );
+    add(
+        list,
+        Help,
+        "Command palette…",
+        key(COMMAND, Key::P),
+        Action::ShowPalette,
+        "Search everything that can be done",
+    );
+    add(
+        list,
+        Help,
+        "Keyboard shortcuts",
+        key(NONE, Key::Questionmark),
+        Action::ShowShortcuts,
+        "All keys",
+    );
+    add(list, Help, "About", None, Action::ShowAbout, "Version and method");
+}
+
+fn pane_command(pane: Pane) -> (&'static str, &'static str) {
+    match pane {
+        Pane::Outliner => ("Show outliner", "Photographs, surfaces, materials and lights"),
+        Pane::Viewport => ("Show 3D view", "Geometry, cameras, samples and lights"),
+        Pane::Tags => ("Show tags", "Materials and which surfaces have them"),
+        Pane::Run => ("Show run", "Method, options and progress"),
+        Pane::Inspector => ("Show inspector", "Every number of what is selected"),
+        Pane::Convergence => ("Show convergence", "Error against iteration"),
+        Pane::SampleErrors => ("Show error per sample", "Computed against measured radiance"),
+        Pane::Samples => ("Show samples", "Table of samples"),
+        Pane::Lights => ("Show lights", "Table of virtual and known lights"),
+        Pane::Materials => ("Show materials", "Table of reflectances with intervals"),
+        Pane::Log => ("Show log", "What happened, with warnings"),
+    }
+}
+
+fn key(modifiers: Modifiers, key: Key) -> Option<KeyboardShortcut> {
+    Some(KeyboardShortcut::new(modifiers, key))
+}
+
+fn add(
+    list: &mut Vec<Command>,
+    menu: Menu,
+    name: &'static str,
+    key: Option<KeyboardShortcut>,
+    action: Action,
+    help: &'static str,
+) {
+    list.push(Command { name, help, menu, key, action, begins_group: false });
+}
+
+fn group(
+    list: &mut Vec<Command>,
+    menu: Menu,
+    name: &'static str,
+    key: Option<KeyboardShortcut>,
+    action: Action,
+    help: &'static str,
+) {
+    list.push(Command { name, help, menu, key, action, begins_group: true });
+}
+
+impl Command {
+    /// Its name now: undo and redo say what.
+    pub fn label(&self, state: &State) -> String {
+        let history = state.project.as_ref().map(|project| &project.history);
+        let step = match self.action {
+            Action::Undo => history.and_then(|history| history.undo_name()),
+            Action::Redo => history.and_then(|history| history.redo_name()),
+            _ => None,
+        };
+        step.map_or_else(|| self.name.to_owned(), |step| format!("{} {step}", self.name))
+    }
+
+    /// Whether it would do anything now.
+    pub fn is_enabled(&self, state: &State) -> bool {
+        let project = state.project.as_ref();
+        match &self.action {
+            Action::OpenExample => state.example.is_some(),
+            Action::Save | Action::Ask(Asked::SaveAs) | Action::Close => project.is_some(),
+            Action::Ask(Asked::Export) => {
+                project.is_some_and(|p| p.products.whole.is_some() && p.run.is_none())
+            }
+            Action::Undo => project.is_some_and(|p| p.history.undo_name().is_some()),
+            Action::Redo => project.is_some_and(|p| p.history.redo_name().is_some()),
+            Action::Select(_) | Action::ShowAllSurfaces | Action::NewMaterialOfSelection => {
+                project.is_some()
+            }
+            Action::AskMaterial | Action::HideSelected => {
+                project.is_some_and(|p| !p.selection.surfaces.is_empty())
+            }
+            Action::Run => state.obstacle_to_run().is_none(),
+            Action::Cancel => state.is_running(),
+            Action::Workspace(_)
+            | Action::ResetLayout
+            | Action::ShowPane(_)
+            | Action::FrameAll
+            | Action::FrameSelection => project.is_some(),
+            Action::LookThrough(None) => state.viewport.is_looking_through().is_some(),
+            _ => true,
+        }
+    }
+}
+
+/// The actions whose keys were pressed. Letters are left to text fields and dialogs.
+pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
+    let typing = ctx.text_edit_focused();
+    let dialog = state.dialogs.is_open();
+    // The viewport flies with letters while the right button is held.
+    let flying = ctx.input(|input| input.pointer.secondary_down());
+    let mut commands = all();
+    // The longer combinations first: Ctrl+Z is also within Ctrl+Shift+Z.
+    commands.sort_by_key(|command| {
+        std::cmp::Reverse(command.key.map_or(0, |key| u8::from(key.modifiers.shift)))
+    });
+    for command in commands {
+        let Some(key) = command.key else { continue };
+        let plain = !key.modifiers.command;
+        if plain && (typing || dialog || flying) || dialog && command.action != Action::Quit {
+            continue;
+        }
+        let pressed = ctx.input_mut(|input| {
+            if key.logical_key == Key::Questionmark {
+                // It is typed with shift on most keyboards, and elsewhere on others.
+                input.events.iter().any(|event| matches!(event, egui::Event::Text(t) if t == "?"))
+            } else {
+                input.consume_shortcut(&key)
+            }
+        });
+        if pressed && command.is_enabled(state) {
+            actions.push(command.action);
+        } else if pressed && command.action == Action::Run {
+            // It says why not.
+            actions.push(Action::Run);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things() {
+        let commands = all();
+        for (index, a) in commands.iter().enumerate() {
+            for b in &commands[index + 1..] {
+                assert!(a.key.is_none() || a.key != b.key, "{} and {}", a.name, b.name);
+                assert_ne!(a.name, b.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Numbers per sample, light and material that tables and plots show: worked out once, away from
+//! the window's thread.
+
+use std::sync::Arc;
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::Reconstruction;
+use crate::reconstruct::lights::LightKind;
+
+#[derive(Debug, Default)]
+pub struct Derived {
+    pub samples: Vec<SampleNumbers>,
+    /// Samples ordered by material, each material's in the order of their indices; and where
+    /// each material begins, with the number of samples at the end.
+    pub by_material: Vec<u32>,
+    pub material_start: Vec<usize>,
+    pub lights: Vec<LightNumbers>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampleNumbers {
+    pub material: usize,
+    pub observed: Rgb,
+    pub computed: Rgb,
+    /// Mean over the channels of the natural logarithm of computed over observed.
+    pub log_error: f64,
+    pub views: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightNumbers {
+    /// The largest emission of any lobe, as the mean of the channels.
+    pub strongest: f64,
+    pub emission: Rgb,
+    pub lobes: usize,
+    pub lit_lobes: usize,
+    /// Its part of all irradiance of all samples from virtual lights.
+    pub share: f64,
+    /// Samples that get more than a thousandth of their irradiance from virtual lights from it.
+    pub lit_samples: usize,
+}
+
+/// What samples owe to lights below this part of their light is nothing.
+const LIT: f64 = 1e-3;
+
+impl Derived {
+    pub fn of(whole: &Reconstruction) -> Self {
+        let samples = samples(whole);
+        let materials = samples.iter().map(|sample| sample.material + 1).max().unwrap_or(0);
+        let mut by_material: Vec<u32> = (0..samples.len() as u32).collect();
+        by_material.sort_by_key(|&index| samples[index as usize].material);
+        let material_start = (0..=materials)
+            .map(|material| {
+                by_material.partition_point(|&index| samples[index as usize].material < material)
+            })
+            .collect();
+        Self { by_material, material_start, lights: lights(whole), samples }
+    }
+
+    /// The samples of a material with the largest errors, worst first.
+    pub fn worst_of(&self, material: usize, count: usize) -> Vec<usize> {
+        let (Some(&from), Some(&to)) =
+            (self.material_start.get(material), self.material_start.get(material + 1))
+        else {
+            return Vec::new();
+        };
+        let mut indices: Vec<usize> =
+            self.by_material[from..to].iter().map(|&index| index as usize).collect();
+        let error = |index: &usize| self.samples[*index].log_error.abs();
+        indices.sort_by(|a, b| error(b).total_cmp(&error(a)));
+        indices.truncate(count);
+        indices
+    }
+
+    /// Root mean square of the log errors.
+    pub fn log_rms(&self) -> f64 {
+        let sum: f64 = self.samples.iter().map(|sample| sample.log_error.powi(2)).sum();
+        (sum / self.samples.len().max(1) as f64).sqrt()
+    }
+}
+
+fn samples(whole: &Reconstruction) -> Vec<SampleNumbers> {
+    let mut samples: Vec<SampleNumbers> = whole
+        .samples
+        .samples
+        .iter()
+        .map(|sample| SampleNumbers {
+            material: sample.material,
+            views: sample.views.len(),
+            ..SampleNumbers::default()
+        })
+        .collect();
+    for (row, computed) in whole.equations.rows.iter().zip(&whole.solution.computed) {
+        let sample = &mut samples[row.sample];
+        for c in 0..CHANNELS {
+            sample.observed[c] += row.share * row.radiance[c];
+            sample.computed[c] += row.share * computed[c];
+        }
+    }
+    let dark: Rgb = std::array::from_fn(|c| whole.equations.dark(c));
+    for sample in &mut samples {
+        let log =
+            |c: usize| (sample.computed[c].max(dark[c]) / sample.observed[c].max(dark[c])).ln();
+        sample.log_error = (0..CHANNELS).map(log).sum::<f64>() / CHANNELS as f64;
+    }
+    samples
+}
+
+fn lights(whole: &Reconstruction) -> Vec<LightNumbers> {
+    let mean = |rgb: &Rgb| rgb.iter().sum::<f64>() / CHANNELS as f64;
+    let coupling = &whole.transport.coupling;
+    let emission = &whole.solution.emission;
+    let (rows, lobes) = (coupling.nrows(), coupling.ncols().min(emission.len()));
+    let mut total = vec![0.0; rows];
+    for (lobe, emission) in emission[..lobes].iter().enumerate() {
+        let strength = mean(emission);
+        if strength > 0.0 {
+            for (total, k) in total.iter_mut().zip(coupling.col(lobe).iter()) {
+                *total += k * strength;
+            }
+        }
+    }
+    let all: f64 = total.iter().sum();
+    let mut own = vec![0.0; rows];
+    (0..whole.lights.lights.len())
+        .map(|light| {
+            let range = whole.lobes.of(light);
+            let mut numbers = LightNumbers { lobes: range.len(), ..LightNumbers::default() };
+            own.fill(0.0);
+            for lobe in range.filter(|&lobe| lobe < lobes) {
+                let strength = mean(&emission[lobe]);
+                if strength <= 0.0 {
+                    continue;
+                }
+                numbers.lit_lobes += 1;
+                if strength > numbers.strongest {
+                    (numbers.strongest, numbers.emission) = (strength, emission[lobe]);
+                }
+                for (own, k) in own.iter_mut().zip(coupling.col(lobe).iter()) {
+                    *own += k * strength;
+                }
+            }
+            if all > 0.0 {
+                numbers.share = own.iter().sum::<f64>() / all;
+            }
+            numbers.lit_samples =
+                own.iter().zip(&total).filter(|(own, total)| **own > LIT * **total).count();
+            numbers
+        })
+        .collect()
+}
+
+/// The irradiance of one sample by source: from photographed surfaces, and from each light that
+/// gives any, strongest first.
+pub fn irradiance_of(whole: &Reconstruction, sample: usize) -> (Rgb, Vec<(usize, Rgb)>) {
+    let photographed = std::array::from_fn(|c| whole.transport.irradiance(sample, c));
+    let coupling = &whole.transport.coupling;
+    let lobes = coupling.ncols().min(whole.solution.emission.len());
+    let mut lights: Vec<(usize, Rgb)> = (0..whole.lights.lights.len())
+        .map(|light| {
+            let mut sum = [0.0; CHANNELS];
+            for lobe in whole.lobes.of(light).filter(|&lobe| lobe < lobes) {
+                let k = coupling[(sample, lobe)];
+                for (sum, emission) in sum.iter_mut().zip(whole.solution.emission[lobe]) {
+                    *sum += k * emission;
+                }
+            }
+            (light, sum)
+        })
+        .filter(|(_, sum)| sum.iter().any(|&value| value > 0.0))
+        .collect();
+    let total = |rgb: &Rgb| rgb.iter().sum::<f64>();
+    lights.sort_by(|a, b| total(&b.1).total_cmp(&total(&a.1)));
+    (photographed, lights)
+}
+
+/// What a kind of light is called.
+pub fn kind_name(kind: LightKind) -> &'static str {
+    match kind {
+        LightKind::Sphere => "Sphere disc",
+        LightKind::Surface => "Surface disc",
+        LightKind::Lamp => "Lamp",
+        LightKind::Sky => "Sky cell",
+        LightKind::Sun => "Sun",
+        LightKind::Known(_) => "Known light",
+    }
+}
+
+/// Works the numbers out on a thread; `wake` is called when they have arrived.
+pub fn on_a_thread(
+    whole: Arc<Reconstruction>,
+    wake: impl FnOnce() + Send + 'static,
+) -> std::sync::mpsc::Receiver<Arc<Derived>> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let work = move || {
+        // The project may have been closed meanwhile.
+        let _ = sender.send(Arc::new(Derived::of(&whole)));
+        wake();
+    };
+    // Without a thread the tables stay empty, which they say.
+    let _ = std::thread::Builder::new().name("numbers".to_owned()).spawn(work);
+    receiver
+}

@@ -1,0 +1,234 @@
+//! Questions to the user: which file, what about unsaved work, where a capture went.
+//!
+//! File dialogs are the system's, asked on a thread. Where there is no portal and no helper
+//! program, such a dialog answers like Cancel within milliseconds; nobody cancels that fast, so
+//! then the window shows a field for the path instead.
+
+use std::future::Future;
+use std::path::{Path, PathBuf};
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::Thread;
+use std::time::{Duration, Instant};
+
+use rfd::AsyncFileDialog;
+
+use super::actions::Action;
+use super::files::Opening;
+use super::state::State;
+use crate::io::project::EXTENSION;
+
+/// An answer faster than this came from no hand.
+const NO_HAND: Duration = Duration::from_millis(250);
+
+/// What a path is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    OpenCapture,
+    OpenProject,
+    SaveAs,
+    Export,
+    Locate,
+}
+
+/// What to do once unsaved work has been dealt with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Then {
+    Open(PathBuf),
+    Close,
+    Quit,
+}
+
+/// A project whose capture is not where it was.
+pub struct Locate {
+    pub opening: Opening,
+    pub text: String,
+}
+
+/// Our own field for a path.
+pub struct PathField {
+    pub asked: Asked,
+    pub text: String,
+    /// Why it is shown.
+    pub notice: Option<&'static str>,
+    pub focused: bool,
+}
+
+pub(super) struct Picking {
+    asked: Asked,
+    answer: Receiver<Option<PathBuf>>,
+    began: Instant,
+}
+
+#[derive(Default)]
+pub struct Dialogs {
+    pub path: Option<PathField>,
+    pub unsaved: Option<Then>,
+    pub locate: Option<Locate>,
+    pub palette: Option<Palette>,
+    pub shortcuts: bool,
+    pub about: bool,
+    /// Which material the selected surfaces go to.
+    pub assign: bool,
+    /// Tests have no dialogs of the system.
+    pub own_only: bool,
+    pub(super) picking: Option<Picking>,
+}
+
+#[derive(Default)]
+pub struct Palette {
+    pub text: String,
+    pub chosen: usize,
+}
+
+impl Dialogs {
+    /// Whether something is open that takes the keys.
+    pub fn is_open(&self) -> bool {
+        self.path.is_some()
+            || self.unsaved.is_some()
+            || self.locate.is_some()
+            || self.palette.is_some()
+            || self.shortcuts
+            || self.about
+            || self.assign
+    }
+}
+
+impl Asked {
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::OpenCapture => "Open capture",
+            Self::OpenProject => "Open project",
+            Self::SaveAs => "Save project as",
+            Self::Export => "Export results to a folder",
+            Self::Locate => "Find the capture",
+        }
+    }
+
+    pub fn action(self, path: PathBuf) -> Action {
+        match self {
+            Self::OpenCapture | Self::OpenProject => Action::Open(path),
+            Self::SaveAs => Action::SaveTo(path),
+            Self::Export => Action::ExportTo(path),
+            Self::Locate => Action::Locate(path),
+        }
+    }
+}
+
+/// Asks for a path by the system's dialog, or by our own where there is none.
+pub fn ask_path(state: &mut State, asked: Asked) {
+    if state.dialogs.picking.is_some() {
+        return;
+    }
+    if state.dialogs.own_only {
+        show_field(state, asked, None);
+        return;
+    }
+    let start = suggestion(state, asked);
+    let mut dialog = AsyncFileDialog::new().set_title(asked.title());
+    if let Some(folder) = start.parent().filter(|folder| folder.is_dir()) {
+        dialog = dialog.set_directory(folder);
+    }
+    if matches!(asked, Asked::OpenProject | Asked::SaveAs) {
+        dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
+    }
+    if asked == Asked::SaveAs
+        && let Some(name) = start.file_name()
+    {
+        dialog = dialog.set_file_name(name.to_string_lossy());
+    }
+    let (sender, answer) = channel();
+    let ctx = state.ctx.clone();
+    let wait = move || {
+        let picked = match asked {
+            Asked::OpenProject => block_on(dialog.pick_file()),
+            Asked::SaveAs => block_on(dialog.save_file()),
+            _ => block_on(dialog.pick_folder()),
+        };
+        // The window may be gone.
+        let _ = sender.send(picked.map(|file| file.path().to_owned()));
+        ctx.request_repaint();
+    };
+    match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
+        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began: Instant::now() }),
+        Err(_) => show_field(state, asked, None),
+    }
+}
+
+/// Takes the answer of the system's dialog, once it is there.
+pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
+    let Some(picking) = &state.dialogs.picking else { return };
+    let asked = picking.asked;
+    let answer = match picking.answer.try_recv() {
+        Ok(answer) => answer,
+        Err(std::sync::mpsc::TryRecvError::Empty) => return,
+        Err(std::sync::mpsc::TryRecvError::Disconnected) => None,
+    };
+    let in_no_time = picking.began.elapsed() < NO_HAND;
+    state.dialogs.picking = None;
+    match answer {
+        Some(path) => actions.push(asked.action(path)),
+        None if in_no_time => {
+            let notice =
+                "This system offers no file dialog here, so please type or paste the path.";
+            show_field(state, asked, Some(notice));
+        }
+        None => {}
+    }
+}
+
+fn show_field(state: &mut State, asked: Asked, notice: Option<&'static str>) {
+    let text = suggestion(state, asked).display().to_string();
+    state.dialogs.path = Some(PathField { asked, text, notice, focused: false });
+}
+
+/// Where to begin looking.
+fn suggestion(state: &State, asked: Asked) -> PathBuf {
+    let recent =
+        || state.settings.recent.first().and_then(|path| path.parent()).map(|path| path.join(""));
+    let project = state.project.as_ref();
+    match asked {
+        Asked::OpenCapture | Asked::OpenProject => recent().unwrap_or_default(),
+        Asked::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
+            Some(file) => file.clone(),
+            None => beside(&project.folder, &format!("{}.{EXTENSION}", project.loaded.name)),
+        }),
+        Asked::Export => project.map_or_else(PathBuf::new, |project| {
+            beside(&project.folder, &format!("{}-results", project.name()))
+        }),
+        Asked::Locate => state
+            .dialogs
+            .locate
+            .as_ref()
+            .map_or_else(PathBuf::new, |locate| locate.opening.folder.clone()),
+    }
+}
+
+/// A name beside a folder, as an absolute path.
+fn beside(folder: &Path, name: &str) -> PathBuf {
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    folder.parent().unwrap_or(Path::new("")).join(name)
+}
+
+struct Unpark(Thread);
+
+impl Wake for Unpark {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
+    }
+}
+
+/// Waits for a future on this thread.
+fn block_on<T>(future: impl Future<Output = T>) -> T {
+    let waker = Waker::from(Arc::new(Unpark(std::thread::current())));
+    let mut context = Context::from_waker(&waker);
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(answer) = future.as_mut().poll(&mut context) {
+            return answer;
+        }
+        std::thread::park();
+    }
+}

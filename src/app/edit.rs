@@ -1,0 +1,317 @@
+//! What the artist may change about a capture: tags and options. Small, so that every state of
+//! it can be kept for undo.
+
+use std::collections::BTreeSet;
+
+use crate::math::rgb::Rgb;
+use crate::reconstruct::Options;
+use crate::scene::{Capture, Material, MaterialKind, Role};
+
+/// The edited state of a project.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Edit {
+    /// In the order of the list; a material without surfaces is kept here, and left out of what
+    /// is reconstructed.
+    pub materials: Vec<Material>,
+    pub options: Options,
+}
+
+/// One change of tags or options.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    Assign { surfaces: BTreeSet<usize>, material: usize },
+    Unassign { surfaces: BTreeSet<usize> },
+    NewMaterial { surfaces: BTreeSet<usize> },
+    Rename { material: usize, name: String },
+    Merge { from: usize, into: usize },
+    Delete { material: usize },
+    Kind { material: usize, kind: MaterialKind },
+    Textured { material: usize, textured: bool },
+    Known { material: usize, diffuse: Option<Rgb> },
+    KnownDeviation { material: usize, deviation: Option<Rgb> },
+    Option { section: &'static str, name: &'static str, text: String },
+    DefaultOptions,
+}
+
+impl Change {
+    /// What undo calls it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Assign { .. } => "assign material".to_owned(),
+            Self::Unassign { .. } => "take material away".to_owned(),
+            Self::NewMaterial { .. } => "new material".to_owned(),
+            Self::Rename { .. } => "rename material".to_owned(),
+            Self::Merge { .. } => "merge materials".to_owned(),
+            Self::Delete { .. } => "delete material".to_owned(),
+            Self::Kind { kind: MaterialKind::Specular, .. } => "make specular".to_owned(),
+            Self::Kind { .. } => "make diffuse".to_owned(),
+            Self::Textured { .. } => "switch texture".to_owned(),
+            Self::Known { .. } => "known reflectance".to_owned(),
+            Self::KnownDeviation { .. } => "deviation of known reflectance".to_owned(),
+            Self::Option { section, name, .. } => format!("{section}.{name}"),
+            Self::DefaultOptions => "reset all options".to_owned(),
+        }
+    }
+
+    /// Changes with the same key that follow each other closely are one drag of the hand.
+    pub fn merges_with(&self, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Self::Known { material: a, diffuse: Some(_) },
+                Self::Known { material: b, diffuse: Some(_) },
+            )
+            | (
+                Self::KnownDeviation { material: a, deviation: Some(_) },
+                Self::KnownDeviation { material: b, deviation: Some(_) },
+            ) => a == b,
+            (
+                Self::Option { section: a, name: x, .. },
+                Self::Option { section: b, name: y, .. },
+            ) => a == b && x == y,
+            _ => false,
+        }
+    }
+}
+
+impl Edit {
+    /// The state of a capture as it was loaded.
+    pub fn of(capture: &Capture, options: Options) -> Self {
+        Self { materials: capture.materials.clone(), options }
+    }
+
+    /// The material in the list that a surface is tagged with.
+    pub fn material_of(&self, surface: usize) -> Option<usize> {
+        self.materials.iter().position(|material| material.surfaces.contains(&surface))
+    }
+
+    /// The capture with these tags: what loading it with such a tag file would give. Materials
+    /// without surfaces are left out, as there.
+    pub fn capture(&self, loaded: &Capture) -> Capture {
+        let mut capture = loaded.clone();
+        for surface in &mut capture.surfaces {
+            if let Role::Material(_) = surface.role {
+                surface.role = Role::Untagged;
+            }
+        }
+        capture.materials = self
+            .materials
+            .iter()
+            .filter(|material| !material.surfaces.is_empty())
+            .cloned()
+            .collect();
+        for (index, material) in capture.materials.iter().enumerate() {
+            for &surface in &material.surfaces {
+                capture.surfaces[surface].role = Role::Material(index);
+            }
+        }
+        capture
+    }
+
+    /// The index in the reconstructed capture of a material of the list; `None` for one without
+    /// surfaces.
+    pub fn reconstructed(&self, material: usize) -> Option<usize> {
+        let own = self.materials.get(material)?;
+        let before = &self.materials[..material];
+        (!own.surfaces.is_empty())
+            .then(|| before.iter().filter(|other| !other.surfaces.is_empty()).count())
+    }
+
+    /// Carries a change out, or says why it cannot be.
+    pub fn apply(&mut self, change: &Change, loaded: &Capture) -> Result<(), String> {
+        match change {
+            Change::Assign { surfaces, material } => {
+                self.assignable(surfaces, loaded)?;
+                if *material < self.materials.len() {
+                    self.take(surfaces, Some(*material));
+                }
+            }
+            Change::Unassign { surfaces } => self.take(surfaces, None),
+            Change::NewMaterial { surfaces } => {
+                self.assignable(surfaces, loaded)?;
+                self.materials.push(Material {
+                    name: self.free_name("material"),
+                    kind: MaterialKind::Diffuse,
+                    surfaces: Vec::new(),
+                    textured: false,
+                    known_diffuse: None,
+                    known_diffuse_sd: None,
+                });
+                self.take(surfaces, Some(self.materials.len() - 1));
+            }
+            Change::Rename { material, name } => self.rename(*material, name.trim())?,
+            Change::Merge { from, into } => {
+                let exist = from.max(into) < &self.materials.len();
+                if from != into && exist {
+                    let surfaces = std::mem::take(&mut self.materials[*from].surfaces);
+                    self.materials[*into].surfaces.extend(surfaces);
+                    self.remove(*from);
+                }
+            }
+            Change::Delete { material } => {
+                if *material < self.materials.len() {
+                    self.remove(*material);
+                }
+            }
+            Change::Kind { material, kind } => {
+                self.material(*material, |own| own.kind = *kind);
+            }
+            Change::Textured { material, textured } => {
+                self.material(*material, |own| own.textured = *textured);
+            }
+            Change::Known { material, diffuse } => self.material(*material, |own| {
+                own.known_diffuse = diffuse.map(|rgb| rgb.map(|value| value.clamp(0.0, 1.0)));
+                if diffuse.is_none() {
+                    own.known_diffuse_sd = None;
+                }
+            }),
+            Change::KnownDeviation { material, deviation } => self.material(*material, |own| {
+                own.known_diffuse_sd = deviation
+                    .filter(|_| own.known_diffuse.is_some())
+                    .map(|rgb| rgb.map(|value| value.max(0.0)));
+            }),
+            Change::Option { section, name, text } => {
+                self.options.set(section, name, text).map_err(|error| error.to_string())?;
+            }
+            Change::DefaultOptions => {
+                let start = std::mem::take(&mut self.options.start);
+                self.options = Options { start, ..Options::default() };
+            }
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, index: usize, change: impl FnOnce(&mut Material)) {
+        if let Some(material) = self.materials.get_mut(index) {
+            change(material);
+        }
+    }
+
+    /// The surfaces leave their materials and go to `target`.
+    fn take(&mut self, surfaces: &BTreeSet<usize>, target: Option<usize>) {
+        for (index, material) in self.materials.iter_mut().enumerate() {
+            // Those that are there already keep their place.
+            if Some(index) != target {
+                material.surfaces.retain(|surface| !surfaces.contains(surface));
+            }
+        }
+        if let Some(target) = target {
+            let own = &mut self.materials[target].surfaces;
+            let new: Vec<usize> =
+                surfaces.iter().copied().filter(|surface| !own.contains(surface)).collect();
+            own.extend(new);
+        }
+    }
+
+    fn remove(&mut self, material: usize) {
+        let gone = self.materials.remove(material);
+        self.options.start.remove(&gone.name);
+    }
+
+    fn rename(&mut self, material: usize, name: &str) -> Result<(), String> {
+        if name.is_empty() {
+            return Err("A material needs a name.".to_owned());
+        }
+        let mut others = self.materials.iter().enumerate();
+        if others.any(|(index, other)| index != material && other.name == name) {
+            return Err(format!("Another material is named \"{name}\" already."));
+        }
+        let Some(own) = self.materials.get_mut(material) else { return Ok(()) };
+        let old = std::mem::replace(&mut own.name, name.to_owned());
+        if let Some(start) = self.options.start.remove(&old) {
+            self.options.start.insert(name.to_owned(), start);
+        }
+        Ok(())
+    }
+
+    fn assignable(&self, surfaces: &BTreeSet<usize>, loaded: &Capture) -> Result<(), String> {
+        for &surface in surfaces {
+            let surface = &loaded.surfaces[surface];
+            if let Role::Luminaire(light) = surface.role {
+                return Err(format!(
+                    "The surface \"{}\" belongs to the visible light \"{}\": no reflectance is \
+                     estimated for it.",
+                    surface.name,
+                    loaded.lights[light].name()
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn free_name(&self, base: &str) -> String {
+        let taken = |name: &str| self.materials.iter().any(|material| material.name == name);
+        let mut number = self.materials.len() + 1;
+        while taken(&format!("{base} {number}")) {
+            number += 1;
+        }
+        format!("{base} {number}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Surface;
+
+    fn capture() -> Capture {
+        let surface = |index: usize| Surface {
+            name: format!("s{index}"),
+            role: Role::Material(index),
+            has_texcoords: false,
+        };
+        let mut surfaces: Vec<Surface> = (0..3).map(surface).collect();
+        let tags = crate::io::tags::from_surfaces(&mut surfaces, &[]);
+        Capture { surfaces, materials: tags.materials, ..Capture::default() }
+    }
+
+    #[test]
+    fn untouched_tags_give_the_capture_as_loaded() {
+        let loaded = capture();
+        let edited = Edit::of(&loaded, Options::default()).capture(&loaded);
+        assert_eq!(edited.materials, loaded.materials);
+        assert_eq!(edited.surfaces, loaded.surfaces);
+    }
+
+    #[test]
+    fn materials_without_surfaces_are_left_out_of_what_is_reconstructed() {
+        let loaded = capture();
+        let mut edit = Edit::of(&loaded, Options::default());
+        let surfaces = BTreeSet::from([0]);
+        edit.apply(&Change::Assign { surfaces, material: 2 }, &loaded).unwrap();
+        edit.apply(&Change::Unassign { surfaces: BTreeSet::from([1]) }, &loaded).unwrap();
+        let edited = edit.capture(&loaded);
+        assert_eq!(edited.materials.len(), 1);
+        assert_eq!(edited.materials[0].surfaces, [2, 0]);
+        let roles: Vec<Role> = edited.surfaces.iter().map(|surface| surface.role).collect();
+        assert_eq!(roles, [Role::Material(0), Role::Untagged, Role::Material(0)]);
+        assert_eq!([0, 1, 2].map(|m| edit.reconstructed(m)), [None, None, Some(0)]);
+    }
+
+    #[test]
+    fn names_stay_unique_and_starts_follow_them() {
+        let loaded = capture();
+        let mut edit = Edit::of(&loaded, Options::default());
+        edit.options.start.insert("s0".into(), [0.5; 3]);
+        let rename = |material, name: &str| Change::Rename { material, name: name.into() };
+        assert!(edit.apply(&rename(0, "s1"), &loaded).is_err());
+        assert!(edit.apply(&rename(0, "  "), &loaded).is_err());
+        edit.apply(&rename(0, "floor"), &loaded).unwrap();
+        assert!(edit.options.start.contains_key("floor"));
+        edit.apply(&Change::Merge { from: 0, into: 1 }, &loaded).unwrap();
+        assert_eq!(edit.materials.len(), 2);
+        assert_eq!(edit.materials[0].surfaces, [1, 0]);
+        assert!(edit.options.start.is_empty());
+    }
+
+    #[test]
+    fn a_luminaire_cannot_be_given_a_material() {
+        let mut loaded = capture();
+        loaded.surfaces[1].role = Role::Luminaire(0);
+        loaded
+            .lights
+            .push(crate::scene::KnownLight::Visible { name: "lamp".into(), surfaces: vec![1] });
+        let mut edit = Edit::of(&loaded, Options::default());
+        let change = Change::Assign { surfaces: BTreeSet::from([1]), material: 0 };
+        assert!(edit.apply(&change, &loaded).unwrap_err().contains("lamp"));
+    }
+}

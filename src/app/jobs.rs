@@ -1,0 +1,238 @@
+//! The workers behind the window, and what their events mean for the project.
+//!
+//! There are two: reading a capture must not wait for a reconstruction that runs, and both are
+//! the worker that the terminal drives.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+
+use super::derived::{self, Derived};
+use super::files::{self, Opening};
+use super::project::{Products, Project, Run};
+use super::state::State;
+use crate::reconstruct::Update;
+use crate::worker::{Command, Event, Happening, Job, Worker};
+
+/// How often progress is looked at while something runs.
+const PULSE: Duration = Duration::from_millis(100);
+
+pub struct Jobs {
+    loader: Worker,
+    runner: Worker,
+    ctx: egui::Context,
+    pub opening: Option<(Job, Opening)>,
+    pub exporting: Option<(Job, PathBuf)>,
+    derived: Option<Receiver<Arc<Derived>>>,
+}
+
+impl Jobs {
+    pub fn start(ctx: &egui::Context) -> std::io::Result<Self> {
+        let worker = || {
+            let ctx = ctx.clone();
+            Worker::start(move || ctx.request_repaint())
+        };
+        Ok(Self {
+            loader: worker()?,
+            runner: worker()?,
+            ctx: ctx.clone(),
+            opening: None,
+            exporting: None,
+            derived: None,
+        })
+    }
+
+    /// Reads a capture; a reading that was under way is given up.
+    pub fn open(&mut self, opening: Opening) {
+        self.cancel_opening();
+        let job = self.loader.send(Command::Load { path: opening.folder.clone() });
+        self.opening = Some((job, opening));
+    }
+
+    pub fn cancel_opening(&mut self) {
+        if let Some((job, _)) = self.opening.take() {
+            self.loader.cancel(job);
+        }
+    }
+
+    pub fn run(&mut self, project: &mut Project) {
+        self.derived = None;
+        let (edit, capture) = (project.edit().clone(), project.capture.clone());
+        let options = Box::new(edit.options.clone());
+        let job = self.runner.send(Command::Reconstruct { capture: capture.clone(), options });
+        let before = project.products.derived.clone().or(project.products.before.clone());
+        let next = Products { of: Some((edit, capture)), before, ..Products::default() };
+        let previous = std::mem::replace(&mut project.products, next);
+        project.selection.sample = None;
+        project.selection.light = None;
+        project.run = Some(Run::new(job, previous));
+    }
+
+    pub fn cancel(&self, project: &mut Project) {
+        if let Some(run) = &mut project.run {
+            run.cancelling = true;
+            self.runner.cancel(run.job);
+        }
+    }
+
+    /// Writes the results; nothing is done without any.
+    pub fn export(&mut self, project: &Project, folder: PathBuf) {
+        let Some((whole, (edit, capture))) =
+            project.products.whole.clone().zip(project.products.of.clone())
+        else {
+            return;
+        };
+        let job = self.runner.send(Command::Export {
+            capture,
+            options: Box::new(edit.options.clone()),
+            reconstruction: whole,
+            load_secs: project.load_secs,
+            folder: folder.clone(),
+        });
+        self.exporting = Some((job, folder));
+    }
+
+    fn derive(&mut self, project: &Project) {
+        if let Some(whole) = project.products.whole.clone() {
+            let ctx = self.ctx.clone();
+            self.derived = Some(derived::on_a_thread(whole, move || ctx.request_repaint()));
+        }
+    }
+
+    pub fn is_busy(&self) -> bool {
+        self.opening.is_some() || self.exporting.is_some() || self.derived.is_some()
+    }
+}
+
+/// Takes all events since the last frame.
+pub fn drain(state: &mut State) {
+    let events: Vec<Event> = state.jobs.loader.events().try_iter().collect();
+    for event in events {
+        loader_event(state, event);
+    }
+    let events: Vec<Event> = state.jobs.runner.events().try_iter().collect();
+    for event in events {
+        runner_event(state, event);
+    }
+    if let Some(derived) = state.jobs.derived.as_ref().and_then(|receiver| receiver.try_recv().ok())
+    {
+        state.jobs.derived = None;
+        if let Some(project) = &mut state.project {
+            project.products.derived = Some(derived);
+        }
+    }
+    if let Some(project) = &mut state.project
+        && let Some(run) = &mut project.run
+    {
+        run.progress = state.jobs.runner.progress(run.job).filter(|_| run.stage().is_some());
+        state.jobs.ctx.request_repaint_after(PULSE);
+    }
+}
+
+fn loader_event(state: &mut State, event: Event) {
+    // Only the latest opening counts; a project that was open stays until it has succeeded.
+    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
+        || !event.happening.is_ending()
+    {
+        return;
+    }
+    let Some((_, opening)) = state.jobs.opening.take() else { return };
+    match event.happening {
+        Happening::Loaded(capture) => files::opened(state, opening, capture),
+        Happening::Failed(text) => state.messages.error("This cannot be opened", text),
+        _ => {}
+    }
+}
+
+fn runner_event(state: &mut State, event: Event) {
+    if state.jobs.exporting.as_ref().is_some_and(|(job, _)| *job == event.job) {
+        match event.happening {
+            Happening::Exported(folder) => {
+                state.jobs.exporting = None;
+                state.messages.notice(format!("Results written to {}", folder.display()));
+            }
+            Happening::Failed(text) => {
+                state.jobs.exporting = None;
+                state.messages.error("The results cannot be written", text);
+            }
+            Happening::Cancelled => state.jobs.exporting = None,
+            _ => {}
+        }
+        return;
+    }
+    let Some(project) = &mut state.project else { return };
+    if project.run.as_ref().is_none_or(|run| run.job != event.job) {
+        return;
+    }
+    match event.happening {
+        Happening::Update(update) => {
+            if let Some(line) = line(&update) {
+                state.messages.info(line);
+            }
+            project.update(update);
+        }
+        Happening::Reconstructed(whole) => {
+            let secs = end(project).map_or(0.0, |run| run.began.elapsed().as_secs_f64());
+            let brief = whole.solution.brief();
+            for note in &whole.solution.notes {
+                state.messages.info(note.clone());
+            }
+            for warning in &whole.warnings {
+                state.messages.warning(warning.clone());
+            }
+            project.products.finish(whole);
+            state.messages.notice(format!("Done in {secs:.1} s. {brief}"));
+            state.jobs.derive(project);
+        }
+        Happening::Cancelled => {
+            give_back(project);
+            state.messages.notice("The run was cancelled.");
+        }
+        Happening::Failed(text) => {
+            give_back(project);
+            state.messages.error("The reconstruction stopped", text);
+        }
+        _ => {}
+    }
+}
+
+fn end(project: &mut Project) -> Option<Run> {
+    let mut run = project.run.take()?;
+    run.end_stage();
+    project.last_stages = run.stages.iter().map(|(stage, _, secs)| (*stage, *secs)).collect();
+    Some(run)
+}
+
+/// A run that came to nothing leaves what was there before it; where there was nothing, what it
+/// found so far is better than that.
+fn give_back(project: &mut Project) {
+    if let Some(run) = end(project)
+        && run.previous.whole.is_some()
+    {
+        project.products = run.previous;
+    }
+}
+
+fn line(update: &Update) -> Option<String> {
+    Some(match update {
+        Update::Stage(stage) => format!("Stage {}", stage.name()),
+        Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
+        Update::Lights(lights, lobes) => {
+            format!("{} virtual lights, {} lobes", lights.lights.len(), lobes.lobes.len())
+        }
+        Update::Transport(_) => return None,
+        Update::Iteration(iteration) => format!(
+            "Iteration {}: relative RMS {} %",
+            iteration.index,
+            iteration.rms.relative.map(|value| format!("{:.2}", 100.0 * value)).join(" / ")
+        ),
+    })
+}
+
+/// When something began, as seconds ago.
+pub fn secs_since(began: Instant) -> f64 {
+    began.elapsed().as_secs_f64()
+}

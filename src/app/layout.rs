@@ -1,0 +1,234 @@
+//! Workspaces: arrangements of the same panels, one a kind of work.
+
+use std::collections::BTreeMap;
+
+use egui_tiles::{Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use eframe::egui;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Pane {
+    Outliner,
+    Viewport,
+    Tags,
+    Run,
+    Inspector,
+    Convergence,
+    SampleErrors,
+    Samples,
+    Lights,
+    Materials,
+    Log,
+}
+
+impl Pane {
+    pub const ALL: [Self; 11] = [
+        Self::Outliner,
+        Self::Viewport,
+        Self::Tags,
+        Self::Run,
+        Self::Inspector,
+        Self::Convergence,
+        Self::SampleErrors,
+        Self::Samples,
+        Self::Lights,
+        Self::Materials,
+        Self::Log,
+    ];
+
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Outliner => "Outliner",
+            Self::Viewport => "3D view",
+            Self::Tags => "Tags",
+            Self::Run => "Run",
+            Self::Inspector => "Inspector",
+            Self::Convergence => "Convergence",
+            Self::SampleErrors => "Error per sample",
+            Self::Samples => "Samples",
+            Self::Lights => "Lights",
+            Self::Materials => "Materials",
+            Self::Log => "Log",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Workspace {
+    Capture,
+    Tag,
+    Reconstruct,
+    Inspect,
+}
+
+impl Workspace {
+    pub const ALL: [Self; 4] = [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Capture => "Capture",
+            Self::Tag => "Tag",
+            Self::Reconstruct => "Reconstruct",
+            Self::Inspect => "Inspect",
+        }
+    }
+
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Capture => "Photographs, cameras and geometry: is everything there?",
+            Self::Tag => "Which surfaces share a material, and what is known of it",
+            Self::Reconstruct => "Options, the run, and its convergence",
+            Self::Inspect => "Samples, lights, materials and their errors",
+        }
+    }
+
+    /// The panels that stand in front at first.
+    fn front(self) -> [Pane; 2] {
+        match self {
+            Self::Capture => [Pane::Inspector, Pane::Log],
+            Self::Tag => [Pane::Tags, Pane::Materials],
+            Self::Reconstruct => [Pane::Run, Pane::Convergence],
+            Self::Inspect => [Pane::Inspector, Pane::Samples],
+        }
+    }
+
+    /// The part of the height that the lower panels take.
+    fn lower(self) -> f32 {
+        match self {
+            Self::Capture | Self::Tag => 0.26,
+            Self::Reconstruct | Self::Inspect => 0.42,
+        }
+    }
+
+    fn tree(self) -> Tree<Pane> {
+        let mut tiles = Tiles::default();
+        let [right_front, lower_front] = self.front();
+        let outliner = tiles.insert_pane(Pane::Outliner);
+        let viewport = tiles.insert_pane(Pane::Viewport);
+        let right = tabs(&mut tiles, &[Pane::Tags, Pane::Run, Pane::Inspector], right_front);
+        let lower = tabs(
+            &mut tiles,
+            &[
+                Pane::Convergence,
+                Pane::SampleErrors,
+                Pane::Samples,
+                Pane::Lights,
+                Pane::Materials,
+                Pane::Log,
+            ],
+            lower_front,
+        );
+        let center = split(
+            &mut tiles,
+            LinearDir::Vertical,
+            &[(viewport, 1.0 - self.lower()), (lower, self.lower())],
+        );
+        let root = split(
+            &mut tiles,
+            LinearDir::Horizontal,
+            &[(outliner, 0.185), (center, 0.545), (right, 0.27)],
+        );
+        Tree::new(egui::Id::unique(("workspace", self.name())), root, tiles)
+    }
+}
+
+fn tabs(tiles: &mut Tiles<Pane>, panes: &[Pane], front: Pane) -> TileId {
+    let ids: Vec<TileId> = panes.iter().map(|pane| tiles.insert_pane(*pane)).collect();
+    let active = panes.iter().position(|pane| *pane == front).map(|index| ids[index]);
+    let mut container = egui_tiles::Tabs::new(ids);
+    container.active = active;
+    tiles.insert_container(Container::Tabs(container))
+}
+
+fn split(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> TileId {
+    let mut linear = Linear::new(dir, parts.iter().map(|(id, _)| *id).collect());
+    for (id, share) in parts {
+        linear.shares.set_share(*id, *share);
+    }
+    tiles.insert_container(Container::Linear(linear))
+}
+
+pub struct Layout {
+    pub current: Workspace,
+    trees: BTreeMap<Workspace, Tree<Pane>>,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        let trees = Workspace::ALL.map(|workspace| (workspace, workspace.tree()));
+        Self { current: Workspace::Capture, trees: trees.into() }
+    }
+}
+
+impl Layout {
+    /// The arrangement of the current workspace.
+    pub fn tree(&mut self) -> &mut Tree<Pane> {
+        let current = self.current;
+        self.trees.entry(current).or_insert_with(|| current.tree())
+    }
+
+    pub fn reset(&mut self) {
+        let current = self.current;
+        self.trees.insert(current, current.tree());
+    }
+
+    /// Brings a panel to the front; one that was lost comes back with the workspace's own
+    /// arrangement.
+    pub fn show(&mut self, pane: Pane) {
+        let is_it = |_: TileId, tile: &Tile<Pane>| matches!(tile, Tile::Pane(own) if *own == pane);
+        if !self.tree().make_active(is_it) {
+            self.reset();
+            self.tree().make_active(is_it);
+        }
+    }
+
+    /// All arrangements, to be kept.
+    pub fn value(&self) -> Value {
+        let trees: serde_json::Map<String, Value> = self
+            .trees
+            .iter()
+            .filter_map(|(workspace, tree)| {
+                Some((workspace.name().to_owned(), serde_json::to_value(tree).ok()?))
+            })
+            .collect();
+        serde_json::json!({ "workspace": self.current.name(), "trees": trees })
+    }
+
+    /// Takes arrangements that were kept; what cannot be read, or lacks a panel, is passed over.
+    pub fn restore(&mut self, value: &Value) {
+        for workspace in Workspace::ALL {
+            if let Some(current) = value.get("workspace").and_then(Value::as_str)
+                && current == workspace.name()
+            {
+                self.current = workspace;
+            }
+            let stored = value.get("trees").and_then(|trees| trees.get(workspace.name()));
+            let tree = stored.and_then(|stored| Tree::<Pane>::deserialize(stored).ok());
+            if let Some(tree) = tree
+                && tree.id() == workspace.tree().id()
+                && Pane::ALL.iter().all(|pane| tree.tiles.find_pane(pane).is_some())
+            {
+                self.trees.insert(workspace, tree);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrangements_come_back() {
+        let mut layout = Layout { current: Workspace::Inspect, ..Layout::default() };
+        layout.show(Pane::Log);
+        let kept = layout.value();
+        let mut other = Layout::default();
+        other.restore(&kept);
+        assert_eq!(other.value(), kept);
+        other.restore(&serde_json::json!({"trees": {"Tag": {"root": 3}}, "workspace": 5}));
+        assert_eq!(other.value(), kept);
+    }
+}

@@ -1,0 +1,56 @@
+//! The studio: the window of the program.
+//!
+//! It holds no method of its own. Panels show an open [`project`] and say what was asked for;
+//! [`actions`] does it at the end of the frame; [`jobs`] sends commands to the worker that the
+//! terminal drives too, and takes its events.
+
+mod actions;
+mod app;
+mod commands;
+mod derived;
+mod dialogs;
+mod edit;
+mod files;
+mod jobs;
+mod layout;
+mod messages;
+mod panels;
+mod project;
+mod state;
+mod theme;
+mod undo;
+mod view_file;
+pub mod viewport;
+
+use std::path::PathBuf;
+
+use eframe::egui;
+
+pub use app::Studio;
+
+/// How the window starts.
+#[derive(Clone, Debug, Default)]
+pub struct Launch {
+    /// A capture's folder or a project file to open at once.
+    pub path: Option<PathBuf>,
+    /// Where settings and unsaved work are kept; `None` to keep nothing.
+    pub home: Option<PathBuf>,
+    /// Ask for paths in the window only, never by the system's dialogs.
+    pub own_dialogs: bool,
+}
+
+/// Opens the window and returns when it is closed.
+pub fn open(path: Option<PathBuf>) -> Result<(), String> {
+    let launch = Launch { path, home: crate::io::settings::home(), own_dialogs: false };
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Lobelia")
+            .with_app_id("lobelia")
+            .with_inner_size([1280.0, 720.0])
+            .with_min_inner_size([800.0, 500.0])
+            .with_drag_and_drop(true),
+        ..Default::default()
+    };
+    eframe::run_native("Lobelia", options, Box::new(|cc| Ok(Box::new(Studio::new(cc, launch)?))))
+        .map_err(|error| error.to_string())
+}

@@ -1,0 +1,58 @@
+//! Errors that stay until they are dismissed, and notices that go by themselves.
+
+use eframe::egui::{self, Align2};
+
+use crate::app::actions::Action;
+use crate::app::state::State;
+
+pub fn cards_ui(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
+    let screen = ctx.content_rect();
+    let width = (screen.width() - 40.0).clamp(200.0, 460.0);
+    let messages = &state.messages;
+    if !messages.errors.is_empty() || !messages.notices.is_empty() {
+        egui::Area::new(egui::Id::unique("cards"))
+            .order(egui::Order::Foreground)
+            .anchor(Align2::RIGHT_BOTTOM, [-12.0, -40.0])
+            .show(ctx, |ui| {
+                ui.set_max_width(width);
+                for (_, notice) in messages.notices.iter().rev().take(3).rev() {
+                    egui::Frame::popup(ui.style()).show(ui, |ui| {
+                        ui.set_width(width);
+                        ui.label(notice.as_str());
+                    });
+                }
+                for (index, card) in messages.errors.iter().enumerate().rev().take(3) {
+                    error_card(ui, index, card, width, actions);
+                }
+                if messages.errors.len() > 3 {
+                    ui.label(format!("And {} more errors", messages.errors.len() - 3));
+                }
+            });
+    }
+}
+
+fn error_card(
+    ui: &mut egui::Ui,
+    index: usize,
+    card: &crate::app::messages::ErrorCard,
+    width: f32,
+    actions: &mut Vec<Action>,
+) {
+    let color = ui.visuals().error_fg_color;
+    let frame = egui::Frame::popup(ui.style()).stroke(egui::Stroke::new(1.5, color));
+    frame.show(ui, |ui| {
+        ui.set_width(width);
+        ui.colored_label(color, egui::RichText::new(&card.title).strong());
+        egui::ScrollArea::vertical().id_salt(("error", index)).max_height(160.0).show(ui, |ui| {
+            ui.add(egui::Label::new(card.text.as_str()).wrap().selectable(true));
+        });
+        ui.horizontal(|ui| {
+            if ui.button("Copy").on_hover_text("Copy this text to the clipboard").clicked() {
+                actions.push(Action::Copy(format!("{}\n{}", card.title, card.text)));
+            }
+            if ui.button("Dismiss").on_hover_text("Take this card away").clicked() {
+                actions.push(Action::DismissError(index));
+            }
+        });
+    });
+}

@@ -1,0 +1,152 @@
+//! Error against iteration (Fig. 12), live while it runs.
+
+use eframe::egui;
+use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
+
+use super::numbers::{empty, outdated};
+use crate::app::project::Project;
+use crate::app::theme::{CHANNEL_NAMES, channel_color};
+use crate::math::rgb::Rgb;
+use crate::reconstruct::solution::Iteration;
+
+pub struct ConvergenceState {
+    logarithmic: bool,
+    what: What,
+}
+
+impl Default for ConvergenceState {
+    fn default() -> Self {
+        Self { logarithmic: true, what: What::Relative }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum What {
+    Relative,
+    Absolute,
+    Objective,
+}
+
+impl What {
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Relative,
+            "Relative RMS",
+            "Root mean square of computed minus measured radiance, over the measured",
+        ),
+        (
+            Self::Absolute,
+            "Absolute RMS",
+            "Root mean square of computed minus measured radiance, in the photographs' unit",
+        ),
+        (
+            Self::Objective,
+            "Objective",
+            "What the joint method minimises; the paper's alternation has none",
+        ),
+    ];
+
+    fn values(self, iteration: &Iteration) -> Option<Rgb> {
+        match self {
+            Self::Relative => Some(iteration.rms.relative.map(|value| 100.0 * value)),
+            Self::Absolute => Some(iteration.rms.absolute),
+            Self::Objective => iteration.objective,
+        }
+    }
+
+    fn axis(self) -> &'static str {
+        match self {
+            Self::Relative => "relative RMS (%)",
+            Self::Absolute => "absolute RMS (radiance)",
+            Self::Objective => "objective",
+        }
+    }
+}
+
+pub fn convergence_ui(ui: &mut egui::Ui, project: &Project, state: &mut ConvergenceState) {
+    ui.horizontal_wrapped(|ui| {
+        for (what, text, help) in What::ALL {
+            ui.selectable_value(&mut state.what, what, text).on_hover_text(help);
+        }
+        ui.checkbox(&mut state.logarithmic, "Log axis").on_hover_text("Powers of ten upwards");
+        outdated(ui, project);
+    });
+    let iterations = &project.products.iterations;
+    if iterations.is_empty() {
+        let running = project.run.is_some();
+        empty(
+            ui,
+            if running {
+                "The first iteration is on its way."
+            } else {
+                "Run to see how the error falls."
+            },
+        );
+        return;
+    }
+    let points = |channel: usize| -> PlotPoints<'static> {
+        let height = |value: f64| {
+            if state.logarithmic { (value > 0.0).then(|| value.log10()) } else { Some(value) }
+        };
+        iterations
+            .iter()
+            .filter_map(|iteration| {
+                let value = state.what.values(iteration)?[channel];
+                Some([iteration.index as f64, height(value)?])
+            })
+            .collect()
+    };
+    let logarithmic = state.logarithmic;
+    let value = move |height: f64| if logarithmic { 10f64.powf(height) } else { height };
+    let dark = ui.visuals().dark_mode;
+    let last = iterations.last().and_then(|iteration| state.what.values(iteration));
+    let text = last.map_or_else(String::new, |rgb| {
+        format!(
+            "{} iterations, {} {}",
+            iterations.len(),
+            super::numbers::rgb(rgb),
+            state.what.axis()
+        )
+    });
+    ui.weak(text);
+    Plot::new(("convergence", state.what as u8, logarithmic))
+        .legend(Legend::default())
+        .x_axis_label("iteration")
+        .y_axis_label(state.what.axis())
+        .y_axis_formatter(move |mark, _| axis_value(value(mark.value), logarithmic, mark.step_size))
+        .x_axis_formatter(|mark, _| {
+            if mark.value.fract() == 0.0 { format!("{}", mark.value) } else { String::new() }
+        })
+        .label_formatter(move |position| {
+            use egui_plot::HoverPosition::NearDataPoint;
+            match position {
+                NearDataPoint { plot_name, position, .. } => Some(format!(
+                    "{plot_name}\niteration {:.0}\n{}",
+                    position.x,
+                    super::numbers::short(value(position.y))
+                )),
+                _ => None,
+            }
+        })
+        .allow_scroll(false)
+        .show(ui, |plot| {
+            for (channel, name) in CHANNEL_NAMES.iter().enumerate() {
+                let style =
+                    [LineStyle::Solid, LineStyle::dashed_dense(), LineStyle::dotted_dense()]
+                        [channel];
+                let line = Line::new(*name, points(channel))
+                    .color(channel_color(channel, dark))
+                    .style(style)
+                    .width(2.0);
+                plot.line(line);
+            }
+        });
+}
+
+/// A mark on the axis; between powers of ten only where there is room.
+fn axis_value(value: f64, logarithmic: bool, step: f64) -> String {
+    if logarithmic && step < 0.05 {
+        return String::new();
+    }
+    super::numbers::short(value)
+}

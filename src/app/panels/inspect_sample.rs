@@ -1,0 +1,184 @@
+//! One sample: where it is, who sees it, and where its light comes from.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
+
+use super::inspector::facts;
+use super::numbers::{rgb, short, swatch};
+use crate::app::actions::{Action, Select};
+use crate::app::derived::{irradiance_of, kind_name};
+use crate::app::project::Project;
+use crate::app::viewport::material_color;
+use crate::math::rgb::Rgb;
+use crate::reconstruct::Reconstruction;
+use crate::reconstruct::samples::View;
+use crate::scene::Image;
+
+/// Pixels around the sample to each side.
+const AROUND: isize = 15;
+/// Side of a crop on the screen.
+const SHOWN: f32 = 62.0;
+
+/// What is worked out for the sample that is shown, until another is.
+#[derive(Default)]
+pub struct CropCache {
+    of: Option<(usize, usize)>,
+    crops: Vec<(usize, TextureHandle)>,
+    sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
+}
+
+impl CropCache {
+    fn fill(&mut self, ctx: &egui::Context, project: &Project, sample: usize, views: &[View]) {
+        let whole = project.products.whole.as_ref();
+        let identity = whole.map_or(0, |whole| Arc::as_ptr(whole) as usize);
+        if self.of == Some((sample, identity)) {
+            return;
+        }
+        self.of = Some((sample, identity));
+        self.crops = views
+            .iter()
+            .take(24)
+            .filter_map(|view| {
+                let image = project.loaded.photographs.get(view.photograph)?.image.as_ref()?;
+                let name = format!("crop {sample} {}", view.photograph);
+                let texture = ctx.load_texture(name, crop(image, view), TextureOptions::NEAREST);
+                Some((view.photograph, texture))
+            })
+            .collect();
+        self.sources = whole.map(|whole| irradiance_of(whole, sample));
+    }
+}
+
+pub fn sample_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    index: usize,
+    crops: &mut CropCache,
+    actions: &mut Vec<Action>,
+) {
+    let Some(cloud) = &project.products.samples else { return };
+    let Some(sample) = cloud.samples.get(index) else { return };
+    let views = &cloud.views[sample.views.clone()];
+    ui.heading(format!("Sample {index}"));
+    let capture = project.result_capture();
+    ui.horizontal(|ui| {
+        swatch(ui, material_color(sample.material));
+        let material = capture.materials.get(sample.material);
+        ui.label(material.map_or("", |material| material.name.as_str()));
+        let surface = capture.surfaces.get(sample.surface);
+        ui.weak(surface.map_or("", |surface| surface.name.as_str()));
+    });
+    let (p, n) = (sample.position, sample.normal);
+    let mut rows = vec![
+        ("Position", format!("{:.3} {:.3} {:.3} m", p.x, p.y, p.z)),
+        ("Normal", format!("{:.3} {:.3} {:.3}", n.x, n.y, n.z)),
+    ];
+    let derived = project.products.derived.as_ref().and_then(|d| d.samples.get(index));
+    match derived {
+        Some(numbers) => {
+            rows.push(("Measured", rgb(numbers.observed)));
+            rows.push(("Computed", rgb(numbers.computed)));
+            rows.push(("Error (ln)", short(numbers.log_error)));
+        }
+        None => rows.push(("Measured", rgb(sample.radiance.map(f64::from)))),
+    }
+    facts(ui, "sample", &rows);
+    crops.fill(ui.ctx(), project, index, views);
+    ui.add_space(6.0);
+    ui.weak(format!("Seen by {} photographs", views.len()));
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
+        for (photograph, texture) in &crops.crops {
+            let name = project.loaded.photographs.get(*photograph).map_or("", |p| p.name.as_str());
+            let view = views.iter().find(|view| view.photograph == *photograph);
+            let radiance = view.map_or_else(String::new, |v| rgb(v.radiance.map(f64::from)));
+            let image = egui::Image::new(texture)
+                .fit_to_exact_size(vec2(SHOWN, SHOWN))
+                .alt_text(format!("Crop of {name}"))
+                .sense(egui::Sense::click());
+            let response = ui.add(image).on_hover_text(format!("{name}, radiance {radiance}"));
+            let dot = egui::Stroke::new(1.0, Color32::WHITE);
+            ui.painter().circle_stroke(response.rect.center(), 4.0, dot);
+            if response.clicked() {
+                actions.push(Action::Select(Select::Photograph(*photograph)));
+            }
+        }
+    });
+    ui.add_space(6.0);
+    match (&crops.sources, project.products.whole.as_deref()) {
+        (Some((photographed, lights)), Some(whole)) => {
+            sources(ui, whole, photographed, lights, actions);
+        }
+        _ => {
+            ui.weak("Where its light comes from is known after a run.");
+        }
+    }
+}
+
+/// Shares of the irradiance, by source.
+fn sources(
+    ui: &mut egui::Ui,
+    whole: &Reconstruction,
+    photographed: &Rgb,
+    lights: &[(usize, Rgb)],
+    actions: &mut Vec<Action>,
+) {
+    let total = |rgb: &Rgb| rgb.iter().sum::<f64>();
+    let all = total(photographed) + lights.iter().map(|(_, rgb)| total(rgb)).sum::<f64>();
+    let part = |rgb: &Rgb| if all > 0.0 { total(rgb) / all } else { 0.0 };
+    ui.weak("Where its light comes from");
+    share(ui, part(photographed), |ui| {
+        ui.label("photographed surfaces");
+    });
+    for (light, sum) in lights.iter().take(8) {
+        share(ui, part(sum), |ui| {
+            let text = format!("{} {light}", kind_name(whole.lights.lights[*light].kind));
+            if ui.link(text).on_hover_text("Select this light").clicked() {
+                actions.push(Action::Select(Select::Light(*light)));
+            }
+        });
+    }
+    let rest: f64 = lights.iter().skip(8).map(|(_, rgb)| part(rgb)).sum();
+    if rest > 0.0 {
+        share(ui, rest, |ui| {
+            ui.label(format!("{} other lights", lights.len() - 8));
+        });
+    }
+}
+
+fn share(ui: &mut egui::Ui, part: f64, name: impl FnOnce(&mut egui::Ui)) {
+    ui.horizontal(|ui| {
+        let bar = egui::ProgressBar::new(part as f32).desired_width(60.0).desired_height(8.0);
+        ui.add(bar);
+        ui.label(format!("{:.1} %", 100.0 * part));
+        name(ui);
+    });
+}
+
+/// The pixels around a view, as the screen shows them; those that are no measurement in magenta.
+fn crop(image: &Image, view: &View) -> ColorImage {
+    let [x, y] = view.pixel.map(|value| value as isize);
+    let side = (2 * AROUND + 1) as usize;
+    let largest = view.radiance.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    // The sample itself comes out at about two thirds of white.
+    let scale = 0.4 / largest;
+    let mut pixels = Vec::with_capacity(side * side);
+    for row in y - AROUND..=y + AROUND {
+        for column in x - AROUND..=x + AROUND {
+            let inside = row >= 0
+                && column >= 0
+                && (row as usize) < image.height()
+                && (column as usize) < image.width();
+            pixels.push(match inside.then(|| image.radiance(column as usize, row as usize)) {
+                None => Color32::BLACK,
+                Some(None) => Color32::from_rgb(255, 0, 255),
+                Some(Some(radiance)) => {
+                    let [r, g, b] = radiance.map(|value| (value * scale).min(1.0));
+                    egui::Rgba::from_rgb(r, g, b).into()
+                }
+            });
+        }
+    }
+    ColorImage::new([side, side], pixels)
+}

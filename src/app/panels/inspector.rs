@@ -1,0 +1,233 @@
+//! Every number of what is selected.
+
+use eframe::egui;
+
+use super::inspect_sample::{CropCache, sample_ui};
+use super::lights::{name, place};
+use super::materials::{found, identified_ui, interval_bar};
+use super::numbers::{
+    count, counted, emission_color, empty, list_color, outdated, reflectance_color, rgb, short,
+    swatch,
+};
+use super::outliner::use_of;
+use crate::app::actions::{Action, Select};
+use crate::app::project::{Focus, Project};
+use crate::app::theme::CHANNEL_NAMES;
+use crate::scene::{MaterialKind, Role};
+
+pub fn inspector_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    crops: &mut CropCache,
+    actions: &mut Vec<Action>,
+) {
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        outdated(ui, project);
+        let selection = &project.selection;
+        match selection.focus {
+            Focus::Nothing => overview(ui, project),
+            Focus::Surfaces => surfaces(ui, project, actions),
+            Focus::Material => {
+                if let Some(index) = selection.material {
+                    material(ui, project, index, actions);
+                }
+            }
+            Focus::Sample => {
+                if let Some(index) = selection.sample {
+                    sample_ui(ui, project, index, crops, actions);
+                }
+            }
+            Focus::Light => {
+                if let Some(index) = selection.light {
+                    light(ui, project, index, actions);
+                }
+            }
+            Focus::Photograph => {
+                if let Some(index) = selection.photograph {
+                    photograph(ui, project, index, actions);
+                }
+            }
+        }
+    });
+}
+
+/// Rows of a name and a value.
+pub fn facts(ui: &mut egui::Ui, id: &str, rows: &[(&str, String)]) {
+    egui::Grid::new(id).num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.weak(*name);
+            ui.add(egui::Label::new(value.as_str()).wrap());
+            ui.end_row();
+        }
+    });
+}
+
+fn overview(ui: &mut egui::Ui, project: &Project) {
+    let capture = &project.loaded;
+    ui.heading(capture.name.as_str());
+    let mut rows = vec![
+        ("Triangles", count(capture.mesh.triangles.len())),
+        ("Surfaces", count(capture.surfaces.len())),
+        ("Photographs", count(capture.photographs.len())),
+        ("Measure radiance", count(capture.measurements().count())),
+        ("Materials", count(capture.materials.len())),
+        ("Known lights", count(capture.lights.len())),
+        ("Environment", format!("{:?}", capture.environment).to_lowercase()),
+    ];
+    if let Some((low, high)) = capture.mesh.bounds() {
+        let size = high - low;
+        rows.insert(1, ("Size", format!("{:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)));
+    }
+    facts(ui, "overview", &rows);
+    if !capture.warnings.is_empty() {
+        ui.add_space(6.0);
+        let color = ui.visuals().warn_fg_color;
+        ui.colored_label(color, counted(capture.warnings.len(), "warning", "warnings"));
+        for warning in capture.warnings.iter().take(20) {
+            ui.label(warning.as_str());
+        }
+    }
+    ui.add_space(6.0);
+    ui.weak("Select a surface, material, photograph, sample or light to see its numbers.");
+}
+
+fn surfaces(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+    let selected = &project.selection.surfaces;
+    let capture = &project.capture;
+    ui.heading(counted(selected.len(), "surface", "surfaces"));
+    let mut area = 0.0;
+    let mut triangles = 0;
+    for (index, surface) in capture.mesh.surface.iter().enumerate() {
+        if selected.contains(&(*surface as usize)) {
+            area += f64::from(capture.mesh.area(index));
+            triangles += 1;
+        }
+    }
+    facts(ui, "surfaces", &[("Triangles", count(triangles)), ("Area", format!("{area:.3} m²"))]);
+    ui.add_space(4.0);
+    for &surface in selected.iter().take(60) {
+        let role = match capture.surfaces[surface].role {
+            Role::Material(index) => capture.materials[index].name.clone(),
+            Role::Luminaire(light) => format!("visible light {}", capture.lights[light].name()),
+            Role::Untagged => "no material".to_owned(),
+        };
+        ui.label(format!("{}: {role}", capture.surfaces[surface].name));
+    }
+    if ui.button("Assign material…").on_hover_text("Choose their material (M)").clicked() {
+        actions.push(Action::AskMaterial);
+    }
+}
+
+fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
+    let Some(own) = project.edit().materials.get(index) else { return };
+    ui.horizontal(|ui| {
+        swatch(ui, list_color(project, index));
+        ui.heading(own.name.as_str());
+    });
+    let results = project.result_capture();
+    let reconstructed = results.materials.iter().position(|material| material.name == own.name);
+    let Some(result) = reconstructed.filter(|_| project.products.solution.is_some()) else {
+        empty(ui, "Its reflectance is found by a run.");
+        return;
+    };
+    let found = found(project, result);
+    identified_ui(ui, project, result, &found);
+    if let Some(reflectance) = &found.reflectance {
+        ui.horizontal(|ui| {
+            let size = egui::vec2(ui.available_width().min(160.0), 28.0);
+            let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, reflectance_color(reflectance.diffuse));
+        });
+        ui.weak("Diffuse reflectance");
+        for (channel, name) in CHANNEL_NAMES.iter().enumerate() {
+            ui.horizontal(|ui| {
+                let interval = found.certainty.and_then(|certainty| certainty.diffuse[channel]);
+                interval_bar(ui, reflectance.diffuse[channel], interval, channel);
+                let text = interval.map(|[low, high]| format!("[{low:.3}, {high:.3}]"));
+                ui.weak(format!("{name} {}", text.unwrap_or_default()));
+            });
+        }
+        if own.kind == MaterialKind::Specular {
+            let rows = [
+                ("Specular", rgb(reflectance.specular)),
+                ("Exponent", short(reflectance.exponent)),
+            ];
+            facts(ui, "gloss", &rows);
+        }
+    }
+    let Some(derived) = &project.products.derived else { return };
+    ui.add_space(6.0);
+    ui.weak("Worst samples");
+    for sample in derived.worst_of(result, 8) {
+        let text = format!("Sample {sample}, error {}", short(derived.samples[sample].log_error));
+        if ui.link(text).on_hover_text("Select this sample").clicked() {
+            actions.push(Action::Select(Select::Sample(sample)));
+        }
+    }
+}
+
+fn light(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
+    let Some((lights, lobes)) = &project.products.lights else { return };
+    let Some(light) = lights.lights.get(index) else { return };
+    ui.heading(format!("{} {index}", name(project, light)));
+    let mut rows = vec![("Position", place(light))];
+    if light.radius_m > 0.0 {
+        rows.push(("Radius", format!("{:.3} m", light.radius_m)));
+    }
+    if light.half_angle > 0.0 {
+        rows.push(("Half angle", format!("{:.2}°", light.half_angle.to_degrees())));
+    }
+    let numbers = project.products.derived.as_ref().and_then(|d| d.lights.get(index));
+    if let Some(numbers) = numbers {
+        rows.push(("Share of all", format!("{} %", short(100.0 * numbers.share))));
+        rows.push(("Lit samples", count(numbers.lit_samples)));
+        rows.push(("Lobes lit", format!("{} of {}", numbers.lit_lobes, numbers.lobes)));
+    }
+    facts(ui, "light", &rows);
+    ui.add_space(6.0);
+    ui.weak("Lobes, by emission (red / green / blue)");
+    let solution = project.products.solution.as_deref();
+    let emission = |lobe: usize| {
+        solution.and_then(|solution| solution.emission.get(lobe).copied()).unwrap_or_default()
+    };
+    let mut own: Vec<usize> = lobes.of(index).collect();
+    own.sort_by(|a, b| emission(*b).iter().sum::<f64>().total_cmp(&emission(*a).iter().sum()));
+    for lobe in own.iter().take(40) {
+        let direction = lobes.lobes[*lobe].direction;
+        ui.horizontal(|ui| {
+            swatch(ui, emission_color(emission(*lobe)));
+            ui.label(rgb(emission(*lobe)));
+            ui.weak(format!("along {:.2} {:.2} {:.2}", direction.x, direction.y, direction.z));
+        });
+    }
+    if own.len() > 40 {
+        ui.weak(format!("and {} more", count(own.len() - 40)));
+    }
+    if ui.button("Frame").on_hover_text("Show it in the 3D view (F)").clicked() {
+        actions.push(Action::FrameSelection);
+    }
+}
+
+fn photograph(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
+    let Some(photograph) = project.loaded.photographs.get(index) else { return };
+    ui.heading(photograph.name.as_str());
+    ui.label(use_of(photograph));
+    let camera = &photograph.camera;
+    let p = camera.position;
+    let across = 2.0 * (0.5 * camera.width as f64 / camera.focal_px.x).atan().to_degrees();
+    let mut rows = vec![
+        ("Size", format!("{} × {} pixels", camera.width, camera.height)),
+        ("Position", format!("{:.3} {:.3} {:.3} m", p.x, p.y, p.z)),
+        ("Angle across", format!("{across:.1}°")),
+        ("Distortion", if camera.distortion.is_none() { "none" } else { "yes" }.to_owned()),
+    ];
+    if let Some(cloud) = &project.products.samples {
+        let seen = cloud.views.iter().filter(|view| view.photograph == index).count();
+        rows.push(("Samples seen", count(seen)));
+    }
+    facts(ui, "photograph", &rows);
+    let help = "See the geometry from where this photograph was taken";
+    if ui.button("Look through").on_hover_text(help).clicked() {
+        actions.push(Action::LookThrough(Some(index)));
+    }
+}

@@ -1,0 +1,168 @@
+//! The panels, a file each. They show the project and say what was asked for.
+
+pub mod cards;
+mod convergence;
+mod inspect_sample;
+mod inspector;
+mod lights;
+mod log;
+mod materials;
+pub mod menu;
+mod numbers;
+mod options;
+mod outliner;
+pub mod palette;
+pub mod questions;
+mod run;
+mod sample_errors;
+mod samples;
+pub mod start;
+pub mod status;
+mod table;
+mod tags;
+
+use eframe::egui;
+use egui_tiles::{TileId, UiResponse};
+
+use super::actions::{Action, Mode, Select};
+use super::layout::Pane;
+use super::messages::Messages;
+use super::project::Project;
+use super::state::State;
+use super::viewport::{Viewport, ViewportEvent};
+
+/// What panels remember between frames; nothing of it is part of a project.
+#[derive(Default)]
+pub struct PanelState {
+    pub title: String,
+    outliner: outliner::OutlinerState,
+    tags: tags::TagState,
+    run: run::RunPanelState,
+    convergence: convergence::ConvergenceState,
+    errors: sample_errors::ErrorPlotState,
+    samples: table::TableState,
+    lights: table::TableState,
+    materials: table::TableState,
+    inspector: inspect_sample::CropCache,
+    log: log::LogState,
+}
+
+impl PanelState {
+    /// Another project is shown: what referred to the old one goes.
+    pub fn forget(&mut self) {
+        *self = Self { title: std::mem::take(&mut self.title), ..Self::default() };
+    }
+
+    /// Something was selected: tables scroll to it.
+    pub fn follow(&mut self, what: &Select) {
+        match what {
+            Select::Sample(_) => self.samples.follow = true,
+            Select::Light(_) => self.lights.follow = true,
+            Select::Material(_) => self.materials.follow = true,
+            _ => {}
+        }
+    }
+}
+
+/// The arrangement of panels around the 3D view.
+pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Action>) {
+    let State { project, layout, viewport, panels, messages, .. } = state;
+    let Some(project) = project else { return };
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let mut behavior = Behavior { project, viewport, panels, messages, actions };
+        layout.tree().ui(&mut behavior, ui);
+    });
+}
+
+struct Behavior<'a> {
+    project: &'a Project,
+    viewport: &'a mut Viewport,
+    panels: &'a mut PanelState,
+    messages: &'a Messages,
+    actions: &'a mut Vec<Action>,
+}
+
+impl egui_tiles::Behavior<Pane> for Behavior<'_> {
+    fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
+        let Self { project, viewport, panels, messages, actions } = self;
+        if *pane == Pane::Viewport {
+            let events = viewport.show(ui, &project.content());
+            actions.extend(events.into_iter().map(viewport_action));
+            return UiResponse::None;
+        }
+        let fill = ui.visuals().panel_fill;
+        let frame = egui::Frame::new().fill(fill).inner_margin(6.0);
+        frame.show(ui, |ui| {
+            ui.set_min_size(ui.available_size());
+            match pane {
+                Pane::Viewport => {}
+                Pane::Outliner => {
+                    outliner::outliner_ui(ui, project, viewport, &mut panels.outliner, actions);
+                }
+                Pane::Tags => tags::tags_ui(ui, project, &mut panels.tags, actions),
+                Pane::Run => run::run_ui(ui, project, &mut panels.run, actions),
+                Pane::Inspector => {
+                    inspector::inspector_ui(ui, project, &mut panels.inspector, actions);
+                }
+                Pane::Convergence => {
+                    convergence::convergence_ui(ui, project, &mut panels.convergence);
+                }
+                Pane::SampleErrors => {
+                    sample_errors::sample_errors_ui(ui, project, &mut panels.errors, actions);
+                }
+                Pane::Samples => samples::samples_ui(ui, project, &mut panels.samples, actions),
+                Pane::Lights => lights::lights_ui(ui, project, &mut panels.lights, actions),
+                Pane::Materials => {
+                    materials::materials_ui(ui, project, &mut panels.materials, actions);
+                }
+                Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
+            }
+        });
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
+        pane.title().into()
+    }
+
+    fn simplification_options(&self) -> egui_tiles::SimplificationOptions {
+        egui_tiles::SimplificationOptions {
+            all_panes_must_have_tabs: true,
+            ..egui_tiles::SimplificationOptions::default()
+        }
+    }
+
+    fn gap_width(&self, _style: &egui::Style) -> f32 {
+        2.0
+    }
+
+    fn tab_bar_height(&self, _style: &egui::Style) -> f32 {
+        24.0
+    }
+
+    fn tab_text_color(
+        &self,
+        visuals: &egui::Visuals,
+        _tiles: &egui_tiles::Tiles<Pane>,
+        _tile: TileId,
+        state: &egui_tiles::TabState,
+    ) -> egui::Color32 {
+        if state.active { visuals.strong_text_color() } else { visuals.weak_text_color() }
+    }
+}
+
+fn viewport_action(event: ViewportEvent) -> Action {
+    Action::Select(match event {
+        ViewportEvent::PickSurface { surface: None, add: true } => {
+            Select::Surfaces { surfaces: Default::default(), add: true }
+        }
+        ViewportEvent::PickSurface { surface: None, add: false } => Select::Nothing,
+        ViewportEvent::PickSurface { surface: Some(surface), add } => {
+            Select::Surface { surface, mode: if add { Mode::Toggle } else { Mode::Only } }
+        }
+        ViewportEvent::BoxSurfaces { surfaces, add } => Select::Surfaces { surfaces, add },
+        ViewportEvent::PickSample(sample) => Select::Sample(sample),
+        ViewportEvent::PickLight(light) => Select::Light(light),
+        ViewportEvent::PickPhotograph(photograph) => Select::Photograph(photograph),
+    })
+}

@@ -1,0 +1,122 @@
+//! How numbers, colours and names are shown, the same in every panel.
+
+use eframe::egui::{self, Color32, Sense, Stroke, StrokeKind, vec2};
+
+use crate::app::project::Project;
+use crate::app::viewport::material_color;
+use crate::math::rgb::Rgb;
+
+/// A number in at most about seven characters.
+pub fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if !value.is_finite() {
+        "not finite".to_owned()
+    } else if !(1e-3..1e5).contains(&size) {
+        format!("{value:.2e}")
+    } else if size < 10.0 {
+        format!("{value:.3}")
+    } else if size < 1000.0 {
+        format!("{value:.1}")
+    } else {
+        format!("{value:.0}")
+    }
+}
+
+pub fn rgb(values: Rgb) -> String {
+    values.map(short).join(" / ")
+}
+
+/// Seconds as a person says them.
+pub fn duration(secs: f64) -> String {
+    if secs < 10.0 {
+        format!("{secs:.1} s")
+    } else if secs < 100.0 {
+        format!("{secs:.0} s")
+    } else {
+        format!("{:.0} min {:02.0} s", (secs / 60.0).floor(), secs % 60.0)
+    }
+}
+
+/// A count with thousands set apart.
+pub fn count(value: usize) -> String {
+    let digits = value.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{a0}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+pub fn counted(value: usize, one: &str, many: &str) -> String {
+    format!("{} {}", count(value), if value == 1 { one } else { many })
+}
+
+/// A linear reflectance as the screen shows it.
+pub fn reflectance_color(diffuse: Rgb) -> Color32 {
+    let [r, g, b] = diffuse.map(|value| value.clamp(0.0, 1.0) as f32);
+    egui::Rgba::from_rgb(r, g, b).into()
+}
+
+/// Radiances with their brightest channel at full, for a hue.
+pub fn emission_color(emission: Rgb) -> Color32 {
+    let largest = emission.into_iter().fold(0.0, f64::max);
+    if largest > 0.0 {
+        reflectance_color(emission.map(|value| value / largest))
+    } else {
+        Color32::BLACK
+    }
+}
+
+/// The colour of a material of the edited list; grey for one that has no surfaces.
+pub fn list_color(project: &Project, material: usize) -> Color32 {
+    project.edit().reconstructed(material).map_or(Color32::from_gray(128), material_color)
+}
+
+/// A small filled square.
+pub fn swatch(ui: &mut egui::Ui, color: Color32) -> egui::Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
+    let edge = Stroke::new(1.0, ui.visuals().widgets.noninteractive.bg_stroke.color);
+    ui.painter().rect(rect, 2.0, color, edge, StrokeKind::Inside);
+    response
+}
+
+/// A label that is cut rather than wrapped, its whole text on hover.
+pub fn cut(ui: &mut egui::Ui, text: impl Into<egui::WidgetText>) -> egui::Response {
+    ui.add(egui::Label::new(text).truncate())
+}
+
+/// A grey line in place of what is not there yet.
+pub fn empty(ui: &mut egui::Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.weak(text);
+}
+
+/// Says that what is shown belongs to other tags or options.
+pub fn outdated(ui: &mut egui::Ui, project: &Project) {
+    if project.run.is_none() && project.is_outdated() {
+        let color = ui.visuals().warn_fg_color;
+        ui.colored_label(color, "Outdated").on_hover_text(
+            "Tags or options were changed since these numbers were found. Run again to renew them.",
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stay_short_and_legible() {
+        assert_eq!(
+            [0.0, 0.12345, -12.345, 1234.6, 123456.0, 1e-5, f64::NAN].map(short),
+            ["0", "0.123", "-12.3", "1235", "1.23e5", "1.00e-5", "not finite"]
+        );
+        assert_eq!([7, 1234, 1234567].map(count), ["7", "1\u{a0}234", "1\u{a0}234\u{a0}567"]);
+        assert_eq!([3.14159, 42.0, 125.0].map(duration), ["3.1 s", "42 s", "2 min 05 s"]);
+    }
+}

@@ -1,0 +1,203 @@
+//! Controls for every option, made from its declaration.
+
+use eframe::egui;
+
+use crate::app::actions::Action;
+use crate::app::edit::Change;
+use crate::app::project::Project;
+use crate::options::{Declaration, Kind};
+use crate::reconstruct::Options;
+
+/// What the sections of options are called.
+pub fn section_title(section: &str) -> &str {
+    match section {
+        "general" => "General",
+        "samples" => "Samples",
+        "lights" => "Virtual lights",
+        "lobes" => "Lobes",
+        "transport" => "Transport",
+        "joint" => "Joint solve",
+        "refine" => "Alternation",
+        "gloss" => "Gloss",
+        "textures" => "Textures",
+        other => other,
+    }
+}
+
+/// Whether a section's options matter to the method that is chosen.
+pub fn is_used(section: &str, options: &Options) -> bool {
+    let joint = options.get("general", "method").as_deref() == Some("joint");
+    match section {
+        "joint" => joint,
+        "lights" | "lobes" | "refine" => !joint,
+        _ => true,
+    }
+}
+
+/// One option: name, control, reset. A changed value is marked.
+pub fn option_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    declaration: &Declaration,
+    actions: &mut Vec<Action>,
+) {
+    let Declaration { section, name, .. } = *declaration;
+    let Some(text) = project.edit().options.get(section, name) else { return };
+    let changed = text != declaration.default;
+    let set = |actions: &mut Vec<Action>, text: String| {
+        actions.push(Action::Change(Change::Option { section, name, text }));
+    };
+    let help = help(declaration);
+    ui.horizontal(|ui| {
+        let title = title(name);
+        let mark = if changed {
+            egui::RichText::new(format!("{title} *")).strong()
+        } else {
+            egui::RichText::new(&title)
+        };
+        let (rect, _) = ui.allocate_exact_size(
+            egui::vec2(126.0, ui.spacing().interact_size.y),
+            egui::Sense::hover(),
+        );
+        let label = ui
+            .place(rect, egui::Label::new(mark).truncate().halign(egui::Align::LEFT))
+            .on_hover_text(&help);
+        let response = control(ui, declaration, &text, actions, &set);
+        if let Some(response) = response {
+            response.on_hover_text(&help).labelled_by(label.id);
+        }
+        if !declaration.unit.is_empty() {
+            ui.add(egui::Label::new(egui::RichText::new(declaration.unit).weak()).truncate());
+        }
+        if changed {
+            let default = &declaration.default;
+            let reset =
+                ui.small_button("Reset").on_hover_text(format!("Reset {title} to {default}"));
+            if reset.clicked() {
+                set(actions, default.clone());
+            }
+        }
+    });
+}
+
+fn control(
+    ui: &mut egui::Ui,
+    declaration: &Declaration,
+    text: &str,
+    actions: &mut Vec<Action>,
+    set: &impl Fn(&mut Vec<Action>, String),
+) -> Option<egui::Response> {
+    match declaration.kind {
+        Kind::Switch => {
+            let mut on = text == "true";
+            let response = ui.add(egui::Checkbox::without_text(&mut on));
+            if response.changed() {
+                set(actions, on.to_string());
+            }
+            Some(response)
+        }
+        Kind::Choice(names) => {
+            let combo = egui::ComboBox::from_id_salt((declaration.section, declaration.name));
+            let shown = combo.selected_text(text).width(110.0).show_ui(ui, |ui| {
+                for name in names {
+                    if ui.selectable_label(text == *name, *name).clicked() && text != *name {
+                        set(actions, (*name).to_owned());
+                    }
+                }
+            });
+            Some(shown.response)
+        }
+        Kind::Integer => {
+            let response = number(ui, declaration, text, true)?;
+            if let Some(value) = response.1 {
+                set(actions, format!("{:.0}", value));
+            }
+            Some(response.0)
+        }
+        Kind::Number => {
+            let response = number(ui, declaration, text, false)?;
+            if let Some(value) = response.1 {
+                set(actions, value.to_string());
+            }
+            Some(response.0)
+        }
+        Kind::NumberOrAuto => {
+            let mut auto = text == "auto";
+            let switch = ui.checkbox(&mut auto, "auto").on_hover_text("Let the program choose");
+            if switch.changed() {
+                let (low, high) = declaration.range.unwrap_or((0.0, 1.0));
+                let value = if low <= 0.1 && 0.1 <= high { 0.1 } else { low };
+                set(actions, if auto { "auto".to_owned() } else { value.to_string() });
+            }
+            if text == "auto" {
+                return None;
+            }
+            let response = number(ui, declaration, text, false)?;
+            if let Some(value) = response.1 {
+                set(actions, value.to_string());
+            }
+            Some(response.0)
+        }
+    }
+}
+
+/// A slider where the range is one that a hand can cover, else a draggable number; with the new
+/// value, if any.
+fn number(
+    ui: &mut egui::Ui,
+    declaration: &Declaration,
+    text: &str,
+    whole: bool,
+) -> Option<(egui::Response, Option<f64>)> {
+    let before: f64 = text.parse().ok()?;
+    let (low, high) = declaration.range.unwrap_or((f64::MIN, f64::MAX));
+    let mut value = before;
+    let narrow = high - low <= if whole { 40.0 } else { 3.0 };
+    let response = if narrow {
+        let slider = egui::Slider::new(&mut value, low..=high);
+        ui.spacing_mut().slider_width = 60.0;
+        let slider = if whole { slider.integer() } else { slider.max_decimals(4) };
+        ui.add(slider)
+    } else {
+        let speed =
+            if whole { (0.01 * before.abs()).max(0.2) } else { (0.01 * before.abs()).max(1e-4) };
+        let field = egui::DragValue::new(&mut value).range(low..=high).speed(speed);
+        ui.add(if whole { field.max_decimals(0) } else { field.max_decimals(6) })
+    };
+    if whole {
+        value = value.round();
+    }
+    Some((response, (value != before).then_some(value)))
+}
+
+/// An option's name as words.
+pub fn title(name: &str) -> String {
+    let words = name
+        .trim_end_matches("_px")
+        .trim_end_matches("_m")
+        .trim_end_matches("_secs")
+        .replace('_', " ");
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn help(declaration: &Declaration) -> String {
+    let mut help = declaration.help.clone();
+    if let Some((low, high)) = declaration.range {
+        help.push_str(&format!(" From {low} to {high}"));
+        if !declaration.unit.is_empty() {
+            help.push_str(&format!(" {}", declaration.unit));
+        }
+        help.push('.');
+    }
+    help.push_str(&format!(" Default {}.", declaration.default));
+    help.push_str(&format!(" In the terminal --{}", flag(declaration)));
+    help
+}
+
+fn flag(declaration: &Declaration) -> String {
+    match declaration.section {
+        "general" => declaration.name.to_owned(),
+        section => format!("{section}.{}", declaration.name),
+    }
+}

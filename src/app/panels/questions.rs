@@ -1,0 +1,248 @@
+//! Questions that wait for an answer: paths, unsaved work, a capture that moved, a material; and
+//! the windows of the help menu.
+
+use std::path::PathBuf;
+
+use eframe::egui::{self, Id, Key};
+
+use super::numbers::{list_color, swatch};
+use crate::app::actions::Action;
+use crate::app::commands;
+use crate::app::dialogs::{Asked, PathField};
+use crate::app::edit::Change;
+use crate::app::state::State;
+
+pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    if state.dialogs.path.is_some() {
+        path_ui(ctx, state, actions);
+    } else if state.dialogs.unsaved.is_some() {
+        unsaved_ui(ctx, state, actions);
+    } else if state.dialogs.locate.is_some() {
+        locate_ui(ctx, state, actions);
+    } else if state.dialogs.assign {
+        assign_ui(ctx, state, actions);
+    }
+    if state.dialogs.shortcuts {
+        shortcuts_ui(ctx, state);
+    }
+    if state.dialogs.about {
+        about_ui(ctx, state);
+    }
+}
+
+/// A window in front of all others; gives whether it was left by Escape or a click beside it.
+fn ask<T>(
+    ctx: &egui::Context,
+    name: &str,
+    width: f32,
+    body: impl FnOnce(&mut egui::Ui) -> T,
+) -> (T, bool) {
+    let response = egui::Modal::new(Id::unique(("question", name))).show(ctx, |ui| {
+        let width = width.min(ui.ctx().content_rect().width() - 60.0);
+        ui.set_width(width);
+        ui.heading(name);
+        ui.add_space(6.0);
+        body(ui)
+    });
+    let left = response.should_close();
+    (response.inner, left)
+}
+
+fn path_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(PathField { asked, text, notice, focused }) = &mut state.dialogs.path else { return };
+    let asked = *asked;
+    let (answer, left) = ask(ctx, asked.title(), 560.0, |ui| {
+        if let Some(notice) = notice {
+            ui.label(*notice);
+        }
+        let label = ui.label("Path");
+        let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY);
+        let response = ui.add(field).on_hover_text("A path on this computer").labelled_by(label.id);
+        if !std::mem::replace(focused, true) {
+            response.request_focus();
+        }
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        ui.add_space(6.0);
+        buttons(ui, accept(asked), !text.trim().is_empty(), entered)
+    });
+    match answer {
+        Some(true) => {
+            let path = PathBuf::from(text.trim());
+            state.dialogs.path = None;
+            actions.push(asked.action(path));
+        }
+        Some(false) => leave_path(state),
+        None if left => leave_path(state),
+        None => {}
+    }
+}
+
+/// Not saving leaves what was to come after it undone.
+fn leave_path(state: &mut State) {
+    state.dialogs.path = None;
+    state.dialogs.unsaved = None;
+}
+
+fn accept(asked: Asked) -> &'static str {
+    match asked {
+        Asked::OpenCapture | Asked::OpenProject => "Open",
+        Asked::SaveAs => "Save",
+        Asked::Export => "Export",
+        Asked::Locate => "Use",
+    }
+}
+
+/// The button that accepts and the one that does not; what was answered.
+fn buttons(ui: &mut egui::Ui, accept: &str, enabled: bool, entered: bool) -> Option<bool> {
+    ui.horizontal(|ui| {
+        let text = egui::RichText::new(accept).color(egui::Color32::WHITE);
+        let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
+        let accepted = ui.add_enabled(enabled, button).on_hover_text("Go on (Enter)").clicked();
+        let refused = ui.button("Cancel").on_hover_text("Leave it as it is (Esc)").clicked();
+        if refused { Some(false) } else { (accepted || entered && enabled).then_some(true) }
+    })
+    .inner
+}
+
+fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
+    let (answer, left) = ask(ctx, "Save changes?", 420.0, |ui| {
+        ui.label(format!("Tags or options of \"{name}\" were changed and not saved."));
+        ui.add_space(6.0);
+        ui.horizontal(|ui| {
+            let mut answer = None;
+            for (text, help, action) in [
+                ("Save", "Save the project first", Some(true)),
+                ("Don't save", "Lose what was changed since the last save", Some(false)),
+                ("Cancel", "Stay here (Esc)", None),
+            ] {
+                if ui.button(text).on_hover_text(help).clicked() {
+                    answer = Some(action);
+                }
+            }
+            answer
+        })
+        .inner
+    });
+    match answer {
+        Some(Some(save)) => actions.push(Action::Unsaved { save }),
+        Some(None) => state.dialogs.unsaved = None,
+        None if left => state.dialogs.unsaved = None,
+        None => {}
+    }
+}
+
+fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(locate) = &mut state.dialogs.locate else { return };
+    let (answer, left) = ask(ctx, "Find the capture", 560.0, |ui| {
+        ui.label("The capture of this project is not where it was. Where is its folder now?");
+        ui.weak(locate.opening.folder.display().to_string());
+        let label = ui.label("Path");
+        let field = egui::TextEdit::singleline(&mut locate.text).desired_width(f32::INFINITY);
+        ui.add(field).on_hover_text("The capture's folder").labelled_by(label.id);
+        if ui.button("Browse…").on_hover_text("Choose the folder").clicked() {
+            actions.push(Action::Ask(Asked::Locate));
+        }
+        ui.add_space(6.0);
+        buttons(ui, "Use", !locate.text.trim().is_empty(), false)
+    });
+    match answer {
+        Some(true) => actions.push(Action::Locate(PathBuf::from(locate.text.trim()))),
+        Some(false) => state.dialogs.locate = None,
+        None if left => state.dialogs.locate = None,
+        None => {}
+    }
+}
+
+fn assign_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(project) = &state.project else { return };
+    let surfaces = project.selection.surfaces.clone();
+    let (chosen, left) = ask(ctx, "Assign material", 280.0, |ui| {
+        let mut chosen = None;
+        egui::ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
+            for (index, material) in project.edit().materials.iter().enumerate() {
+                ui.horizontal(|ui| {
+                    swatch(ui, list_color(project, index));
+                    let button = egui::Button::new(material.name.as_str()).frame(false);
+                    if ui.add(button).on_hover_text("Assign this material").clicked() {
+                        let surfaces = surfaces.clone();
+                        chosen = Some(Change::Assign { surfaces, material: index });
+                    }
+                });
+            }
+        });
+        ui.separator();
+        if ui.button("New material").on_hover_text("Make one of these surfaces").clicked() {
+            chosen = Some(Change::NewMaterial { surfaces: surfaces.clone() });
+        }
+        if ui.button("No material").on_hover_text("Estimate no reflectance there").clicked() {
+            chosen = Some(Change::Unassign { surfaces: surfaces.clone() });
+        }
+        chosen
+    });
+    if let Some(change) = chosen {
+        actions.push(Action::Change(change));
+        state.dialogs.assign = false;
+    } else if left {
+        state.dialogs.assign = false;
+    }
+}
+
+fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
+    let (closed, left) = ask(ctx, "Keyboard shortcuts", 620.0, |ui| {
+        egui::ScrollArea::vertical().max_height(ctx.content_rect().height() - 160.0).show(
+            ui,
+            |ui| {
+                egui::Grid::new("shortcuts")
+                    .num_columns(4)
+                    .striped(true)
+                    .spacing([20.0, 3.0])
+                    .show(ui, |ui| {
+                        let mut keys: Vec<(String, &str)> = commands::all()
+                            .iter()
+                            .filter_map(|command| {
+                                Some((ctx.format_shortcut(command.key.as_ref()?), command.name))
+                            })
+                            .collect();
+                        let view = [
+                            ("Middle drag", "Orbit"),
+                            ("Shift+middle drag", "Pan"),
+                            ("Wheel", "Zoom to the cursor"),
+                            ("Click", "Select a surface"),
+                            ("Shift+click", "Add to the selection"),
+                        ];
+                        keys.extend(view.map(|(key, name)| (key.to_owned(), name)));
+                        for pair in keys.chunks(2) {
+                            for (key, name) in pair {
+                                ui.monospace(key.as_str());
+                                ui.label(*name);
+                            }
+                            ui.end_row();
+                        }
+                    });
+            },
+        );
+        ui.add_space(6.0);
+        ui.button("Close").on_hover_text("Close this list (Esc)").clicked()
+    });
+    state.dialogs.shortcuts = !(closed || left);
+}
+
+fn about_ui(ctx: &egui::Context, state: &mut State) {
+    let adapter = state.adapter.clone();
+    let (closed, left) = ask(ctx, "About Lobelia", 460.0, |ui| {
+        ui.label(format!("Version {}", env!("CARGO_PKG_VERSION")));
+        ui.label(env!("CARGO_PKG_DESCRIPTION"));
+        ui.add_space(6.0);
+        ui.label(
+            "The method is that of Gibson, Howard and Hubbard, \"Flexible Image-Based \
+             Photometric Reconstruction using Virtual Light Sources\" (Eurographics 2001).",
+        );
+        ui.add_space(6.0);
+        ui.weak(format!("Graphics adapter: {adapter}"));
+        ui.weak(format!("License: {}", env!("CARGO_PKG_LICENSE")));
+        ui.add_space(6.0);
+        ui.button("Close").on_hover_text("Close this window (Esc)").clicked()
+    });
+    state.dialogs.about = !(closed || left);
+}

@@ -1,0 +1,173 @@
+//! The run: method, options, stages.
+
+use eframe::egui;
+
+use super::numbers::{count, duration};
+use super::options::{is_used, option_ui, section_title};
+use crate::app::actions::Action;
+use crate::app::edit::Change;
+use crate::app::jobs::secs_since;
+use crate::app::project::{Project, Run};
+use crate::options::Declaration;
+use crate::reconstruct::Stage;
+
+pub struct RunPanelState {
+    declarations: Vec<Declaration>,
+    changed_only: bool,
+}
+
+impl Default for RunPanelState {
+    fn default() -> Self {
+        let declarations = crate::reconstruct::Options::default().declarations();
+        Self { declarations, changed_only: false }
+    }
+}
+
+pub fn run_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    state: &mut RunPanelState,
+    actions: &mut Vec<Action>,
+) {
+    button(ui, project, actions);
+    match &project.run {
+        Some(run) => running(ui, run),
+        None => finished(ui, project),
+    }
+    ui.separator();
+    let any_changed = state
+        .declarations
+        .iter()
+        .any(|d| project.edit().options.get(d.section, d.name).as_deref() != Some(&d.default));
+    ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut state.changed_only, "Changed only")
+            .on_hover_text("Show only options that differ from their defaults");
+        let reset = ui.add_enabled(any_changed, egui::Button::new("Reset all").small());
+        if reset.on_hover_text("Put every option back to its default").clicked() {
+            actions.push(Action::Change(Change::DefaultOptions));
+        }
+    });
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let mut rest = state.declarations.as_slice();
+        while let Some(first) = rest.first() {
+            let number = rest.iter().take_while(|d| d.section == first.section).count();
+            let (own, others) = rest.split_at(number);
+            rest = others;
+            section(ui, project, own, state.changed_only, actions);
+        }
+    });
+}
+
+fn section(
+    ui: &mut egui::Ui,
+    project: &Project,
+    declarations: &[Declaration],
+    changed_only: bool,
+    actions: &mut Vec<Action>,
+) {
+    let options = &project.edit().options;
+    let changed = |d: &&Declaration| options.get(d.section, d.name).as_deref() != Some(&d.default);
+    let number = declarations.iter().filter(changed).count();
+    if changed_only && number == 0 {
+        return;
+    }
+    let name = declarations[0].section;
+    let mut title = section_title(name).to_owned();
+    if number > 0 {
+        title.push_str(&format!(" ({number} changed)"));
+    }
+    let used = is_used(name, options);
+    let text = egui::RichText::new(title);
+    let text = if used { text } else { text.weak() };
+    let header = egui::CollapsingHeader::new(text)
+        .id_salt(name)
+        .default_open(matches!(name, "general" | "samples" | "joint"))
+        .show(ui, |ui| {
+            for declaration in declarations.iter().filter(|d| !changed_only || changed(d)) {
+                option_ui(ui, project, declaration, actions);
+            }
+        });
+    if !used {
+        header.header_response.on_hover_text("The method that is chosen does not use these.");
+    }
+}
+
+fn button(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+    let width = ui.available_width();
+    let size = egui::vec2(width, 28.0);
+    if project.run.is_some() {
+        let button = egui::Button::new("Cancel reconstruction").min_size(size);
+        if ui.add(button).on_hover_text("Stop; what was there before comes back (Esc)").clicked() {
+            actions.push(Action::Cancel);
+        }
+        return;
+    }
+    let obstacle = project.obstacle();
+    let text = egui::RichText::new("Run reconstruction").color(egui::Color32::WHITE);
+    let button = egui::Button::new(text).fill(crate::app::theme::ACCENT).min_size(size);
+    let response = ui
+        .add_enabled(obstacle.is_none(), button)
+        .on_hover_text("Recover reflectances and light with these options (Ctrl+R)")
+        .on_disabled_hover_text(obstacle.unwrap_or_default());
+    if response.clicked() {
+        actions.push(Action::Run);
+    }
+}
+
+/// The stages with a check mark and seconds for each that is done.
+fn running(ui: &mut egui::Ui, run: &Run) {
+    egui::Grid::new("stages").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
+        let current = run.stages.len().saturating_sub(1);
+        for (index, (stage, began, secs)) in run.stages.iter().enumerate() {
+            if index < current {
+                ui.label("✔");
+                ui.label(stage.name());
+                ui.label(duration(*secs));
+            } else {
+                ui.spinner();
+                ui.strong(stage.name());
+                ui.horizontal(|ui| {
+                    if let Some(progress) = run.progress.filter(|progress| progress.total > 0) {
+                        let (done, total) = (progress.done, progress.total);
+                        let bar = egui::ProgressBar::new((done as f32 / total as f32).min(1.0));
+                        let text = format!("{} / {}", count(done as usize), count(total as usize));
+                        ui.add(bar.desired_width(110.0).text(text));
+                    }
+                    let left = run.secs_left().map(|secs| format!(", {} left", duration(secs)));
+                    ui.label(format!(
+                        "{}{}",
+                        duration(secs_since(*began)),
+                        left.unwrap_or_default()
+                    ));
+                });
+            }
+            ui.end_row();
+        }
+        let begun: Vec<Stage> = run.stages.iter().map(|(stage, ..)| *stage).collect();
+        for stage in Stage::ALL.into_iter().filter(|stage| !begun.contains(stage)) {
+            ui.label("");
+            ui.weak(stage.name());
+            ui.label("");
+            ui.end_row();
+        }
+    });
+}
+
+fn finished(ui: &mut egui::Ui, project: &Project) {
+    if let Some(whole) = &project.products.whole {
+        ui.horizontal_wrapped(|ui| {
+            super::numbers::outdated(ui, project);
+            ui.label(whole.solution.brief());
+        });
+        let text: Vec<String> = Stage::ALL
+            .iter()
+            .zip(whole.seconds)
+            .map(|(stage, secs)| format!("{} {}", stage.name(), duration(secs)))
+            .collect();
+        ui.weak(text.join(", "));
+    } else if !project.last_stages.is_empty() {
+        ui.weak("The last run did not end; what it found so far is shown.");
+    } else {
+        ui.weak("Not run yet.");
+    }
+}

@@ -1,0 +1,156 @@
+//! Computed over measured radiance of every sample (Fig. 14).
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Color32};
+use egui_plot::{HLine, Legend, Plot, PlotPoint, PlotPoints, Points, VLine};
+
+use super::numbers::{empty, outdated, short};
+use crate::app::actions::{Action, Select};
+use crate::app::derived::Derived;
+use crate::app::project::Project;
+use crate::app::viewport::material_color;
+
+/// As many points a material are drawn at most; the worst are always among them.
+const DRAWN: usize = 4000;
+/// A click selects a point within so many pixels.
+const REACH: f32 = 10.0;
+
+pub struct ErrorPlotState {
+    before: bool,
+    after: bool,
+    /// The points of the products they were made of.
+    made_of: Option<(Arc<Derived>, Vec<Series>)>,
+}
+
+impl Default for ErrorPlotState {
+    fn default() -> Self {
+        Self { before: false, after: true, made_of: None }
+    }
+}
+
+/// The points of one material: place along the axis, error, sample.
+struct Series {
+    material: usize,
+    points: Vec<PlotPoint>,
+    samples: Vec<u32>,
+}
+
+pub fn sample_errors_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    state: &mut ErrorPlotState,
+    actions: &mut Vec<Action>,
+) {
+    let Some(derived) = &project.products.derived else {
+        empty(ui, "Run to see the error of every sample.");
+        return;
+    };
+    ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut state.after, "This run").on_hover_text("Errors of the results shown");
+        let before = project.products.before.is_some();
+        ui.add_enabled(before, egui::Checkbox::new(&mut state.before, "Run before"))
+            .on_hover_text("Errors of the run before this one, in grey")
+            .on_disabled_hover_text("There was no run before this one.");
+        ui.label(format!("RMS of the logarithm {}", short(derived.log_rms())));
+        if let Some(before) = &project.products.before {
+            ui.weak(format!("(before {})", short(before.log_rms())));
+        }
+        outdated(ui, project);
+    });
+    if state.made_of.as_ref().is_none_or(|(of, _)| !Arc::ptr_eq(of, derived)) {
+        state.made_of = Some((derived.clone(), series(derived)));
+    }
+    let Some((_, all)) = &state.made_of else { return };
+    let names = &project.result_capture().materials;
+    let grey = ui.visuals().weak_text_color().gamma_multiply(0.6);
+    let plot = Plot::new("sample errors")
+        .legend(Legend::default())
+        .x_axis_label("sample, by material")
+        .y_axis_label("ln(computed / measured)")
+        .allow_scroll(false)
+        .label_formatter(|_| None)
+        .show(ui, |plot| {
+            plot.hline(HLine::new("", 0.0).color(grey).width(1.0).allow_hover(false));
+            if state.before
+                && let Some(before) = &project.products.before
+            {
+                for one in series(before) {
+                    plot.points(
+                        Points::new("Run before", PlotPoints::Owned(one.points))
+                            .color(grey)
+                            .radius(1.2)
+                            .allow_hover(false),
+                    );
+                }
+            }
+            for one in all.iter().filter(|_| state.after) {
+                let name = names.get(one.material).map_or("", |material| material.name.as_str());
+                plot.points(
+                    Points::new(name, PlotPoints::Borrowed(&one.points))
+                        .color(material_color(one.material))
+                        .radius(1.8)
+                        .allow_hover(false),
+                );
+            }
+            if let Some(place) = project.selection.sample.and_then(|sample| place(all, sample)) {
+                plot.vline(VLine::new("", place.x).color(grey).width(1.0).allow_hover(false));
+                plot.points(
+                    Points::new("Selected", vec![[place.x, place.y]])
+                        .color(selected_color(plot.ctx()))
+                        .filled(false)
+                        .radius(6.0)
+                        .allow_hover(false),
+                );
+            }
+        });
+    let response = plot.response.on_hover_cursor(egui::CursorIcon::Crosshair);
+    if response.clicked()
+        && let Some(at) = response.interact_pointer_pos()
+    {
+        let points = all.iter().flat_map(|one| one.points.iter().zip(&one.samples));
+        let nearest = points
+            .map(|(point, sample)| {
+                (plot.transform.position_from_point(point).distance(at), *sample)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, sample)) = nearest.filter(|(distance, _)| *distance <= REACH) {
+            actions.push(Action::Select(Select::Sample(sample as usize)));
+        }
+    }
+}
+
+fn selected_color(ctx: &egui::Context) -> Color32 {
+    if ctx.global_style().visuals.dark_mode { Color32::WHITE } else { Color32::BLACK }
+}
+
+fn place(all: &[Series], sample: usize) -> Option<PlotPoint> {
+    all.iter().find_map(|one| {
+        let index = one.samples.iter().position(|&own| own as usize == sample)?;
+        Some(one.points[index])
+    })
+}
+
+/// The points of every material. Of very many, an even choice and all that are far off.
+fn series(derived: &Derived) -> Vec<Series> {
+    let limit = 3.0 * derived.log_rms();
+    derived
+        .material_start
+        .windows(2)
+        .enumerate()
+        .filter(|(_, range)| range[1] > range[0])
+        .map(|(material, range)| {
+            let step = (range[1] - range[0]).div_ceil(DRAWN).max(1);
+            let mut one = Series { material, points: Vec::new(), samples: Vec::new() };
+            for place in range[0]..range[1] {
+                let sample = derived.by_material[place];
+                let error = derived.samples[sample as usize].log_error;
+                if error.abs() > limit || (place - range[0]).is_multiple_of(step) {
+                    one.points.push(PlotPoint::new(place as f64, error));
+                    one.samples.push(sample);
+                }
+            }
+            one
+        })
+        .collect()
+}

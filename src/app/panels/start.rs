@@ -1,0 +1,126 @@
+//! The page before anything is open.
+
+use std::path::Path;
+
+use eframe::egui;
+
+use crate::app::actions::Action;
+use crate::app::dialogs::Asked;
+use crate::app::state::State;
+use crate::io::project;
+
+pub fn start_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    egui::CentralPanel::default_margins().show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let width = ui.available_width().min(640.0);
+            let margin = (0.5 * (ui.available_width() - width)).max(0.0);
+            ui.add_space((0.08 * ui.available_height()).max(8.0));
+            ui.horizontal_top(|ui| {
+                ui.add_space(margin);
+                ui.vertical(|ui| {
+                    ui.set_width(width);
+                    page(ui, state, actions);
+                });
+            });
+        });
+    });
+}
+
+fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    ui.label(egui::RichText::new("Lobelia").size(26.0).strong());
+    ui.weak("Reflectances and light from photographs and partial geometry");
+    ui.add_space(16.0);
+    if let Some((_, opening)) = &state.jobs.opening {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label(format!("Opening {}", opening.folder.display()));
+            if ui.button("Stop").on_hover_text("Give this opening up").clicked() {
+                actions.push(Action::CancelOpening);
+            }
+        });
+        ui.add_space(8.0);
+    }
+    for file in &state.left_behind {
+        left_behind(ui, file, actions);
+    }
+    ui.horizontal_wrapped(|ui| {
+        let size = egui::vec2(0.0, 30.0);
+        let mut choice = |text: &str, help: &str, action: Action| {
+            let button = egui::Button::new(text).min_size(size);
+            if ui.add(button).on_hover_text(help).clicked() {
+                actions.push(action);
+            }
+        };
+        choice(
+            "Open capture…",
+            "A folder with scene.obj, transforms.json and photographs (Ctrl+O)",
+            Action::Ask(Asked::OpenCapture),
+        );
+        choice("Open project…", "A .lobelia file (Ctrl+Shift+O)", Action::Ask(Asked::OpenProject));
+        if state.example.is_some() {
+            choice(
+                "Open example",
+                "The corner of a room with three boxes, shipped with the program",
+                Action::OpenExample,
+            );
+        }
+    });
+    ui.add_space(4.0);
+    ui.weak("Or drop a folder or a project file onto this window.");
+    ui.add_space(20.0);
+    recent(ui, state, actions);
+}
+
+fn left_behind(ui: &mut egui::Ui, file: &Path, actions: &mut Vec<Action>) {
+    egui::Frame::group(ui.style()).show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label("A window closed without saving. Its work was kept.");
+            if ui.button("Recover").on_hover_text("Open the work that was kept").clicked() {
+                actions.push(Action::Recover(file.to_owned()));
+            }
+            if ui.button("Discard").on_hover_text("Delete it for good").clicked() {
+                actions.push(Action::Discard(file.to_owned()));
+            }
+        });
+    });
+    ui.add_space(8.0);
+}
+
+fn recent(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    ui.heading("Recent");
+    ui.add_space(4.0);
+    if state.settings.recent.is_empty() {
+        ui.weak("Captures and projects that you open will be listed here.");
+    }
+    for path in &state.settings.recent {
+        let exists = path.exists();
+        let name = path
+            .file_name()
+            .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
+        ui.horizontal(|ui| {
+            let kind = if project::is_project(path) { "project" } else { "capture" };
+            let button = egui::Button::new(name.as_str()).frame(false);
+            let response = ui
+                .add_enabled(exists, button)
+                .on_hover_text(format!("Open this {kind}"))
+                .on_disabled_hover_text("It is no longer there, or its drive is not connected.");
+            if response.clicked() {
+                actions.push(Action::Open(path.clone()));
+            }
+            if !exists {
+                ui.weak("missing");
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if ui
+                    .small_button("Remove")
+                    .on_hover_text(format!("Take {name} off this list"))
+                    .clicked()
+                {
+                    actions.push(Action::ForgetRecent(path.clone()));
+                }
+                let folder = path.parent().unwrap_or(path).display().to_string();
+                ui.add(egui::Label::new(egui::RichText::new(folder).weak()).truncate());
+            });
+        });
+    }
+}

@@ -1,0 +1,106 @@
+//! The bar at the bottom: what runs, what is under the cursor, how much there is.
+
+use eframe::egui;
+
+use super::numbers::{count, counted, duration};
+use crate::app::actions::Action;
+use crate::app::jobs::secs_since;
+use crate::app::project::{Project, Run};
+use crate::app::state::State;
+use crate::app::viewport::Hovered;
+
+pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 3));
+    egui::Panel::bottom("status").frame(frame).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            ui.set_min_height(20.0);
+            match &state.project {
+                Some(Project { run: Some(run), .. }) => running(ui, run, actions),
+                _ if state.jobs.exporting.is_some() => {
+                    ui.spinner();
+                    ui.label("Writing results");
+                }
+                _ if state.jobs.opening.is_some() => {
+                    ui.spinner();
+                    ui.label("Opening");
+                }
+                _ => {
+                    ui.weak("Ready");
+                }
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let adapter = egui::RichText::new(short(&state.adapter)).weak();
+                ui.label(adapter).on_hover_text(format!("Graphics adapter: {}", state.adapter));
+                if let Some(project) = &state.project {
+                    ui.separator();
+                    counts(ui, project);
+                    if let Some(hovered) = state.viewport.hovered() {
+                        ui.separator();
+                        ui.add(egui::Label::new(under_cursor(project, hovered)).truncate());
+                    }
+                }
+            });
+        });
+    });
+}
+
+fn running(ui: &mut egui::Ui, run: &Run, actions: &mut Vec<Action>) {
+    ui.spinner();
+    let stage = run.stage().map_or("starting", |stage| stage.name());
+    ui.label(if run.cancelling { "Cancelling".to_owned() } else { format!("Stage {stage}") });
+    if let Some(progress) = run.progress.filter(|progress| progress.total > 0) {
+        let part = progress.done as f32 / progress.total as f32;
+        let text =
+            format!("{} / {}", count(progress.done as usize), count(progress.total as usize));
+        ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(140.0).text(text));
+        if let Some(left) = run.secs_left() {
+            ui.label(format!("{} left", duration(left)));
+        }
+    }
+    ui.weak(duration(secs_since(run.began)));
+    if ui.small_button("Cancel").on_hover_text("Stop the run (Esc)").clicked() {
+        actions.push(Action::Cancel);
+    }
+}
+
+fn counts(ui: &mut egui::Ui, project: &Project) {
+    let products = &project.products;
+    let mut parts = Vec::new();
+    if let Some(samples) = &products.samples {
+        parts.push(counted(samples.samples.len(), "sample", "samples"));
+    }
+    if let Some((lights, lobes)) = &products.lights {
+        parts.push(counted(lights.lights.len(), "light", "lights"));
+        let lit = products.solution.as_ref().map(|solution| solution.active_lobes());
+        parts.push(match lit {
+            Some(lit) => format!("{} of {} lobes lit", count(lit), count(lobes.lobes.len())),
+            None => counted(lobes.lobes.len(), "lobe", "lobes"),
+        });
+    }
+    if parts.is_empty() {
+        parts.push(counted(project.loaded.photographs.len(), "photograph", "photographs"));
+        parts.push(counted(project.loaded.mesh.triangles.len(), "triangle", "triangles"));
+    }
+    ui.label(parts.join(", "));
+}
+
+/// Software adapters have long names with versions in brackets.
+fn short(adapter: &str) -> String {
+    let name = adapter.split(['(', ',']).next().unwrap_or(adapter).trim();
+    name.chars().take(28).collect()
+}
+
+fn under_cursor(project: &Project, hovered: &Hovered) -> String {
+    let surface = project.loaded.surfaces.get(hovered.surface);
+    let mut text = surface.map_or_else(String::new, |surface| surface.name.clone());
+    if let Some(material) = hovered.material.and_then(|index| project.capture.materials.get(index))
+    {
+        text.push_str(&format!(", {}", material.name));
+    }
+    let p = hovered.position;
+    text.push_str(&format!("  at {:.2} {:.2} {:.2} m", p.x, p.y, p.z));
+    if let Some(radiance) = hovered.radiance {
+        text.push_str(&format!("  radiance {}", super::numbers::rgb(radiance.map(f64::from))));
+    }
+    text
+}

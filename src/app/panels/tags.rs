@@ -1,0 +1,286 @@
+//! Tagging: which surfaces share a material, and what is known of it.
+
+use std::collections::BTreeSet;
+
+use eframe::egui::{self, Button};
+
+use super::numbers::{counted, list_color, swatch};
+use super::outliner::drop_on_material;
+use crate::app::actions::{Action, Select};
+use crate::app::edit::Change;
+use crate::app::project::Project;
+use crate::math::rgb::Rgb;
+use crate::scene::{Material, MaterialKind, Role};
+
+#[derive(Default)]
+pub struct TagState {
+    /// The material whose name is being typed, and what was typed.
+    rename: Option<(usize, String)>,
+}
+
+pub fn tags_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    state: &mut TagState,
+    actions: &mut Vec<Action>,
+) {
+    let selected = &project.selection.surfaces;
+    ui.horizontal_wrapped(|ui| {
+        let new = ui
+            .button("New material")
+            .on_hover_text("Make a material; the selected surfaces, if any, become its own (N)");
+        if new.clicked() {
+            actions.push(Action::NewMaterialOfSelection);
+        }
+        let label = counted(selected.len(), "surface selected", "surfaces selected");
+        ui.weak(if selected.is_empty() {
+            "Select surfaces to assign them".to_owned()
+        } else {
+            label
+        });
+    });
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        for (index, material) in project.edit().materials.iter().enumerate() {
+            entry(ui, project, index, material, actions);
+        }
+        ui.add_space(4.0);
+        unassigned(ui, project, actions);
+        ui.separator();
+        match project.selection.material.filter(|&m| m < project.edit().materials.len()) {
+            Some(index) => properties(ui, project, index, state, actions),
+            None => {
+                ui.weak("Choose a material above to see and change its properties.");
+            }
+        }
+    });
+}
+
+fn entry(
+    ui: &mut egui::Ui,
+    project: &Project,
+    index: usize,
+    material: &Material,
+    actions: &mut Vec<Action>,
+) {
+    ui.horizontal(|ui| {
+        swatch(ui, list_color(project, index));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let selected = &project.selection.surfaces;
+            let assign = ui
+                .add_enabled(!selected.is_empty(), Button::new("Assign").small())
+                .on_hover_text(format!("Give the selected surfaces the material {}", material.name))
+                .on_disabled_hover_text("Select surfaces first");
+            if assign.clicked() {
+                let change = Change::Assign { surfaces: selected.clone(), material: index };
+                actions.push(Action::Change(change));
+            }
+            let mut kind = match material.kind {
+                MaterialKind::Diffuse => "diffuse",
+                MaterialKind::Specular => "specular",
+            }
+            .to_owned();
+            if material.known_diffuse.is_some() {
+                kind.push_str(", known");
+            }
+            ui.weak(kind);
+            let width = ui.available_width();
+            let is_selected = project.selection.material == Some(index);
+            let text = format!("{} ({})", material.name, material.surfaces.len());
+            let button = Button::selectable(is_selected, text).truncate();
+            let response = ui
+                .add(button.min_size(egui::vec2(width, 0.0)))
+                .on_hover_text("Choose this material, or drop surfaces here");
+            drop_on_material(&response, index, actions);
+            if response.clicked() {
+                actions.push(Action::Select(Select::Material(index)));
+            }
+        });
+    });
+}
+
+/// Surfaces without a material stand apart: nothing is estimated there.
+fn unassigned(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+    let surfaces = project.capture.surfaces.iter().enumerate();
+    let untagged: BTreeSet<usize> = surfaces
+        .filter(|(_, surface)| surface.role == Role::Untagged)
+        .map(|(index, _)| index)
+        .collect();
+    if untagged.is_empty() {
+        return;
+    }
+    let color = ui.visuals().warn_fg_color;
+    ui.horizontal(|ui| {
+        let text = counted(untagged.len(), "surface has no material", "surfaces have no material");
+        ui.colored_label(color, text)
+            .on_hover_text("They shade and give light, but no reflectance is estimated for them");
+        if ui.small_button("Select them").on_hover_text("Select all of these surfaces").clicked() {
+            let surfaces = untagged.clone();
+            actions.push(Action::Select(Select::Surfaces { surfaces, add: false }));
+        }
+    });
+    let names: Vec<&str> =
+        untagged.iter().take(12).map(|&s| project.capture.surfaces[s].name.as_str()).collect();
+    ui.weak(names.join(", "));
+}
+
+fn properties(
+    ui: &mut egui::Ui,
+    project: &Project,
+    index: usize,
+    state: &mut TagState,
+    actions: &mut Vec<Action>,
+) {
+    let material = &project.edit().materials[index];
+    let mut changes = Vec::new();
+    let mut change = |change: Change| changes.push(Action::Change(change));
+    name(ui, index, material, state, &mut change);
+    ui.horizontal(|ui| {
+        let label = ui.label("Kind");
+        for (kind, text, help) in [
+            (MaterialKind::Diffuse, "Diffuse", "Looks the same from everywhere"),
+            (
+                MaterialKind::Specular,
+                "Specular",
+                "Diffuse with a Phong lobe about the mirror direction",
+            ),
+        ] {
+            let response = ui.radio(material.kind == kind, text).on_hover_text(help);
+            let response = response.labelled_by(label.id);
+            if response.clicked() && material.kind != kind {
+                change(Change::Kind { material: index, kind });
+            }
+        }
+    });
+    let mut textured = material.textured;
+    let response = ui.checkbox(&mut textured, "Textured").on_hover_text(
+        "The diffuse reflectance varies over the surfaces: a map of it is reconstructed",
+    );
+    if response.changed() {
+        change(Change::Textured { material: index, textured });
+    }
+    known(ui, index, material, &mut change);
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        let label = "Merge into…";
+        ui.add_enabled_ui(project.edit().materials.len() > 1, |ui| {
+            ui.menu_button(label, |ui| {
+                for (into, other) in project.edit().materials.iter().enumerate() {
+                    if into != index && ui.button(other.name.as_str()).clicked() {
+                        change(Change::Merge { from: index, into });
+                        ui.close();
+                    }
+                }
+            })
+            .response
+            .on_hover_text("Give all its surfaces to another material");
+        });
+        if ui.button("Delete").on_hover_text("Its surfaces become unassigned").clicked() {
+            change(Change::Delete { material: index });
+        }
+        let own: BTreeSet<usize> = material.surfaces.iter().copied().collect();
+        let select = ui.add_enabled(!own.is_empty(), Button::new("Select surfaces"));
+        if select.on_hover_text("Select the surfaces of this material").clicked() {
+            actions.push(Action::Select(Select::Surfaces { surfaces: own, add: false }));
+        }
+    });
+    actions.append(&mut changes);
+    ui.add_space(4.0);
+    let names: Vec<&str> = material
+        .surfaces
+        .iter()
+        .take(40)
+        .map(|&surface| project.capture.surfaces[surface].name.as_str())
+        .collect();
+    ui.weak(if names.is_empty() { "No surface has it".to_owned() } else { names.join(", ") });
+}
+
+fn name(
+    ui: &mut egui::Ui,
+    index: usize,
+    material: &Material,
+    state: &mut TagState,
+    change: &mut impl FnMut(Change),
+) {
+    ui.horizontal(|ui| {
+        let label = ui.label("Name");
+        let mut text = match &state.rename {
+            Some((renamed, text)) if *renamed == index => text.clone(),
+            _ => material.name.clone(),
+        };
+        let field = egui::TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
+        let response = ui
+            .add(field)
+            .on_hover_text("Every material has a name of its own")
+            .labelled_by(label.id);
+        if response.changed() {
+            state.rename = Some((index, text.clone()));
+        }
+        if response.lost_focus()
+            && let Some((renamed, text)) = state.rename.take()
+            && renamed == index
+            && text.trim() != material.name
+        {
+            change(Change::Rename { material: index, name: text });
+        }
+    });
+}
+
+fn known(ui: &mut egui::Ui, index: usize, material: &Material, change: &mut impl FnMut(Change)) {
+    let mut is_known = material.known_diffuse.is_some();
+    let response = ui.checkbox(&mut is_known, "Known reflectance").on_hover_text(
+        "Hold the diffuse reflectance at a measured value: it fixes the scale of all others",
+    );
+    if response.changed() {
+        let diffuse = is_known.then_some([0.5; 3]);
+        change(Change::Known { material: index, diffuse });
+    }
+    let Some(diffuse) = material.known_diffuse else { return };
+    ui.indent("known", |ui| {
+        ui.horizontal(|ui| {
+            let mut picked = diffuse.map(|value| value as f32);
+            let changed = ui.name_inputs("Pick the known reflectance", |ui| {
+                ui.color_edit_button_rgb(&mut picked)
+                    .on_hover_text("Pick it, in linear values")
+                    .changed()
+            });
+            if changed {
+                let diffuse = Some(picked.map(f64::from));
+                change(Change::Known { material: index, diffuse });
+            }
+            if let Some(values) = triple(ui, "Known reflectance", diffuse, 1.0) {
+                change(Change::Known { material: index, diffuse: Some(values) });
+            }
+        });
+        let mut uncertain = material.known_diffuse_sd.is_some();
+        let response = ui
+            .checkbox(&mut uncertain, "Standard deviation")
+            .on_hover_text("How far the true value may be off; without it the value is exact");
+        if response.changed() {
+            let deviation = uncertain.then_some([0.02; 3]);
+            change(Change::KnownDeviation { material: index, deviation });
+        }
+        if let Some(deviation) = material.known_diffuse_sd {
+            ui.horizontal(|ui| {
+                if let Some(values) = triple(ui, "Standard deviation", deviation, 1.0) {
+                    let deviation = Some(values);
+                    change(Change::KnownDeviation { material: index, deviation });
+                }
+            });
+        }
+    });
+}
+
+/// Three draggable numbers from 0 to `largest`; the new ones where any was changed.
+fn triple(ui: &mut egui::Ui, what: &str, values: Rgb, largest: f64) -> Option<Rgb> {
+    let mut edited = values;
+    let mut changed = false;
+    for (value, channel) in edited.iter_mut().zip(["red", "green", "blue"]) {
+        let field = egui::DragValue::new(value).range(0.0..=largest).speed(0.002).max_decimals(4);
+        changed |= ui.name_inputs(format!("{what}, {channel}"), |ui| {
+            ui.add(field)
+                .on_hover_text(format!("{what}, {channel}, linear, 0 to {largest}"))
+                .changed()
+        });
+    }
+    changed.then_some(edited)
+}

@@ -1,0 +1,108 @@
+//! Everything that the window knows.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use eframe::egui;
+
+use super::Launch;
+use super::dialogs::Dialogs;
+use super::edit::Edit;
+use super::jobs::Jobs;
+use super::layout::Layout;
+use super::messages::Messages;
+use super::panels::PanelState;
+use super::project::Project;
+use super::theme;
+use super::viewport::Viewport;
+use crate::io::settings::{self, Recovery, Settings};
+
+pub struct State {
+    pub ctx: egui::Context,
+    pub project: Option<Project>,
+    pub jobs: Jobs,
+    pub messages: Messages,
+    pub settings: Settings,
+    /// The user's folder for settings; `None` where there is none.
+    pub home: Option<PathBuf>,
+    pub recovery: Option<Recovery>,
+    /// Unsaved work of windows that crashed.
+    pub left_behind: Vec<PathBuf>,
+    pub autosaved: Instant,
+    /// The state that was last kept for recovery.
+    pub kept: Option<Arc<Edit>>,
+    pub dialogs: Dialogs,
+    pub layout: Layout,
+    pub panels: PanelState,
+    pub viewport: Viewport,
+    pub example: Option<PathBuf>,
+    /// The graphics adapter in use.
+    pub adapter: String,
+    pub quitting: bool,
+}
+
+impl State {
+    pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
+        let ctx = &cc.egui_ctx;
+        let render = cc.wgpu_render_state.as_ref().ok_or("no graphics adapter was found")?;
+        let jobs =
+            Jobs::start(ctx).map_err(|error| format!("no thread can be started: {error}"))?;
+        let settings = launch.home.as_deref().map(Settings::read).unwrap_or_default();
+        theme::install(ctx);
+        theme::apply(ctx, &settings.theme, settings.scale);
+        let mut layout = Layout::default();
+        layout.restore(&settings.layout);
+        let left_behind = launch.home.as_deref().map(settings::left_behind).unwrap_or_default();
+        // Without a place to keep it, unsaved work is not kept; all else works.
+        let recovery = launch.home.as_deref().and_then(|home| Recovery::claim(home).ok());
+        Ok(Self {
+            ctx: ctx.clone(),
+            project: None,
+            jobs,
+            messages: Messages::default(),
+            settings,
+            home: launch.home,
+            recovery,
+            left_behind,
+            autosaved: Instant::now(),
+            kept: None,
+            dialogs: Dialogs { own_only: launch.own_dialogs, ..Dialogs::default() },
+            layout,
+            panels: PanelState::default(),
+            viewport: Viewport::new(render),
+            example: example(),
+            adapter: adapter(render),
+            quitting: false,
+        })
+    }
+
+    pub fn obstacle_to_run(&self) -> Option<&'static str> {
+        match &self.project {
+            None => Some("Open a capture first."),
+            Some(project) => project.obstacle(),
+        }
+    }
+
+    pub fn is_running(&self) -> bool {
+        self.project.as_ref().is_some_and(|project| project.run.is_some())
+    }
+}
+
+fn adapter(render: &eframe::egui_wgpu::RenderState) -> String {
+    let info = render.adapter.get_info();
+    format!("{} ({:?})", info.name, info.backend)
+}
+
+/// The shipped example, beside the program or where it was built.
+fn example() -> Option<PathBuf> {
+    let program = std::env::current_exe().unwrap_or_default();
+    let near_program = program.ancestors().skip(1).take(4).map(PathBuf::from);
+    let current = std::env::current_dir().into_iter();
+    current
+        .chain(near_program)
+        .flat_map(|base| {
+            ["assets/examples/corner", "share/lobelia/examples/corner"].map(|part| base.join(part))
+        })
+        .find(|folder| folder.join("scene.obj").is_file())
+}

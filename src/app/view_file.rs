@@ -1,0 +1,97 @@
+//! How the viewport was set, as it is kept in a project file. What is missing or unknown there
+//! leaves the setting as it is.
+
+use serde_json::{Value, json};
+
+use super::viewport::{SampleColor, Shading, ToneMapping, ViewSettings};
+
+const SHADINGS: [(Shading, &str); 4] = [
+    (Shading::Photograph, "photograph"),
+    (Shading::Material, "material"),
+    (Shading::Reflectance, "reflectance"),
+    (Shading::Plain, "plain"),
+];
+const COLORS: [(SampleColor, &str); 5] = [
+    (SampleColor::Radiance, "radiance"),
+    (SampleColor::Material, "material"),
+    (SampleColor::Error, "error"),
+    (SampleColor::Weight, "weight"),
+    (SampleColor::Views, "views"),
+];
+const TONES: [(ToneMapping, &str); 3] = [
+    (ToneMapping::Linear, "linear"),
+    (ToneMapping::Filmic, "filmic"),
+    (ToneMapping::FalseColor, "false-color"),
+];
+
+pub fn value(settings: &ViewSettings) -> Value {
+    json!({
+        "shading": word(&SHADINGS, settings.shading),
+        "wireframe": settings.wireframe,
+        "cameras": settings.cameras,
+        "samples": settings.samples,
+        "sample_color": word(&COLORS, settings.sample_color),
+        "lights": settings.lights,
+        "lobes": settings.lobes,
+        "grid": settings.grid,
+        "exposure_ev": settings.exposure_ev,
+        "tone_mapping": word(&TONES, settings.tone_mapping),
+        "look_through_opacity": settings.look_through_opacity,
+    })
+}
+
+pub fn apply(value: &Value, settings: &mut ViewSettings) {
+    let set = |key: &str, target: &mut bool| {
+        if let Some(stored) = value.get(key).and_then(Value::as_bool) {
+            *target = stored;
+        }
+    };
+    set("wireframe", &mut settings.wireframe);
+    set("cameras", &mut settings.cameras);
+    set("samples", &mut settings.samples);
+    set("lights", &mut settings.lights);
+    set("lobes", &mut settings.lobes);
+    set("grid", &mut settings.grid);
+    let number = |key: &str, target: &mut f32, low: f32, high: f32| {
+        if let Some(stored) = value.get(key).and_then(Value::as_f64) {
+            *target = (stored as f32).clamp(low, high);
+        }
+    };
+    number("exposure_ev", &mut settings.exposure_ev, -20.0, 20.0);
+    number("look_through_opacity", &mut settings.look_through_opacity, 0.0, 1.0);
+    choose(value, "shading", &SHADINGS, &mut settings.shading);
+    choose(value, "sample_color", &COLORS, &mut settings.sample_color);
+    choose(value, "tone_mapping", &TONES, &mut settings.tone_mapping);
+}
+
+fn word<T: PartialEq>(words: &[(T, &'static str)], value: T) -> &'static str {
+    words.iter().find(|(known, _)| *known == value).map_or("", |(_, word)| word)
+}
+
+fn choose<T: Copy>(value: &Value, key: &str, words: &[(T, &str)], target: &mut T) {
+    let stored = value.get(key).and_then(Value::as_str);
+    if let Some((known, _)) = words.iter().find(|(_, word)| Some(*word) == stored) {
+        *target = *known;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_come_back_and_nonsense_is_passed_over() {
+        let settings = ViewSettings {
+            shading: Shading::Plain,
+            sample_color: SampleColor::Views,
+            grid: false,
+            exposure_ev: -1.5,
+            ..Default::default()
+        };
+        let mut other = ViewSettings::default();
+        apply(&value(&settings), &mut other);
+        assert!(value(&other) == value(&settings));
+        apply(&json!({"grid": 3, "shading": "chrome", "exposure_ev": null}), &mut other);
+        assert!(value(&other) == value(&settings));
+    }
+}

@@ -1,0 +1,328 @@
+//! Project files (`.lobelia`): what the artist decided about a capture, as versioned JSON.
+//!
+//! A project refers to its capture by a path relative to the project's own folder, so that both
+//! can be moved together. It holds tags and those options that differ from their defaults; what
+//! the window looks like is kept beside them without being understood here.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::json::{self, Field};
+use super::{Error, Fault, atomic};
+use crate::math::rgb::Rgb;
+use crate::reconstruct::Options;
+use crate::scene::{Capture, Material, MaterialKind, Role};
+
+/// The version that is written, and the only one that is read.
+pub const VERSION: u64 = 1;
+/// The extension of project files.
+pub const EXTENSION: &str = "lobelia";
+
+/// A project as it is in its file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProjectFile {
+    /// Absolute.
+    pub capture: PathBuf,
+    /// The file that this is an unsaved state of; only in files for recovery.
+    pub original: Option<PathBuf>,
+    pub tags: Vec<Tag>,
+    pub options: Options,
+    /// How the viewport was set.
+    pub view: Value,
+    /// How the panels were arranged.
+    pub layout: Value,
+}
+
+/// One material, with its surfaces by name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tag {
+    pub name: String,
+    pub specular: bool,
+    #[serde(default)]
+    pub textured: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_diffuse: Option<Rgb>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known_diffuse_sd: Option<Rgb>,
+    pub surfaces: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stored {
+    version: u64,
+    capture: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    original: Option<PathBuf>,
+    materials: Vec<Tag>,
+    /// By section and name, as they would be written on the command line.
+    #[serde(default)]
+    options: BTreeMap<String, BTreeMap<String, String>>,
+    #[serde(default)]
+    start: BTreeMap<String, Rgb>,
+    #[serde(default)]
+    view: Value,
+    #[serde(default)]
+    layout: Value,
+}
+
+/// Whether a path looks like a project file by its name.
+pub fn is_project(path: &Path) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(EXTENSION))
+}
+
+/// Reads a project. The capture is not looked at: it may have moved.
+pub fn read(file: &Path) -> Result<ProjectFile, Error> {
+    let value = json::read(file)?;
+    let root = Field::root(file, &value)?;
+    let version = root.need("version")?;
+    if version.value.as_u64() != Some(VERSION) {
+        return Err(Error::Unsupported(Fault::new(
+            file,
+            "version",
+            format!(
+                "the project has version {}, and this program reads version {VERSION}",
+                version.value
+            ),
+            "Open it with the program that wrote it, or install a newer lobelia",
+        )));
+    }
+    let stored = Stored::deserialize(&value).map_err(|problem| {
+        Error::Invalid(Fault::new(
+            file,
+            "",
+            format!("this is no project of version {VERSION} ({problem})"),
+            "Correct the file there, or open the capture's folder instead",
+        ))
+    })?;
+    let mut options = Options::default();
+    let wrong = |error: crate::options::OptionError| {
+        Error::Invalid(Fault::new(
+            file,
+            format!("options.{}.{}", error.section, error.name),
+            error.problem,
+            "Correct the value, or remove it to have the default",
+        ))
+    };
+    for (section, values) in &stored.options {
+        for (name, text) in values {
+            options.set(section, name, text).map_err(wrong)?;
+        }
+    }
+    for (material, diffuse) in &stored.start {
+        options.set_start(material, *diffuse).map_err(wrong)?;
+    }
+    for tag in &stored.materials {
+        check(file, tag)?;
+    }
+    let folder = absolute(file.parent().unwrap_or(Path::new("")));
+    Ok(ProjectFile {
+        capture: tidy(&folder.join(&stored.capture)),
+        original: stored.original,
+        tags: stored.materials,
+        options,
+        view: stored.view,
+        layout: stored.layout,
+    })
+}
+
+fn check(file: &Path, tag: &Tag) -> Result<(), Error> {
+    let known = tag.known_diffuse.iter().flatten().all(|value| (0.0..=1.0).contains(value));
+    let deviations = tag.known_diffuse_sd.iter().flatten().all(|value| *value >= 0.0);
+    if known && deviations && (tag.known_diffuse.is_some() || tag.known_diffuse_sd.is_none()) {
+        return Ok(());
+    }
+    Err(Error::Invalid(Fault::new(
+        file,
+        format!("materials, \"{}\"", tag.name),
+        "the known reflectance must lie between 0 and 1, its deviation be 0 or more",
+        "Correct the numbers, or remove them",
+    )))
+}
+
+/// Writes a project, whole or not at all.
+pub fn write(file: &Path, project: &ProjectFile) -> Result<(), Error> {
+    let folder = absolute(file.parent().unwrap_or(Path::new("")));
+    let defaults = Options::default();
+    let mut options: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
+    for declaration in defaults.declarations() {
+        let Some(text) = project.options.get(declaration.section, declaration.name) else {
+            continue;
+        };
+        if text != declaration.default {
+            let section = options.entry(declaration.section.to_owned()).or_default();
+            section.insert(declaration.name.to_owned(), text);
+        }
+    }
+    let stored = Stored {
+        version: VERSION,
+        capture: relative(&folder, &absolute(&project.capture)),
+        original: project.original.clone(),
+        materials: project.tags.clone(),
+        options,
+        start: project.options.start.clone(),
+        view: project.view.clone(),
+        layout: project.layout.clone(),
+    };
+    let mut text = serde_json::to_string_pretty(&stored)
+        .map_err(|error| Error::Write { file: file.to_owned(), source: error.into() })?;
+    text.push('\n');
+    atomic::write_bytes(file, text.as_bytes())
+}
+
+impl Tag {
+    /// A material of a capture as a tag.
+    pub fn of(material: &Material, capture: &Capture) -> Self {
+        let name = |&surface: &usize| capture.surfaces[surface].name.clone();
+        Self {
+            name: material.name.clone(),
+            specular: material.kind == MaterialKind::Specular,
+            textured: material.textured,
+            known_diffuse: material.known_diffuse,
+            known_diffuse_sd: material.known_diffuse_sd,
+            surfaces: material.surfaces.iter().map(name).collect(),
+        }
+    }
+}
+
+/// The materials of tags, resolved against a capture's surfaces, and what could not be used.
+pub fn materials(tags: &[Tag], capture: &Capture) -> (Vec<Material>, Vec<String>) {
+    let mut warnings = Vec::new();
+    let mut taken = vec![false; capture.surfaces.len()];
+    let mut materials = Vec::new();
+    for tag in tags {
+        let mut surfaces = Vec::new();
+        for name in &tag.surfaces {
+            let index = capture.surfaces.iter().position(|surface| surface.name == *name);
+            match index {
+                Some(index)
+                    if !taken[index]
+                        && !matches!(capture.surfaces[index].role, Role::Luminaire(_)) =>
+                {
+                    taken[index] = true;
+                    surfaces.push(index);
+                }
+                Some(_) => warnings.push(format!(
+                    "the surface \"{name}\" belongs to another material or to a visible light; \
+                     material \"{}\" goes without it",
+                    tag.name
+                )),
+                None => warnings.push(format!(
+                    "the capture has no surface \"{name}\" any more; material \"{}\" goes \
+                     without it",
+                    tag.name
+                )),
+            }
+        }
+        materials.push(Material {
+            name: tag.name.clone(),
+            kind: if tag.specular { MaterialKind::Specular } else { MaterialKind::Diffuse },
+            surfaces,
+            textured: tag.textured,
+            known_diffuse: tag.known_diffuse,
+            known_diffuse_sd: tag.known_diffuse_sd,
+        });
+    }
+    (materials, warnings)
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
+}
+
+/// A path without `.` and, where they can be resolved by name, without `..`.
+fn tidy(path: &Path) -> PathBuf {
+    let mut tidied = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if tidied.file_name().is_some() => {
+                tidied.pop();
+            }
+            other => tidied.push(other),
+        }
+    }
+    tidied
+}
+
+/// `to` as seen from a folder, both absolute, with forward slashes; absolute where they share no
+/// root.
+fn relative(from: &Path, to: &Path) -> String {
+    let (from, to): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return to.iter().collect::<PathBuf>().to_string_lossy().into_owned();
+    }
+    let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
+    let down = to[shared..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
+    let parts: Vec<String> = up.chain(down).collect();
+    if parts.is_empty() { ".".to_owned() } else { parts.join("/") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn project(folder: &Path) -> ProjectFile {
+        let mut options = Options::default();
+        options.set("samples", "count", "321").unwrap();
+        options.set_start("floor", [0.1, 0.2, 0.3]).unwrap();
+        ProjectFile {
+            capture: folder.join("captures/room"),
+            original: None,
+            tags: vec![Tag {
+                name: "floor".into(),
+                specular: true,
+                textured: false,
+                known_diffuse: Some([0.1, 0.2, 0.3]),
+                known_diffuse_sd: None,
+                surfaces: vec!["a".into(), "b".into()],
+            }],
+            options,
+            view: serde_json::json!({"exposure": 1.5}),
+            layout: Value::Null,
+        }
+    }
+
+    #[test]
+    fn a_project_comes_back_and_names_its_capture_relatively() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        std::fs::create_dir_all(root.join("captures/room")).unwrap();
+        let file = root.join("work/a.lobelia");
+        std::fs::create_dir_all(root.join("work")).unwrap();
+        write(&file, &project(&root)).unwrap();
+        assert_eq!(read(&file).unwrap(), project(&root));
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains("\"../captures/room\""), "{text}");
+        assert!(text.contains("\"count\": \"321\"") && !text.contains("exponent"), "{text}");
+    }
+
+    #[test]
+    fn other_versions_and_damaged_projects_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.lobelia");
+        for (text, part) in [
+            (r#"{"version": 2, "capture": "x", "materials": []}"#, "version 2"),
+            (r#"{"version": 1, "capture": "x"}"#, "materials"),
+            (
+                r#"{"version": 1, "capture": "x", "materials": [], "options": {"samples": {"count": "x"}}}"#,
+                "options.samples.count",
+            ),
+            (
+                r#"{"version": 1, "capture": "x", "materials": [{"name": "a", "specular": false, "surfaces": [], "known_diffuse": [2, 0, 0]}]}"#,
+                "between 0 and 1",
+            ),
+            ("{", "not valid JSON"),
+        ] {
+            std::fs::write(&file, text).unwrap();
+            let message = read(&file).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}

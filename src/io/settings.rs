@@ -1,0 +1,196 @@
+//! What the window remembers between sessions, in the user's own folder: settings, recent
+//! projects, and unsaved work for recovery after a crash.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::project::{self, ProjectFile};
+use super::{Error, atomic};
+
+/// As many recent projects are remembered.
+const RECENT: usize = 12;
+
+/// Settings of the window. Reading is lenient: a damaged or newer file means the defaults, since
+/// losing a preference is no reason not to start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// "dark", "light" or "system".
+    pub theme: String,
+    /// 1 is the system's own scale.
+    pub scale: f32,
+    /// Captures and project files, the latest first.
+    pub recent: Vec<PathBuf>,
+    /// How the panels were arranged.
+    pub layout: Value,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { theme: "dark".to_owned(), scale: 1.0, recent: Vec::new(), layout: Value::Null }
+    }
+}
+
+impl Settings {
+    /// Reads the settings of a folder.
+    pub fn read(folder: &Path) -> Self {
+        let text = std::fs::read_to_string(settings_file(folder)).unwrap_or_default();
+        let mut settings: Self = serde_json::from_str(&text).unwrap_or_default();
+        settings.scale =
+            if settings.scale.is_finite() { settings.scale.clamp(0.75, 2.0) } else { 1.0 };
+        settings.recent.truncate(RECENT);
+        settings
+    }
+
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let file = settings_file(folder);
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|error| Error::Write { file: file.clone(), source: error.into() })?;
+        atomic::write_bytes(&file, text.as_bytes())
+    }
+
+    /// Puts a path in front of the recent ones.
+    pub fn remember(&mut self, path: &Path) {
+        self.recent.retain(|other| other != path);
+        self.recent.insert(0, path.to_owned());
+        self.recent.truncate(RECENT);
+    }
+}
+
+fn settings_file(folder: &Path) -> PathBuf {
+    folder.join("studio.json")
+}
+
+/// The user's folder for this program's settings; `None` where the system names no home.
+pub fn home() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let base = if cfg!(windows) {
+        PathBuf::from(folder("APPDATA")?)
+    } else if cfg!(target_os = "macos") {
+        PathBuf::from(folder("HOME")?).join("Library/Application Support")
+    } else {
+        match folder("XDG_CONFIG_HOME") {
+            Some(config) => PathBuf::from(config),
+            None => PathBuf::from(folder("HOME")?).join(".config"),
+        }
+    };
+    Some(base.join("lobelia"))
+}
+
+/// The place of one running window's unsaved work. A lock on a file beside it tells other
+/// windows that its owner lives; what a crash leaves behind is not locked.
+pub struct Recovery {
+    file: PathBuf,
+    lock: Option<File>,
+}
+
+impl Recovery {
+    /// Takes a place of its own in the settings' folder.
+    pub fn claim(folder: &Path) -> std::io::Result<Self> {
+        let folder = recovery_folder(folder);
+        std::fs::create_dir_all(&folder)?;
+        let mut number = 0;
+        loop {
+            let file = folder.join(format!("unsaved-{number}.{}", project::EXTENSION));
+            let lock = File::create(lock_file(&file))?;
+            // A file without an owner is somebody's unsaved work, still to be offered.
+            if lock.try_lock().is_ok() && !file.exists() {
+                return Ok(Self { file, lock: Some(lock) });
+            }
+            number += 1;
+        }
+    }
+
+    /// Keeps a state of unsaved work.
+    pub fn keep(&self, project: &ProjectFile) -> Result<(), Error> {
+        project::write(&self.file, project)
+    }
+
+    /// Forgets it: all is saved, or not wanted.
+    pub fn forget(&self) {
+        // There may be none.
+        let _ = std::fs::remove_file(&self.file);
+    }
+}
+
+impl Drop for Recovery {
+    fn drop(&mut self) {
+        // A panic that unwinds through here leaves the work to be recovered.
+        if !std::thread::panicking() {
+            self.forget();
+            self.lock = None;
+            let _ = std::fs::remove_file(lock_file(&self.file));
+        }
+    }
+}
+
+/// Unsaved work whose owner is gone.
+pub fn left_behind(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(recovery_folder(folder)).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| project::is_project(path))
+        .filter(|path| match File::open(lock_file(path)) {
+            Ok(lock) => lock.try_lock().is_ok(),
+            Err(_) => true,
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// Removes unsaved work that was recovered or is not wanted.
+pub fn discard(file: &Path) {
+    let _ = std::fs::remove_file(file);
+    let _ = std::fs::remove_file(lock_file(file));
+}
+
+fn recovery_folder(folder: &Path) -> PathBuf {
+    folder.join("recovery")
+}
+
+fn lock_file(file: &Path) -> PathBuf {
+    file.with_extension("lock")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn damaged_settings_are_the_defaults() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(Settings::read(folder.path()), Settings::default());
+        std::fs::write(folder.path().join("studio.json"), "{\"scale\": 1e9").unwrap();
+        assert_eq!(Settings::read(folder.path()), Settings::default());
+        let mut settings = Settings { scale: 1.25, ..Settings::default() };
+        settings.remember(Path::new("/a"));
+        settings.remember(Path::new("/b"));
+        settings.remember(Path::new("/a"));
+        assert_eq!(settings.recent, [PathBuf::from("/a"), PathBuf::from("/b")]);
+        settings.write(folder.path()).unwrap();
+        assert_eq!(Settings::read(folder.path()), settings);
+    }
+
+    #[test]
+    fn only_what_a_crash_left_is_offered() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = ProjectFile { capture: folder.path().to_owned(), ..Default::default() };
+        let living = Recovery::claim(folder.path()).unwrap();
+        living.keep(&project).unwrap();
+        assert_eq!(left_behind(folder.path()), [] as [PathBuf; 0]);
+        let mut crashed = Recovery::claim(folder.path()).unwrap();
+        crashed.keep(&project).unwrap();
+        crashed.lock = None;
+        assert_eq!(left_behind(folder.path()), [crashed.file.clone()]);
+        // A new window takes a place of its own beside it.
+        let next = Recovery::claim(folder.path()).unwrap();
+        assert!(next.file != crashed.file && next.file != living.file);
+        discard(&crashed.file);
+        drop((living, crashed, next));
+        assert_eq!(left_behind(folder.path()), [] as [PathBuf; 0]);
+    }
+}
