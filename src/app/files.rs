@@ -217,6 +217,10 @@ pub fn autosave(state: &mut State) {
     if state.autosaved.elapsed() >= AUTOSAVE {
         autosave_now(state);
     }
+    if state.project.as_ref().is_some_and(Project::is_changed) {
+        // An idle window draws no frames of its own.
+        state.ctx.request_repaint_after(AUTOSAVE.saturating_sub(state.autosaved.elapsed()));
+    }
 }
 
 pub fn autosave_now(state: &mut State) {

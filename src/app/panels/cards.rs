@@ -9,26 +9,35 @@ pub fn cards_ui(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let screen = ctx.content_rect();
     let width = (screen.width() - 40.0).clamp(200.0, 460.0);
     let messages = &state.messages;
-    if !messages.errors.is_empty() || !messages.notices.is_empty() {
-        egui::Area::new(egui::Id::unique("cards"))
-            .order(egui::Order::Foreground)
-            .anchor(Align2::RIGHT_BOTTOM, [-12.0, -40.0])
-            .show(ctx, |ui| {
-                ui.set_max_width(width);
-                for (_, notice) in messages.notices.iter().rev().take(3).rev() {
-                    egui::Frame::popup(ui.style()).show(ui, |ui| {
-                        ui.set_width(width);
-                        ui.label(notice.as_str());
-                    });
-                }
-                for (index, card) in messages.errors.iter().enumerate().rev().take(3) {
-                    error_card(ui, index, card, width, actions);
-                }
-                if messages.errors.len() > 3 {
-                    ui.label(format!("And {} more errors", messages.errors.len() - 3));
-                }
-            });
+    if !messages.notices.is_empty() {
+        area("notices", Align2::LEFT_BOTTOM, 12.0).show(ctx, |ui| {
+            let width = width.min(206.0);
+            ui.set_max_width(width);
+            for (_, notice) in messages.notices.iter().rev().take(3).rev() {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_width(width);
+                    ui.label(notice.as_str());
+                });
+            }
+        });
     }
+    if !messages.errors.is_empty() {
+        area("errors", Align2::RIGHT_BOTTOM, -12.0).show(ctx, |ui| {
+            ui.set_max_width(width);
+            if messages.errors.len() > 3 {
+                ui.label(format!("And {} more errors", messages.errors.len() - 3));
+            }
+            for (index, card) in messages.errors.iter().enumerate().rev().take(3) {
+                error_card(ui, index, card, width, actions);
+            }
+        });
+    }
+}
+
+/// A corner of the window, above the status bar.
+fn area(name: &str, corner: Align2, x: f32) -> egui::Area {
+    let id = egui::Id::unique(("cards", name));
+    egui::Area::new(id).order(egui::Order::Foreground).anchor(corner, [x, -40.0])
 }
 
 fn error_card(

@@ -1,9 +1,9 @@
 //! Error against iteration (Fig. 12), live while it runs.
 
 use eframe::egui;
-use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
+use egui_plot::{Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
-use super::numbers::{empty, outdated};
+use super::numbers::{counted, empty, outdated};
 use crate::app::project::Project;
 use crate::app::theme::{CHANNEL_NAMES, channel_color};
 use crate::math::rgb::Rgb;
@@ -102,18 +102,20 @@ pub fn convergence_ui(ui: &mut egui::Ui, project: &Project, state: &mut Converge
     let last = iterations.last().and_then(|iteration| state.what.values(iteration));
     let text = last.map_or_else(String::new, |rgb| {
         format!(
-            "{} iterations, {} {}",
-            iterations.len(),
+            "{}, {} {}",
+            counted(iterations.len(), "iteration", "iterations"),
             super::numbers::rgb(rgb),
             state.what.axis()
         )
     });
     ui.weak(text);
-    Plot::new(("convergence", state.what as u8, logarithmic))
-        .legend(Legend::default())
+    let plot = Plot::new(("convergence", state.what as u8, logarithmic))
+        .legend(Legend::default().position(Corner::RightTop))
+        .include_x(1.0)
+        .include_x(4.0)
         .x_axis_label("iteration")
         .y_axis_label(state.what.axis())
-        .y_axis_formatter(move |mark, _| axis_value(value(mark.value), logarithmic, mark.step_size))
+        .y_axis_formatter(move |mark, _| axis_value(value(mark.value), mark.step_size))
         .x_axis_formatter(|mark, _| {
             if mark.value.fract() == 0.0 { format!("{}", mark.value) } else { String::new() }
         })
@@ -128,25 +130,64 @@ pub fn convergence_ui(ui: &mut egui::Ui, project: &Project, state: &mut Converge
                 _ => None,
             }
         })
-        .allow_scroll(false)
-        .show(ui, |plot| {
-            for (channel, name) in CHANNEL_NAMES.iter().enumerate() {
-                let style =
-                    [LineStyle::Solid, LineStyle::dashed_dense(), LineStyle::dotted_dense()]
-                        [channel];
-                let line = Line::new(*name, points(channel))
-                    .color(channel_color(channel, dark))
-                    .style(style)
-                    .width(2.0);
-                plot.line(line);
-            }
-        });
+        .allow_scroll(false);
+    let plot = if logarithmic { plot.y_grid_spacer(decades) } else { plot };
+    plot.show(ui, |plot| {
+        for (channel, name) in CHANNEL_NAMES.iter().enumerate() {
+            let style =
+                [LineStyle::Solid, LineStyle::dashed_dense(), LineStyle::dotted_dense()][channel];
+            let line = Line::new(*name, points(channel))
+                .color(channel_color(channel, dark))
+                .style(style)
+                .width(2.0);
+            plot.line(line);
+            let dots =
+                Points::new(*name, points(channel)).color(channel_color(channel, dark)).radius(2.5);
+            plot.points(dots);
+        }
+    });
 }
 
-/// A mark on the axis; between powers of ten only where there is room.
-fn axis_value(value: f64, logarithmic: bool, step: f64) -> String {
-    if logarithmic && step < 0.05 {
-        return String::new();
+/// What is written at a mark of the axis.
+fn axis_value(value: f64, step: f64) -> String {
+    if step == UNLABELLED { String::new() } else { super::numbers::short(value) }
+}
+
+/// The step of marks that get no number.
+const UNLABELLED: f64 = 0.123;
+
+/// Marks at whole multiples of powers of ten, on an axis of their logarithms.
+fn decades(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    if !(low.is_finite() && high.is_finite()) || high - low > 40.0 {
+        return Vec::new();
     }
-    super::numbers::short(value)
+    // Within one decade every multiple has room for its number.
+    let few = high - low > 1.2;
+    let narrow = high - low < 0.25;
+    let mut marks = Vec::new();
+    for decade in low.floor() as i64..=high.ceil() as i64 {
+        let parts = if narrow { 100 } else { 10 };
+        for part in parts / 10..parts {
+            let value = decade as f64 + (10.0 * part as f64 / parts as f64).log10();
+            let whole = part * 10 % parts == 0;
+            let multiple = part * 10 / parts;
+            let labelled = if narrow {
+                part % 5 == 0
+            } else {
+                whole && (!few || matches!(multiple, 1 | 2 | 5))
+            };
+            let step = if !labelled {
+                UNLABELLED
+            } else if multiple == 1 && whole {
+                1.0
+            } else {
+                0.4
+            };
+            if value >= low && value <= high {
+                marks.push(GridMark { value, step_size: step });
+            }
+        }
+    }
+    marks
 }

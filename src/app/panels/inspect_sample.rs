@@ -5,7 +5,7 @@ use std::sync::Arc;
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
 use super::inspector::facts;
-use super::numbers::{rgb, short, swatch};
+use super::numbers::{rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
@@ -70,10 +70,7 @@ pub fn sample_ui(
         ui.weak(surface.map_or("", |surface| surface.name.as_str()));
     });
     let (p, n) = (sample.position, sample.normal);
-    let mut rows = vec![
-        ("Position", format!("{:.3} {:.3} {:.3} m", p.x, p.y, p.z)),
-        ("Normal", format!("{:.3} {:.3} {:.3}", n.x, n.y, n.z)),
-    ];
+    let mut rows = vec![("Position", format!("{} m", triple(p, 3))), ("Normal", triple(n, 3))];
     let derived = project.products.derived.as_ref().and_then(|d| d.samples.get(index));
     match derived {
         Some(numbers) => {

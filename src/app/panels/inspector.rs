@@ -7,7 +7,7 @@ use super::lights::{name, place};
 use super::materials::{found, identified_ui, interval_bar};
 use super::numbers::{
     count, counted, emission_color, empty, list_color, outdated, reflectance_color, rgb, short,
-    swatch,
+    swatch, triple,
 };
 use super::outliner::use_of;
 use crate::app::actions::{Action, Select};
@@ -197,7 +197,7 @@ fn light(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<A
         ui.horizontal(|ui| {
             swatch(ui, emission_color(emission(*lobe)));
             ui.label(rgb(emission(*lobe)));
-            ui.weak(format!("along {:.2} {:.2} {:.2}", direction.x, direction.y, direction.z));
+            ui.weak(format!("along {}", triple(direction, 2)));
         });
     }
     if own.len() > 40 {

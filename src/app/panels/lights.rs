@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
-use super::numbers::{count, emission_color, empty, outdated, rgb, short, swatch};
+use super::numbers::{count, emission_color, empty, outdated, rgb, short, swatch, triple};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::kind_name;
@@ -30,7 +30,7 @@ const HEADS: [Head; 8] = [
 pub fn place(light: &VirtualLight) -> String {
     let at_infinity = matches!(light.kind, LightKind::Sky | LightKind::Sun);
     let v = if at_infinity { light.normal } else { light.position };
-    let text = format!("{:.2} {:.2} {:.2}", v.x, v.y, v.z);
+    let text = triple(v, 2);
     if at_infinity { format!("along {text}") } else { text }
 }
 

@@ -179,7 +179,7 @@ pub fn identified_ui(ui: &mut egui::Ui, project: &Project, index: usize, found: 
         ui.label(why);
     } else {
         let color = ui.visuals().warn_fg_color;
-        ui.colored_label(color, format!("⚠ {why}")).on_hover_text(
+        ui.colored_label(color, format!("(!) {why}")).on_hover_text(
             "More photographs, light from other sides, or a known reflectance of this material or \
              one beside it would determine it.",
         );

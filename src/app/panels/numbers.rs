@@ -77,6 +77,33 @@ pub fn list_color(project: &Project, material: usize) -> Color32 {
     project.edit().reconstructed(material).map_or(Color32::from_gray(128), material_color)
 }
 
+/// A number with so many decimals, never as a negative zero.
+pub fn fixed(value: f32, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.starts_with('-') && text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    if is_zero { text[1..].to_owned() } else { text }
+}
+
+/// A position or direction.
+pub fn triple(v: glam::Vec3, decimals: usize) -> String {
+    [v.x, v.y, v.z].map(|value| fixed(value, decimals)).join(" ")
+}
+
+/// A check mark, painted: not every font has one.
+pub fn check_mark(ui: &mut egui::Ui) {
+    let (rect, response) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+    let stroke = Stroke::new(2.0, ui.visuals().text_color());
+    let at = |x: f32, y: f32| rect.min + vec2(x, y);
+    let corners = vec![at(2.0, 7.5), at(5.5, 11.0), at(12.0, 3.5)];
+    ui.painter().add(egui::Shape::line(corners, stroke));
+    response.on_hover_text("Done");
+}
+
+/// Selectable text that begins at the left of a row it fills.
+pub fn left(text: impl Into<egui::WidgetText>) -> (egui::WidgetText, egui::Atom<'static>) {
+    (text.into(), egui::Atom::grow())
+}
+
 /// A small filled square.
 pub fn swatch(ui: &mut egui::Ui, color: Color32) -> egui::Response {
     let (rect, response) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());

@@ -55,13 +55,13 @@ pub fn option_ui(
         } else {
             egui::RichText::new(&title)
         };
-        let (rect, _) = ui.allocate_exact_size(
-            egui::vec2(126.0, ui.spacing().interact_size.y),
-            egui::Sense::hover(),
-        );
-        let label = ui
-            .place(rect, egui::Label::new(mark).truncate().halign(egui::Align::LEFT))
-            .on_hover_text(&help);
+        let size = egui::vec2(118.0, ui.spacing().interact_size.y);
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        let label = ui.allocate_ui_with_layout(size, layout, |ui| {
+            ui.set_min_width(size.x);
+            ui.add(egui::Label::new(mark).truncate()).on_hover_text(&help)
+        });
+        let label = label.inner;
         let response = control(ui, declaration, &text, actions, &set);
         if let Some(response) = response {
             response.on_hover_text(&help).labelled_by(label.id);

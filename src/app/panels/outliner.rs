@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use eframe::egui::{self, Button};
 
-use super::numbers::{count, counted, list_color, swatch};
+use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
 use crate::app::derived::kind_name;
 use crate::app::edit::Change;
@@ -62,7 +62,7 @@ fn section(
 /// A row that can be selected; it fills the width and is cut at its end.
 fn row(ui: &mut egui::Ui, selected: bool, text: impl Into<egui::WidgetText>) -> egui::Response {
     let width = ui.available_width();
-    let button = Button::selectable(selected, text.into()).truncate();
+    let button = Button::selectable(selected, left(text)).truncate();
     ui.add(button.min_size(egui::vec2(width, 0.0)))
 }
 
@@ -147,7 +147,7 @@ fn surfaces(
                     text = text.color(ui.visuals().warn_fg_color);
                 }
                 let width = ui.available_width();
-                let button = Button::selectable(selected, text)
+                let button = Button::selectable(selected, left(text))
                     .truncate()
                     .min_size(egui::vec2(width, 0.0))
                     .sense(egui::Sense::click_and_drag());

@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::numbers::{count, duration};
+use super::numbers::{check_mark, count, duration};
 use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
 use crate::app::edit::Change;
@@ -96,17 +96,22 @@ fn button(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
     let width = ui.available_width();
     let size = egui::vec2(width, 28.0);
     if project.run.is_some() {
-        let button = egui::Button::new("Cancel reconstruction").min_size(size);
-        if ui.add(button).on_hover_text("Stop; what was there before comes back (Esc)").clicked() {
+        let button = egui::Button::new("Cancel reconstruction");
+        if ui
+            .add_sized(size, button)
+            .on_hover_text("Stop; what was there before comes back (Esc)")
+            .clicked()
+        {
             actions.push(Action::Cancel);
         }
         return;
     }
     let obstacle = project.obstacle();
     let text = egui::RichText::new("Run reconstruction").color(egui::Color32::WHITE);
-    let button = egui::Button::new(text).fill(crate::app::theme::ACCENT).min_size(size);
+    let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
     let response = ui
-        .add_enabled(obstacle.is_none(), button)
+        .add_enabled_ui(obstacle.is_none(), |ui| ui.add_sized(size, button))
+        .inner
         .on_hover_text("Recover reflectances and light with these options (Ctrl+R)")
         .on_disabled_hover_text(obstacle.unwrap_or_default());
     if response.clicked() {
@@ -120,7 +125,7 @@ fn running(ui: &mut egui::Ui, run: &Run) {
         let current = run.stages.len().saturating_sub(1);
         for (index, (stage, began, secs)) in run.stages.iter().enumerate() {
             if index < current {
-                ui.label("✔");
+                check_mark(ui);
                 ui.label(stage.name());
                 ui.label(duration(*secs));
             } else {

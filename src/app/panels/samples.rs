@@ -4,22 +4,22 @@ use std::sync::Arc;
 
 use eframe::egui;
 
-use super::numbers::{count, empty, outdated, rgb, short, swatch};
+use super::numbers::{count, empty, fixed, outdated, rgb, short, swatch};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
 use crate::app::project::Project;
 use crate::app::viewport::material_color;
 
 const HEADS: [Head; 9] = [
-    head("#", 52.0, "The sample's number"),
-    head("Material", 110.0, "The material of the surface it lies on"),
-    head("x (m)", 60.0, "Position along x, in metres"),
-    head("y (m)", 60.0, "Position along y, in metres"),
-    head("z (m)", 60.0, "Position along z, in metres"),
+    head("#", 44.0, "The sample's number"),
+    head("Material", 84.0, "The material of the surface it lies on"),
+    head("x (m)", 50.0, "Position along x, in metres"),
+    head("y (m)", 50.0, "Position along y, in metres"),
+    head("z (m)", 50.0, "Position along z, in metres"),
     head("Views", 46.0, "Photographs that see it"),
-    head("Error (ln)", 72.0, "Mean over the channels of ln(computed / measured)"),
-    head("Measured R / G / B", 150.0, "Measured radiance, in the photographs' unit"),
-    head("Computed R / G / B", 150.0, "Computed radiance, in the photographs' unit"),
+    head("Error (ln)", 66.0, "Mean over the channels of ln(computed / measured)"),
+    head("Measured R / G / B", 138.0, "Measured radiance, in the photographs' unit"),
+    head("Computed R / G / B", 138.0, "Computed radiance, in the photographs' unit"),
 ];
 
 pub fn samples_ui(
@@ -86,7 +86,7 @@ pub fn samples_ui(
                 ui.label(name(index));
             }
             2..=4 => {
-                ui.label(format!("{:.3}", sample.position[column - 2]));
+                ui.label(fixed(sample.position[column - 2], 3));
             }
             5 => {
                 ui.label(sample.views.len().to_string());

@@ -104,13 +104,11 @@ pub fn table_ui(
 
 fn header(ui: &mut egui::Ui, state: &mut TableState, column: usize, head: &Head) {
     let sorted = state.sort.filter(|(own, _)| *own == column).map(|(_, largest)| largest);
-    let mark = match sorted {
-        Some(true) => " ⏷",
-        Some(false) => " ⏶",
-        None => "",
-    };
-    let text = egui::RichText::new(format!("{}{mark}", head.name)).strong();
+    let text = egui::RichText::new(head.name).strong();
     let button = egui::Button::new(text).frame(false).truncate();
+    if let Some(largest_first) = sorted {
+        sort_mark(ui, largest_first);
+    }
     let help = format!("{}. Click to sort.", head.help);
     if ui.add(button).on_hover_text(help).clicked() {
         // Largest first, then smallest, then as they come.
@@ -120,6 +118,20 @@ fn header(ui: &mut egui::Ui, state: &mut TableState, column: usize, head: &Head)
             Some(false) => None,
         };
     }
+}
+
+/// A triangle that points the way the values grow.
+fn sort_mark(ui: &mut egui::Ui, largest_first: bool) {
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(8.0, 8.0), Sense::hover());
+    let (tip, base) =
+        if largest_first { (rect.bottom(), rect.top()) } else { (rect.top(), rect.bottom()) };
+    let corners = vec![
+        egui::pos2(rect.left(), base),
+        egui::pos2(rect.right(), base),
+        egui::pos2(rect.center().x, tip),
+    ];
+    let color = ui.visuals().text_color();
+    ui.painter().add(egui::Shape::convex_polygon(corners, color, egui::Stroke::NONE));
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, Button};
 
-use super::numbers::{counted, list_color, swatch};
+use super::numbers::{counted, left, list_color, swatch};
 use super::outliner::drop_on_material;
 use crate::app::actions::{Action, Select};
 use crate::app::edit::Change;
@@ -86,7 +86,7 @@ fn entry(
             let width = ui.available_width();
             let is_selected = project.selection.material == Some(index);
             let text = format!("{} ({})", material.name, material.surfaces.len());
-            let button = Button::selectable(is_selected, text).truncate();
+            let button = Button::selectable(is_selected, left(text)).truncate();
             let response = ui
                 .add(button.min_size(egui::vec2(width, 0.0)))
                 .on_hover_text("Choose this material, or drop surfaces here");
@@ -135,7 +135,7 @@ fn properties(
     let mut change = |change: Change| changes.push(Action::Change(change));
     name(ui, index, material, state, &mut change);
     ui.horizontal(|ui| {
-        let label = ui.label("Kind");
+        ui.label("Kind");
         for (kind, text, help) in [
             (MaterialKind::Diffuse, "Diffuse", "Looks the same from everywhere"),
             (
@@ -145,7 +145,6 @@ fn properties(
             ),
         ] {
             let response = ui.radio(material.kind == kind, text).on_hover_text(help);
-            let response = response.labelled_by(label.id);
             if response.clicked() && material.kind != kind {
                 change(Change::Kind { material: index, kind });
             }

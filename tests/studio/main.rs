@@ -1,0 +1,127 @@
+//! The window, driven by the labels of its controls, without a display.
+#![cfg(feature = "studio")]
+
+mod projects; // save, reopen, recovery, a moved capture
+mod runs; // run to the end, cancel
+mod start; // the start page, errors, the palette
+mod tagging; // materials, undo and redo
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use egui_kittest::kittest::Queryable;
+use egui_kittest::{Harness, Node};
+use lobelia::app::{Launch, Studio};
+
+/// A window with settings in a folder of its own.
+struct Window {
+    harness: Harness<'static, Studio>,
+    home: PathBuf,
+    _folder: Option<tempfile::TempDir>,
+}
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/examples/corner")
+}
+
+impl Window {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut window = Self::at(folder.path(), None);
+        window._folder = Some(folder);
+        window
+    }
+
+    /// A window that starts with a path, its settings in a folder that outlives it.
+    fn at(home: &Path, path: Option<&Path>) -> Self {
+        let launch = Launch {
+            path: path.map(Path::to_owned),
+            home: Some(home.to_owned()),
+            own_dialogs: true,
+        };
+        let harness = Harness::builder()
+            .with_size([1280.0, 720.0])
+            .with_step_dt(1.0 / 30.0)
+            .with_max_steps(60)
+            .wgpu()
+            .build_eframe(move |cc| Studio::new(cc, launch).expect("the window opens"));
+        Self { harness, home: home.to_owned(), _folder: None }
+    }
+
+    /// A window with the example open.
+    fn with_example() -> Self {
+        let mut window = Self::new();
+        window.step();
+        window.click("Open example");
+        window.wait_for("Photographs (6)");
+        window
+    }
+
+    fn step(&mut self) {
+        self.harness.run_steps(3);
+    }
+
+    fn has(&self, label: &str) -> bool {
+        self.harness.query_all_by_label(label).next().is_some()
+    }
+
+    fn has_part(&self, part: &str) -> bool {
+        self.harness.query_all_by_label_contains(part).next().is_some()
+    }
+
+    fn node<'a>(&'a self, label: &'a str) -> Node<'a> {
+        let found = self.harness.query_all_by_label(label).next();
+        found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\""))
+    }
+
+    fn click(&mut self, label: &str) {
+        self.node(label).click();
+        self.step();
+    }
+
+    /// Clicks the last of several with that label: a dialog's, in front of all else.
+    fn click_front(&mut self, label: &str) {
+        let found = self.harness.query_all_by_label(label).last();
+        found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\"")).click();
+        self.step();
+    }
+
+    /// Clicks what is described on hover or contains the words.
+    fn menu(&mut self, menu: &str, entry: &str) {
+        self.click(menu);
+        self.harness.run_steps(5);
+        let found = self.harness.query_all_by_label_contains(entry).next();
+        found.unwrap_or_else(|| panic!("the menu {menu} has no \"{entry}\"")).click();
+        self.step();
+    }
+
+    fn key(&mut self, modifiers: egui::Modifiers, key: egui::Key) {
+        self.harness.key_press_modifiers(modifiers, key);
+        self.step();
+    }
+
+    /// Steps until something with that label is there.
+    fn wait_for(&mut self, label: &str) {
+        self.wait(&format!("\"{label}\""), |window| window.has(label));
+    }
+
+    fn wait(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
+        let limit = Instant::now() + Duration::from_secs(120);
+        while !done(self) {
+            assert!(Instant::now() < limit, "{what} did not come");
+            self.harness.run_steps(1);
+            std::thread::yield_now();
+        }
+        self.step();
+    }
+
+    /// Replaces the text of a field.
+    fn write(&mut self, label: &str, text: &str) {
+        self.node(label).focus();
+        self.step();
+        self.key(egui::Modifiers::COMMAND, egui::Key::A);
+        self.node(label).type_text(text);
+        self.step();
+    }
+}

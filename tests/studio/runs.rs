@@ -1,0 +1,71 @@
+use std::path::Path;
+
+use eframe::egui;
+
+use crate::{Window, example};
+
+/// A project of the example with few samples, so that a run takes seconds.
+fn coarse(folder: &Path, count: usize) -> std::path::PathBuf {
+    let tags: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(example().join("tags.json")).unwrap())
+            .unwrap();
+    let materials: Vec<serde_json::Value> = tags["materials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|m| serde_json::json!({"name": m["name"], "specular": false, "surfaces": m["surfaces"]}))
+        .collect();
+    let project = serde_json::json!({
+        "version": 1,
+        "capture": example(),
+        "materials": materials,
+        "options": {
+            "samples": {"count": count.to_string(), "min_per_material": "10"},
+            "joint": {"light_sets": "1"},
+        },
+    });
+    let file = folder.join("coarse.lobelia");
+    std::fs::write(&file, project.to_string()).unwrap();
+    file
+}
+
+#[test]
+fn a_run_fills_plot_and_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::at(folder.path(), Some(&coarse(folder.path(), 150)));
+    window.wait_for("Photographs (6)");
+    window.click("Reconstruct");
+    assert!(window.has("Run to see how the error falls."));
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    assert!(window.harness.state().is_busy());
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    assert!(!window.has("Run to see how the error falls."));
+    assert!(window.has_part("relative RMS (%)"));
+    window.click("Inspect");
+    assert!(window.has_part("samples, "));
+    // A row of the table, then where its light comes from.
+    window.node("7").click();
+    window.step();
+    assert!(window.has("Sample 7") && window.has("photographed surfaces"));
+    window.click("Materials");
+    assert!(window.has("Reflectances"));
+    window.click("Error per sample");
+    assert!(window.has_part("RMS of the logarithm"));
+    window.click("Lights");
+    assert!(window.has_part(" lights, "));
+    window.harness.run();
+}
+
+#[test]
+fn a_run_is_cancelled_and_nothing_stays_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::at(folder.path(), Some(&coarse(folder.path(), 60000)));
+    window.wait_for("Photographs (6)");
+    window.click("Reconstruct");
+    window.click("Run reconstruction");
+    window.wait("a stage", |window| window.has_part("Stage "));
+    window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    window.wait("the cancelled run", |window| !window.harness.state().is_busy());
+    assert!(window.has("The run was cancelled."));
+    assert!(window.has("Run reconstruction"));
+}

@@ -1,0 +1,64 @@
+use std::process::Command;
+
+use eframe::egui;
+
+use crate::{Window, example};
+
+#[test]
+fn the_start_page_offers_what_there_is() {
+    let mut window = Window::new();
+    window.step();
+    for label in ["Open capture…", "Open project…", "Open example", "Recent", "File", "Help"] {
+        assert!(window.has(label), "{label}");
+    }
+    window.harness.run();
+}
+
+#[test]
+fn a_wrong_path_gives_the_terminals_text_and_leaves_the_project() {
+    let wrong = example().join("nowhere");
+    let terminal = Command::new(env!("CARGO_BIN_EXE_lobelia")).arg("info").arg(&wrong).output();
+    let printed = String::from_utf8(terminal.unwrap().stderr).unwrap();
+    let text = printed.trim().strip_prefix("error: ").expect("an error").to_owned();
+
+    let mut window = Window::with_example();
+    window.menu("File", "Open capture…");
+    window.write("Path", wrong.to_str().unwrap());
+    window.click("Open");
+    window.wait_for("This cannot be opened");
+    assert!(window.has(&text), "the card says something else than: {text}");
+    assert!(window.has("Photographs (6)"), "the open project is gone");
+    window.click("Copy");
+    window.click("Dismiss");
+    assert!(!window.has("This cannot be opened"));
+}
+
+#[test]
+fn recent_captures_survive_their_files() {
+    let home = tempfile::tempdir().unwrap();
+    let mut window = Window::at(home.path(), Some(&example()));
+    window.wait_for("Photographs (6)");
+    drop(window);
+    let settings = home.path().join("studio.json");
+    let text = std::fs::read_to_string(&settings).unwrap();
+    std::fs::write(&settings, text.replace("/corner", "/vanished")).unwrap();
+    let mut window = Window::at(home.path(), None);
+    window.step();
+    assert!(window.has("vanished") && window.has("missing"));
+    window.click("Remove");
+    assert!(!window.has("vanished"));
+}
+
+#[test]
+fn the_palette_finds_and_does() {
+    let mut window = Window::with_example();
+    window.key(egui::Modifiers::COMMAND, egui::Key::P);
+    window.harness.event(egui::Event::Text("light theme".into()));
+    window.step();
+    window.key(egui::Modifiers::NONE, egui::Key::Enter);
+    assert!(!window.harness.ctx.global_style().visuals.dark_mode);
+    window.harness.event(egui::Event::Text("?".into()));
+    window.step();
+    assert!(window.has("Keyboard shortcuts") && window.has("Run reconstruction"));
+    window.harness.run();
+}

@@ -1,0 +1,53 @@
+use eframe::egui;
+
+use crate::Window;
+
+fn tag_floor_specular(window: &mut Window) {
+    window.click("Tag");
+    window.click("floor (1)");
+    window.click("Specular");
+}
+
+#[test]
+fn the_floor_becomes_specular_and_back_and_again() {
+    let mut window = Window::with_example();
+    tag_floor_specular(&mut window);
+    assert!(window.has("specular"));
+    window.click("Edit");
+    window.harness.run_steps(5);
+    assert!(window.has_part("Undo make specular"));
+    window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert!(!window.has("specular"));
+    window.key(egui::Modifiers::COMMAND | egui::Modifiers::SHIFT, egui::Key::Z);
+    assert!(window.has("specular"));
+    window.harness.run();
+}
+
+#[test]
+fn surfaces_are_assigned_and_unassigned_ones_stand_apart() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.click("wall1");
+    window.key(egui::Modifiers::NONE, egui::Key::M);
+    window.click_front("wall2");
+    assert!(window.has("wall2 (2)") && window.has("wall1 (0)"));
+    window.key(egui::Modifiers::NONE, egui::Key::M);
+    window.click("No material");
+    assert!(window.has("1 surface has no material") && window.has("wall2 (1)"));
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert!(!window.has("1 surface has no material") && window.has("wall2 (2)"));
+}
+
+#[test]
+fn a_known_reflectance_and_a_name_are_given() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.click("box1 (1)");
+    window.click("Known reflectance");
+    assert!(window.has("diffuse, known"));
+    window.write("Name", "plaster");
+    window.key(egui::Modifiers::NONE, egui::Key::Enter);
+    assert!(window.has("plaster (1)"));
+    window.harness.run();
+}
