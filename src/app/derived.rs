@@ -92,9 +92,9 @@ fn samples(whole: &Reconstruction) -> Vec<SampleNumbers> {
         .collect();
     for (row, computed) in whole.equations.rows.iter().zip(&whole.solution.computed) {
         let sample = &mut samples[row.sample];
-        for c in 0..CHANNELS {
+        for (c, computed) in computed.iter().enumerate() {
             sample.observed[c] += row.share * row.radiance[c];
-            sample.computed[c] += row.share * computed[c];
+            sample.computed[c] += row.share * computed;
         }
     }
     let dark: Rgb = std::array::from_fn(|c| whole.equations.dark(c));

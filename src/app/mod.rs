@@ -1,10 +1,11 @@
 //! The studio: the window of the program.
 //!
-//! It holds no method of its own. Panels show an open [`project`] and say what was asked for;
-//! [`actions`] does it at the end of the frame; [`jobs`] sends commands to the worker that the
+//! It holds no method of its own. Panels show an open `project` and say what was asked for;
+//! `actions` does it at the end of the frame; `jobs` sends commands to the worker that the
 //! terminal drives too, and takes its events.
 
 mod actions;
+#[expect(clippy::module_inception, reason = "the file that wires the app together")]
 mod app;
 mod commands;
 mod derived;

@@ -150,7 +150,16 @@ pub fn convergence_ui(ui: &mut egui::Ui, project: &Project, state: &mut Converge
 
 /// What is written at a mark of the axis.
 fn axis_value(value: f64, step: f64) -> String {
-    if step == UNLABELLED { String::new() } else { super::numbers::short(value) }
+    if step == UNLABELLED {
+        return String::new();
+    }
+    // Powers of ten come back from their logarithms a little off.
+    let text = super::numbers::short(value);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// The step of marks that get no number.

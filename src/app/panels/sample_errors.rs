@@ -68,6 +68,8 @@ pub fn sample_errors_ui(
         .legend(Legend::default())
         .x_axis_label("sample, by material")
         .y_axis_label("ln(computed / measured)")
+        // Room for the legend.
+        .include_x(1.16 * derived.samples.len() as f64)
         .allow_scroll(false)
         .label_formatter(|_| None)
         .show(ui, |plot| {
