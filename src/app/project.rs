@@ -156,7 +156,7 @@ impl Project {
     }
 
     pub fn is_changed(&self) -> bool {
-        self.edit != self.saved && *self.edit != *self.saved
+        self.edit != self.saved
     }
 
     /// The name for the title: of the project file, or of the capture.

@@ -1,5 +1,6 @@
 //! One sample: where it is, who sees it, and where its light comes from.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
@@ -20,15 +21,36 @@ const AROUND: isize = 15;
 /// Side of a crop on the screen.
 const SHOWN: f32 = 62.0;
 
-/// What is worked out for the sample that is shown, until another is.
+/// What is worked out for the selection that is shown, until it changes.
 #[derive(Default)]
 pub struct CropCache {
     of: Option<(usize, usize)>,
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
+    extent: Option<(BTreeSet<usize>, usize, f64)>,
 }
 
 impl CropCache {
+    /// The number of triangles of the selected surfaces and their area in m².
+    pub fn extent(&mut self, project: &Project) -> (usize, f64) {
+        let selected = &project.selection.surfaces;
+        if let Some((of, triangles, area)) = &self.extent
+            && of == selected
+        {
+            return (*triangles, *area);
+        }
+        let mesh = &project.loaded.mesh;
+        let (mut triangles, mut area) = (0, 0.0);
+        for (index, surface) in mesh.surface.iter().enumerate() {
+            if selected.contains(&(*surface as usize)) {
+                area += f64::from(mesh.area(index));
+                triangles += 1;
+            }
+        }
+        self.extent = Some((selected.clone(), triangles, area));
+        (triangles, area)
+    }
+
     fn fill(&mut self, ctx: &egui::Context, project: &Project, sample: usize, views: &[View]) {
         let whole = project.products.whole.as_ref();
         let identity = whole.map_or(0, |whole| Arc::as_ptr(whole) as usize);

@@ -26,7 +26,7 @@ pub fn inspector_ui(
         let selection = &project.selection;
         match selection.focus {
             Focus::Nothing => overview(ui, project),
-            Focus::Surfaces => surfaces(ui, project, actions),
+            Focus::Surfaces => surfaces(ui, project, crops, actions),
             Focus::Material => {
                 if let Some(index) = selection.material {
                     material(ui, project, index, actions);
@@ -91,18 +91,16 @@ fn overview(ui: &mut egui::Ui, project: &Project) {
     ui.weak("Select a surface, material, photograph, sample or light to see its numbers.");
 }
 
-fn surfaces(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+fn surfaces(
+    ui: &mut egui::Ui,
+    project: &Project,
+    cache: &mut CropCache,
+    actions: &mut Vec<Action>,
+) {
     let selected = &project.selection.surfaces;
     let capture = &project.capture;
     ui.heading(counted(selected.len(), "surface", "surfaces"));
-    let mut area = 0.0;
-    let mut triangles = 0;
-    for (index, surface) in capture.mesh.surface.iter().enumerate() {
-        if selected.contains(&(*surface as usize)) {
-            area += f64::from(capture.mesh.area(index));
-            triangles += 1;
-        }
-    }
+    let (triangles, area) = cache.extent(project);
     facts(ui, "surfaces", &[("Triangles", count(triangles)), ("Area", format!("{area:.3} m²"))]);
     ui.add_space(4.0);
     for &surface in selected.iter().take(60) {

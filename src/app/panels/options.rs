@@ -55,7 +55,8 @@ pub fn option_ui(
         } else {
             egui::RichText::new(&title)
         };
-        let size = egui::vec2(118.0, ui.spacing().interact_size.y);
+        let width = (0.42 * ui.available_width()).min(118.0);
+        let size = egui::vec2(width, ui.spacing().interact_size.y);
         let layout = egui::Layout::left_to_right(egui::Align::Center);
         let label = ui.allocate_ui_with_layout(size, layout, |ui| {
             ui.set_min_width(size.x);
@@ -98,13 +99,16 @@ fn control(
         }
         Kind::Choice(names) => {
             let combo = egui::ComboBox::from_id_salt((declaration.section, declaration.name));
-            let shown = combo.selected_text(text).width(110.0).show_ui(ui, |ui| {
-                for name in names {
-                    if ui.selectable_label(text == *name, *name).clicked() && text != *name {
-                        set(actions, (*name).to_owned());
+            let shown = combo.selected_text(text).width(ui.available_width().min(110.0)).show_ui(
+                ui,
+                |ui| {
+                    for name in names {
+                        if ui.selectable_label(text == *name, *name).clicked() && text != *name {
+                            set(actions, (*name).to_owned());
+                        }
                     }
-                }
-            });
+                },
+            );
             Some(shown.response)
         }
         Kind::Integer => {
@@ -152,7 +156,8 @@ fn number(
     let before: f64 = text.parse().ok()?;
     let (low, high) = declaration.range.unwrap_or((f64::MIN, f64::MAX));
     let mut value = before;
-    let narrow = high - low <= if whole { 40.0 } else { 3.0 };
+    // At a large scale there is no room for a slider and a reset beside it.
+    let narrow = ui.available_width() > 150.0 && high - low <= if whole { 40.0 } else { 3.0 };
     let response = if narrow {
         let slider = egui::Slider::new(&mut value, low..=high);
         ui.spacing_mut().slider_width = 60.0;
