@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
+#[cfg(feature = "studio")]
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::math::rgb::Rgb;
@@ -29,7 +31,15 @@ fn bare() -> Command {
         Arg::new("open")
             .value_name("CAPTURE")
             .help("Folder of a capture, or a .lobelia project, to open in the window")
-            .value_parser(value_parser!(PathBuf)),
+            .value_parser(OsStringValueParser::new().try_map(|text| {
+                let path = PathBuf::from(text);
+                // A command that was mistyped must not open a window.
+                if path.exists() {
+                    Ok(path)
+                } else {
+                    Err("there is no such command, folder or file")
+                }
+            })),
     )
 }
 

@@ -83,10 +83,25 @@ fn a_flag_at_fault_is_named_with_its_range() {
     assert!(!folder.path().join("out").exists());
 }
 
+#[cfg(feature = "studio")]
+#[test]
+fn without_a_display_the_bare_command_tells_the_way_out() {
+    let mut command = lobelia();
+    for session in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(session);
+    }
+    Run::of(&mut command).fails(1, &["mesa-vulkan-drivers", "reconstruct CAPTURE --out DIR"]);
+}
+
+#[cfg(not(feature = "studio"))]
+#[test]
+fn the_bare_command_prints_help() {
+    Run::of(&mut lobelia()).fails(2, &["Usage"]);
+}
+
 #[test]
 fn wrong_usage_ends_with_2() {
-    let cases: [(&[&str], &str); 9] = [
-        (&[], "Usage"),
+    let cases: [(&[&str], &str); 8] = [
         (&["rebuild"], "rebuild"),
         (&["reconstruct"], "--out <DIR>"),
         (&["reconstruct", "x"], "--out <DIR>"),

@@ -82,7 +82,10 @@ fn entry(
             if material.known_diffuse.is_some() {
                 kind.push_str(", known");
             }
-            ui.weak(kind);
+            // At a large scale the name needs the room.
+            if ui.available_width() > 140.0 {
+                ui.weak(kind);
+            }
             let width = ui.available_width();
             let is_selected = project.selection.material == Some(index);
             let text = format!("{} ({})", material.name, material.surfaces.len());
