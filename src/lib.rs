@@ -58,3 +58,6 @@ pub mod study;
 pub mod worker;
 
 pub mod cli;
+
+#[cfg(feature = "studio")]
+pub mod app;
