@@ -215,7 +215,7 @@ fn clicks_pick_what_is_drawn_there() {
         }
         std::mem::take(&mut window.state_mut().events)
     };
-    let on_floor = at(3.2, 3.0);
+    let on_floor = at(2.3, 0.4);
     let floor = Some(surface("floor"));
     assert_eq!(
         click(&mut window, on_floor, egui::Modifiers::NONE),
@@ -227,7 +227,7 @@ fn clicks_pick_what_is_drawn_there() {
     );
     let hovered = window.state().viewport.hovered().cloned().expect("a surface");
     assert_eq!(hovered.surface, surface("floor"));
-    let away = (hovered.position - glam::Vec3::new(3.2, 3.0, 0.0)).length();
+    let away = (hovered.position - glam::Vec3::new(2.3, 0.4, 0.0)).length();
     assert!(away < 0.02, "{}", hovered.position);
     let (radiance, photograph) = hovered.radiance.expect("a photograph sees the floor");
     assert!(radiance.iter().all(|v| v.is_finite()) && photograph < 6);
@@ -360,6 +360,66 @@ fn the_toolbar_is_found_by_its_labels() {
 }
 
 #[test]
+fn the_hand_turns_the_view() {
+    let mut window = window(bare());
+    let start = *window.state().viewport.camera();
+    let (a, b) = (egui::pos2(300.0, 300.0), egui::pos2(340.0, 280.0));
+    let press = |window: &mut Window, button, pressed, pos, modifiers| {
+        window.event_modifiers(
+            egui::Event::PointerButton { pos, button, pressed, modifiers },
+            modifiers,
+        );
+        window.run_steps(1);
+    };
+    let drag = |window: &mut Window, button, modifiers| {
+        window.hover_at(a);
+        window.run_steps(1);
+        press(window, button, true, a, modifiers);
+        for step in 1..=4 {
+            window.event_modifiers(
+                egui::Event::PointerMoved(a.lerp(b, step as f32 / 4.0)),
+                modifiers,
+            );
+            window.run_steps(1);
+        }
+        press(window, button, false, b, modifiers);
+        *window.state().viewport.camera()
+    };
+    let middle = egui::PointerButton::Middle;
+    let orbited = drag(&mut window, middle, egui::Modifiers::NONE);
+    assert!(orbited.azimuth != start.azimuth && orbited.target == start.target);
+    let panned = drag(&mut window, middle, egui::Modifiers::SHIFT);
+    assert!(panned.azimuth == orbited.azimuth && panned.target != orbited.target);
+    let again = drag(&mut window, egui::PointerButton::Primary, egui::Modifiers::ALT);
+    assert!(again.azimuth != panned.azimuth && window.state().events.is_empty());
+    window.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: egui::vec2(0.0, 3.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: egui::Modifiers::NONE,
+    });
+    window.run_steps(10);
+    assert!(window.state().viewport.camera().distance < again.distance);
+    press(&mut window, egui::PointerButton::Secondary, true, b, egui::Modifiers::NONE);
+    window.key_down(egui::Key::W);
+    let before = window.state().viewport.camera().target;
+    window.run_steps(4);
+    assert!(window.state().viewport.camera().target != before);
+    window.key_up(egui::Key::W);
+    press(&mut window, egui::PointerButton::Secondary, false, b, egui::Modifiers::NONE);
+    window.key_press(egui::Key::Num5);
+    window.run_steps(1);
+    assert!(window.state().viewport.camera().orthographic);
+    window.key_press(egui::Key::Home);
+    window.key_press(egui::Key::Num7);
+    window.run_steps(1);
+    keep(&picture(&mut window), "orthographic");
+    let camera = window.state().viewport.camera();
+    assert!((camera.elevation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!((camera.target - start.target).length() < 1e-4);
+}
+
+#[test]
 fn exposure_brightens_the_photographs() {
     let mut window = window(bare());
     let light = |picture: &RgbaImage| -> f64 {
@@ -370,6 +430,8 @@ fn exposure_brightens_the_photographs() {
     let normal = light(&picture(&mut window));
     window.state_mut().viewport.settings.exposure_ev = -3.0;
     let dark = picture(&mut window);
+    window.ctx.set_theme(egui::Theme::Light);
+    keep(&picture(&mut window), "light-theme");
     keep(&dark, "dark");
     assert!(light(&dark) < 0.97 * normal);
 }

@@ -74,10 +74,11 @@ fn towards_eye(world: vec3<f32>) -> vec3<f32> {
     return normalize(globals.eye.xyz - world);
 }
 
-// A point drawn a little nearer, so that it lies on top of the surface that carries it.
-fn lifted(world: vec3<f32>) -> vec3<f32> {
+// A point drawn a little nearer, by a part of its distance, so that it lies on top of the surface
+// that carries it.
+fn lifted(world: vec3<f32>, part: f32) -> vec3<f32> {
     if globals.eye.w > 0.5 {
-        return world - globals.forward.xyz * globals.right.w * 0.004;
+        return world - globals.forward.xyz * globals.right.w * part;
     }
-    return mix(world, globals.eye.xyz, 0.004);
+    return mix(world, globals.eye.xyz, part);
 }

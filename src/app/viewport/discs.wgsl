@@ -31,7 +31,7 @@ fn corner(
     }
     let world = center + (right * place.x + up * place.y) * radius;
     var out: Corner;
-    out.clip = globals.clip_from_world * vec4<f32>(lifted(world), 1.0);
+    out.clip = globals.clip_from_world * vec4<f32>(lifted(world, 0.004), 1.0);
     out.place = place;
     out.color = color;
     out.kind = vec3<f32>(f32(is_ball), f32(instance == globals.more.x), opacity);

@@ -128,7 +128,7 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
         }
         let untagged = capture.surfaces.iter().any(|s| s.role == crate::scene::Role::Untagged);
         if untagged && settings.shading == Shading::Material {
-            let color = Color32::from_rgb(168, 107, 158);
+            let color = Color32::from_rgb(176, 110, 164);
             entries.push(Entry::Patch { name: "striped: no material".to_owned(), color });
         }
     }
@@ -170,6 +170,10 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
                 color,
             });
         }
+    }
+    if let Some(strongest) = view.scene.strongest_lobe.filter(|_| settings.lobes) {
+        let longest = number(strongest);
+        entries.push(Entry::Text(format!("Longest lobe: emission {longest} (length ~ root)")));
     }
     if let Some(scale) = view.scene.sample_scale.as_ref().filter(|_| shows_samples) {
         let end = |value: f32| {

@@ -10,14 +10,14 @@ struct Corner {
 @vertex
 fn corner(
     @builtin(vertex_index) vertex: u32,
-    @location(0) from: vec3<f32>,
-    @location(1) to: vec3<f32>,
+    @location(0) start: vec3<f32>,
+    @location(1) stop: vec3<f32>,
     @location(2) color: vec4<f32>,
     // In points.
     @location(3) width: f32,
 ) -> Corner {
-    var a = globals.clip_from_world * vec4<f32>(from, 1.0);
-    var b = globals.clip_from_world * vec4<f32>(to, 1.0);
+    var a = globals.clip_from_world * vec4<f32>(start, 1.0);
+    var b = globals.clip_from_world * vec4<f32>(stop, 1.0);
     var out: Corner;
     // Ends before the near plane are moved onto it.
     if a.z < 0.0 && b.z < 0.0 {

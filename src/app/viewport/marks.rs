@@ -19,6 +19,8 @@ pub struct LightShapes {
     pub discs: Vec<Disc>,
     pub lines: Vec<Line>,
     pub lobes: Vec<LobeShape>,
+    /// Emission of the longest lobe, the mean of its channels.
+    pub strongest: Option<f32>,
 }
 
 /// Shapes for the lights; a light's colour and the length of its lobes are their emission.
@@ -34,8 +36,11 @@ pub fn lights(
         .filter(|emission| emission.len() == lobes.lobes.len());
     let strength = |lobe: usize| emission.map_or(0.0, |all| all[lobe].iter().sum::<f64>() / 3.0);
     let strongest = (0..lobes.lobes.len()).map(strength).fold(0.0, f64::max);
-    let reach_m = 0.35 * lights.sphere_radius_m.max(2.0 * lights.spacing_m);
-    let mut shapes = LightShapes::default();
+    let reach_m = 0.3 * lights.sphere_radius_m.max(2.0 * lights.spacing_m);
+    let mut shapes = LightShapes {
+        strongest: emission.map(|_| strongest as f32).filter(|strongest| *strongest > 0.0),
+        ..LightShapes::default()
+    };
     for (index, light) in lights.lights.iter().enumerate() {
         let own = if index + 1 < lobes.first.len() { lobes.of(index) } else { 0..0 };
         let mut sum = [0.0f64; 3];

@@ -19,7 +19,7 @@ struct Corner {
     @location(3) @interpolate(flat) edges: u32,
 }
 
-fn row(surface: u32) -> vec4<u32> {
+fn known_of(surface: u32) -> vec4<u32> {
     return textureLoad(surfaces, vec2<i32>(i32(surface & 1023u), i32(surface >> 10u)), 0);
 }
 
@@ -36,7 +36,7 @@ fn corner(
     let which = index % 3u;
     out.heights = vec3<f32>(f32(which == 0u), f32(which == 1u), f32(which == 2u));
     out.clip = globals.clip_from_world * vec4<f32>(position, 1.0);
-    if (row(out.surface).z & HIDDEN) != 0u {
+    if (known_of(out.surface).z & HIDDEN) != 0u {
         out.clip = NOWHERE;
     }
     return out;
@@ -66,8 +66,13 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
         let uv = clip.xy / clip.w * vec2<f32>(0.5, -0.5) + 0.5;
         let layer = i32(photograph.eye.w);
         if photograph.range.z > 0.5 {
-            let texel = min(vec2<i32>(uv * vec2<f32>(size)), size - 1);
-            let depth = textureLoad(depths, texel, layer, 0);
+            let texel = vec2<i32>(uv * vec2<f32>(size));
+            // Pixels beside a silhouette mix what is before it with what is behind.
+            var depth = 1.0;
+            for (var k = 0; k < 9; k++) {
+                let beside = clamp(texel + vec2<i32>(k % 3, k / 3) - 1, vec2<i32>(0), size - 1);
+                depth = min(depth, textureLoad(depths, beside, layer, 0));
+            }
             let near = photograph.range.x;
             let far = photograph.range.y;
             let nearest = near * far / (far - depth * (far - near));
@@ -86,20 +91,20 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
 }
 
 fn stripes(position: vec2<f32>, a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
-    let phase = fract((position.x + position.y) / (12.0 * globals.up.w));
+    let phase = fract((position.x + position.y) / (16.0 * globals.up.w));
     return select(a, b, phase < 0.5);
 }
 
 @fragment
 fn fill(in: Corner) -> @location(0) vec4<f32> {
-    let row = row(in.surface);
+    let known = known_of(in.surface);
     let eye = towards_eye(in.world);
     var normal = normalize(cross(dpdx(in.world), dpdy(in.world)));
     if dot(normal, eye) < 0.0 {
         normal = -normal;
     }
-    // A lamp at the eye and a little from above tell the faces of a box apart.
-    let light = 0.62 + 0.28 * dot(normal, eye) + 0.1 * normal.z;
+    // A lamp at the eye and light from above and from one side tell the faces of a box apart.
+    let light = 0.62 + 0.2 * dot(normal, eye) + 0.14 * normal.z + 0.05 * (normal.x - normal.y);
     var color = vec3<f32>(0.72) * light;
     let shading = globals.choice.x;
     if shading == 0u {
@@ -112,18 +117,18 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
             color = vec3<f32>(0.4) * light;
         }
     } else if shading == 1u {
-        color = unpack4x8unorm(row.x).rgb * light;
-        if (row.z & UNASSIGNED) != 0u {
-            color = stripes(in.clip.xy, vec3<f32>(0.55, 0.5, 0.55), vec3<f32>(0.66, 0.42, 0.62))
+        color = unpack4x8unorm(known.x).rgb * light;
+        if (known.z & UNASSIGNED) != 0u {
+            color = stripes(in.clip.xy, vec3<f32>(0.58, 0.54, 0.58), vec3<f32>(0.74, 0.4, 0.68))
                 * light;
         }
     } else if shading == 2u {
-        color = unpack4x8unorm(row.y).rgb;
-        if (row.z & UNKNOWN_REFLECTANCE) != 0u {
+        color = unpack4x8unorm(known.y).rgb;
+        if (known.z & UNKNOWN_REFLECTANCE) != 0u {
             color = stripes(in.clip.xy, vec3<f32>(0.42), vec3<f32>(0.5)) * light;
         }
     }
-    if (row.z & SELECTED) != 0u {
+    if (known.z & SELECTED) != 0u {
         color = mix(color, globals.accent.rgb, 0.38);
     }
     return vec4<f32>(color, 1.0);
@@ -149,7 +154,7 @@ fn wire(in: Corner) -> @location(0) vec4<f32> {
         let cover = edge_cover(in.heights, slope, in.edges & 7u, 0.6 * scale);
         out = vec4<f32>(globals.wire.rgb, globals.wire.a * cover);
     }
-    if (row(in.surface).z & SELECTED) != 0u {
+    if (known_of(in.surface).z & SELECTED) != 0u {
         let cover = edge_cover(in.heights, slope, in.edges >> 3u, 1.6 * scale);
         out = mix(out, vec4<f32>(globals.accent.rgb, 1.0), cover);
     }

@@ -214,7 +214,7 @@ impl Viewport {
         };
         let (low, high) = selection.or_else(|| capture.mesh.bounds()).unwrap_or(self.scene.bounds);
         input::leave_photograph(self, content);
-        let least = 0.02 * self.scene.ball().1;
+        let least = 0.1 * self.scene.ball().1;
         self.camera.frame(0.5 * (low + high), (0.5 * (high - low).length()).max(least), size);
     }
 

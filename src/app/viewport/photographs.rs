@@ -166,7 +166,7 @@ impl Layers {
                     range.near as f32,
                     range.far as f32,
                     f32::from(u8::from(self.has_depth[layer].load(Relaxed))),
-                    1.5 * pixel_m as f32,
+                    3.0 * pixel_m as f32,
                 ],
             };
         }

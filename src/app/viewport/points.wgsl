@@ -21,7 +21,9 @@ fn corner(
     let radius = select(2.75, 6.0, picked) * globals.up.w;
     let place = vec2<f32>(f32(vertex & 1u), f32(vertex >> 1u)) * 2.0 - 1.0;
     var out: Corner;
-    out.clip = globals.clip_from_world * vec4<f32>(lifted(position), 1.0);
+    // Far enough that a disc is not cut by a surface that it lies on aslant.
+    let lift = 0.003 + 3.0 * radius / globals.screen.y;
+    out.clip = globals.clip_from_world * vec4<f32>(lifted(position, min(lift, 0.05)), 1.0);
     let offset = place * (radius + 1.0) * 2.0 / globals.screen.xy * out.clip.w;
     out.clip = vec4<f32>(out.clip.xy + offset, out.clip.zw);
     out.place = place * (radius + 1.0);

@@ -57,6 +57,8 @@ pub struct Scene {
     pub discs: Batch,
     pub light_lines: Batch,
     pub lobes: Batch,
+    /// Emission of the longest lobe.
+    pub strongest_lobe: Option<f32>,
     pub frusta: Batch,
     pub grid: Batch,
     known: Known,
@@ -104,6 +106,7 @@ impl Scene {
             discs: None,
             light_lines: None,
             lobes: None,
+            strongest_lobe: None,
             frusta: None,
             grid: None,
             known: Known::default(),
@@ -269,6 +272,7 @@ impl Scene {
             if self.known.lights.take().is_some() {
                 self.version += 1;
                 (self.discs, self.light_lines, self.lobes) = (None, None, None);
+                self.strongest_lobe = None;
             }
             return;
         };
@@ -285,6 +289,7 @@ impl Scene {
         self.discs = upload(&self.device, &shapes.discs);
         self.light_lines = upload(&self.device, &shapes.lines);
         self.lobes = upload(&self.device, &shapes.lobes);
+        self.strongest_lobe = shapes.strongest;
         self.version += 1;
         self.known.lights = Some((lights.clone(), lobes.clone(), content.solution.clone()));
     }
