@@ -28,7 +28,7 @@ struct Globals {
     choice: vec4<u32>,
     // Picked light, 1 to draw the wireframe, 1 to shade lobes by their light, unused.
     more: vec4<u32>,
-    candidates: array<Candidate, 8>,
+    candidates: array<Candidate, 32>,
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;

@@ -8,7 +8,7 @@ use crate::app::viewport::palette;
 use crate::app::viewport::targets::{COLOR, DEPTH, SAMPLES};
 
 /// Photographs that a fragment may ask for its colour.
-pub const CANDIDATES: usize = 8;
+pub const CANDIDATES: usize = 32;
 /// Vertices of one lobe: rings × segments × 6, as in `lobes.wgsl`.
 pub const LOBE_VERTICES: u32 = 6 * 10 * 6;
 

@@ -155,7 +155,7 @@ pub fn frusta(
     let mut lines = Vec::new();
     for (index, photograph) in capture.photographs.iter().enumerate() {
         let (color, width, depth) =
-            if selected == Some(index) { (accent, 2.5, 1.3 * depth) } else { (plain, 1.25, depth) };
+            if selected == Some(index) { (accent, 2.5, 1.3 * depth) } else { (plain, 1.5, depth) };
         let eye = photograph.camera.position.as_vec3();
         let corners = image_corners(&photograph.camera, depth);
         for k in 0..4 {

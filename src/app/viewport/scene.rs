@@ -7,28 +7,17 @@ use eframe::{egui, wgpu};
 use glam::Vec3;
 
 use crate::app::viewport::background::{Background, Done};
-use crate::app::viewport::content::{Content, SampleColor, ViewSettings};
+use crate::app::viewport::content::{Content, ViewSettings};
 use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload};
+use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
 use crate::app::viewport::samples::{self, Scale};
 use crate::app::viewport::{marks, surfaces};
 use crate::geometry::bvh::RayCaster;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
-use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::solution::Solution;
 use crate::scene::Capture;
 
-/// Colours that depend on the theme.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
-    pub accent: [f32; 4],
-    pub wire: [f32; 4],
-    pub line: [f32; 4],
-    pub background: f32,
-}
-
+/// Everything on the GPU, and what it was made from.
 pub struct Scene {
     pub device: wgpu::Device,
     queue: wgpu::Queue,
@@ -62,15 +51,6 @@ pub struct Scene {
     pub frusta: Batch,
     pub grid: Batch,
     known: Known,
-}
-
-/// What the uploads were made from.
-#[derive(Default)]
-struct Known {
-    surfaces: Option<(Arc<Capture>, Option<Arc<Solution>>, BTreeSet<usize>, BTreeSet<usize>)>,
-    samples: Option<(Arc<SampleCloud>, SampleColor, Option<Arc<Solution>>, Arc<Capture>)>,
-    lights: Option<(Arc<VirtualLights>, Arc<Lobes>, Option<Arc<Solution>>)>,
-    lines: Option<(Option<usize>, Look)>,
 }
 
 impl Scene {
@@ -208,13 +188,7 @@ impl Scene {
 
     fn sync_surfaces(&mut self, content: &Content) {
         let Some(capture) = &self.capture else { return };
-        let is_known = self.known.surfaces.as_ref().is_some_and(|known| {
-            Arc::ptr_eq(&known.0, capture)
-                && same(known.1.as_ref(), content.solution.as_ref())
-                && known.2 == content.selected_surfaces
-                && known.3 == content.hidden_surfaces
-        });
-        if is_known {
+        if self.known.surfaces.as_ref().is_some_and(|known| known.hold(capture, content)) {
             return;
         }
         let rows = surfaces::rows(
@@ -231,12 +205,7 @@ impl Scene {
         surfaces::write(&self.queue, &self.surface_texture, &rows);
         self.surface_rows = rows;
         self.version += 1;
-        self.known.surfaces = Some((
-            capture.clone(),
-            content.solution.clone(),
-            content.selected_surfaces.clone(),
-            content.hidden_surfaces.clone(),
-        ));
+        self.known.surfaces = Some(known::Surfaces::of(capture, content));
     }
 
     fn sync_samples(&mut self, content: &Content, settings: &ViewSettings) {
@@ -248,27 +217,19 @@ impl Scene {
             return;
         };
         let color = settings.sample_color;
-        // Only errors depend on the solution and on which materials are glossy.
-        let is_known = self.known.samples.as_ref().is_some_and(|known| {
-            Arc::ptr_eq(&known.0, cloud)
-                && known.1 == color
-                && (color != SampleColor::Error
-                    || (same(known.2.as_ref(), content.solution.as_ref())
-                        && Arc::ptr_eq(&known.3, capture)))
-        });
-        if is_known {
+        let now = known::Samples::of(capture, cloud, color, content.solution.as_ref());
+        if self.known.samples.as_ref().is_some_and(|known| known.hold(&now)) {
             return;
         }
         let (points, scale) = samples::points(capture, cloud, content.solution.as_deref(), color);
         self.points = upload(&self.device, &points);
         self.sample_scale = scale;
         self.version += 1;
-        self.known.samples =
-            Some((cloud.clone(), color, content.solution.clone(), capture.clone()));
+        self.known.samples = Some(now);
     }
 
     fn sync_lights(&mut self, content: &Content) {
-        let Some((lights, lobes)) = &content.lights else {
+        let Some(products) = &content.lights else {
             if self.known.lights.take().is_some() {
                 self.version += 1;
                 (self.discs, self.light_lines, self.lobes) = (None, None, None);
@@ -276,14 +237,11 @@ impl Scene {
             }
             return;
         };
-        let is_known = self.known.lights.as_ref().is_some_and(|known| {
-            Arc::ptr_eq(&known.0, lights)
-                && Arc::ptr_eq(&known.1, lobes)
-                && same(known.2.as_ref(), content.solution.as_ref())
-        });
-        if is_known {
+        let now = known::Lights::of(products, content.solution.as_ref());
+        if self.known.lights.as_ref().is_some_and(|known| known.hold(&now)) {
             return;
         }
+        let (lights, lobes) = products;
         let solution = content.solution.as_deref();
         let shapes = marks::lights(self.capture.as_deref(), lights, lobes, solution);
         self.discs = upload(&self.device, &shapes.discs);
@@ -291,7 +249,7 @@ impl Scene {
         self.lobes = upload(&self.device, &shapes.lobes);
         self.strongest_lobe = shapes.strongest;
         self.version += 1;
-        self.known.lights = Some((lights.clone(), lobes.clone(), content.solution.clone()));
+        self.known.lights = Some(now);
     }
 
     fn sync_lines(&mut self, selected: Option<usize>, look: &Look) {
@@ -301,7 +259,8 @@ impl Scene {
             return;
         };
         let depth = 0.05 * self.ball().1;
-        let frusta = marks::frusta(capture, selected, look.accent, look.line, depth);
+        let solid = [look.line[0], look.line[1], look.line[2], 1.0];
+        let frusta = marks::frusta(capture, selected, look.accent, solid, depth);
         self.frusta = upload(&self.device, &frusta);
         let ground = capture.mesh.bounds().unwrap_or(self.bounds);
         self.grid = upload(&self.device, &marks::grid(ground, look.line));
@@ -345,35 +304,6 @@ impl Scene {
     pub fn write_globals(&self, globals: &Globals) {
         self.queue.write_buffer(&self.globals_buffer, 0, bytemuck::bytes_of(globals));
     }
-}
-
-fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
-    match (a, b) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-        (None, None) => true,
-        _ => false,
-    }
-}
-
-/// Whether two captures differ in their tags at most.
-fn is_same_world(a: &Capture, b: &Capture) -> bool {
-    a.photographs.len() == b.photographs.len()
-        && a.photographs
-            .iter()
-            .zip(&b.photographs)
-            .all(|(a, b)| a.camera == b.camera && same(a.image.as_ref(), b.image.as_ref()))
-        && a.mesh.triangles == b.mesh.triangles
-        && a.mesh.surface == b.mesh.surface
-        && a.mesh.polygon == b.mesh.polygon
-        && a.mesh.positions == b.mesh.positions
-}
-
-fn bounds(capture: &Capture) -> (Vec3, Vec3) {
-    let cameras = capture.photographs.iter().map(|p| p.camera.position.as_vec3());
-    let mesh = capture.mesh.bounds();
-    let mut points = mesh.into_iter().flat_map(|(low, high)| [low, high]).chain(cameras);
-    let Some(first) = points.next() else { return (Vec3::splat(-1.0), Vec3::ONE) };
-    points.fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
 }
 
 fn mesh_group(
