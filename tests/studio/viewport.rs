@@ -305,3 +305,15 @@ fn exposure_brightens_the_photographs() {
     keep(&dark, "dark");
     assert!(light(&dark) < 0.97 * normal);
 }
+
+#[test]
+fn the_selected_photograph_is_accented() {
+    let mut window = window(bare());
+    window.state_mut().viewport.settings.shading = Shading::Plain;
+    let orange = |[r, g, b, _]: [u8; 4]| r > 200 && (90..190).contains(&g) && b < 110;
+    let before = part(&picture(&mut window), orange);
+    window.state_mut().content.selected_photograph = Some(0);
+    let after = picture(&mut window);
+    keep(&after, "selected-photograph");
+    assert!(part(&after, orange) > before + 1e-4);
+}

@@ -45,8 +45,11 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
     let cover = 1.0 - smoothstep(1.0 - soft, 1.0, away);
     if in.kind.x > 0.5 {
         let glow = mix(in.color, vec3<f32>(1.0), 0.7 * (1.0 - away * away));
-        let rim = smoothstep(1.0 - 3.0 * soft, 1.0 - 2.0 * soft, away) * in.kind.y;
-        return vec4<f32>(mix(glow, globals.accent.rgb, rim), cover);
+        let rim = smoothstep(1.0 - 3.0 * soft, 1.0 - 2.0 * soft, away);
+        let tint = mix(glow, mix(in.color, globals.accent.rgb, in.kind.y), rim);
+        // A core that is seen from afar in a halo as large as the ball, which hides nothing.
+        let core = 1.0 - smoothstep(0.3, 0.45, away);
+        return vec4<f32>(tint, max(max(core, 0.8 * rim), 0.28) * cover);
     }
     let width = select(1.2, 3.0, in.kind.y > 0.5) * globals.up.w * soft;
     let ring = smoothstep(1.0 - width - soft, 1.0 - width, away);

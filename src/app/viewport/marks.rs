@@ -35,7 +35,17 @@ pub fn lights(
         .map(|solution| &solution.emission)
         .filter(|emission| emission.len() == lobes.lobes.len());
     let strength = |lobe: usize| emission.map_or(0.0, |all| all[lobe].iter().sum::<f64>() / 3.0);
-    let strongest = (0..lobes.lobes.len()).map(strength).fold(0.0, f64::max);
+    // A lamp is small and shines alike all around: beside it every lobe would be short, so its
+    // glow stands for it instead.
+    let is_glow = |light: usize| {
+        lights.lights.get(light).is_none_or(|light| {
+            matches!(light.kind, LightKind::Lamp | LightKind::Sun) || is_sun(capture, light)
+        })
+    };
+    let strongest = (0..lobes.lobes.len())
+        .filter(|lobe| !is_glow(lobes.lobes[*lobe].light))
+        .map(strength)
+        .fold(0.0, f64::max);
     let reach_m = 0.3 * lights.sphere_radius_m.max(2.0 * lights.spacing_m);
     let mut shapes = LightShapes {
         strongest: emission.map(|_| strongest as f32).filter(|strongest| *strongest > 0.0),
@@ -65,8 +75,7 @@ pub fn lights(
             let color = [color[0], color[1], color[2], 0.7];
             shapes.lines.push(line(center, tip, color, 1.5));
         }
-        // A lamp shines alike all around, and its glow says how strongly.
-        if light.kind == LightKind::Lamp || light.kind == LightKind::Sun {
+        if is_glow(index) {
             continue;
         }
         for lobe in own {
@@ -98,16 +107,16 @@ pub fn placed(
     lights: &VirtualLights,
     light: &VirtualLight,
 ) -> (Vec3, bool, f32) {
-    let least = 0.012 * lights.sphere_radius_m;
+    let least = 0.02 * lights.sphere_radius_m;
     let sphere = lights.sphere_radius_m;
     let far = lights.sphere_center - light.normal * sphere;
     match light.kind {
         LightKind::Sky => (far, false, 0.85 * sphere * light.half_angle.sin().abs().max(0.02)),
-        LightKind::Sun => (far, true, 3.0 * least),
+        LightKind::Sun => (far, true, 2.0 * least),
         LightKind::Lamp => (light.position, true, light.radius_m.max(least)),
         LightKind::Known(index) => match capture.and_then(|capture| capture.lights.get(index)) {
             Some(KnownLight::Shape { emitter: Emitter::Sun { .. }, .. }) => {
-                (far, true, 3.0 * least)
+                (far, true, 2.0 * least)
             }
             Some(KnownLight::Shape { emitter: Emitter::Rectangle { .. }, .. }) => {
                 (light.position, false, light.radius_m.max(least))
