@@ -62,3 +62,6 @@ pub mod worker;
 pub mod app;
 
 pub mod cli;
+
+#[cfg(feature = "studio")]
+pub mod app;

@@ -1,10 +1,13 @@
-//! The window, driven by the labels of its controls, without a display.
+//! The window, driven by the labels of its controls, without a display: drawn off screen by
+//! whatever adapter the machine has; a software one will do.
 #![cfg(feature = "studio")]
 
+mod hand; // mouse and keys in the 3D view
 mod projects; // save, reopen, recovery, a moved capture
 mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
 mod tagging; // materials, undo and redo
+mod viewport; // the 3D view: what is drawn and named
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

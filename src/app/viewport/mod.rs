@@ -1,171 +1,288 @@
-//! The 3D view: a stand-in that keeps the place of the real one.
+//! The view of the capture and of what the reconstruction found.
+//!
+//! The scene is drawn off screen (`targets`) within egui's encoder (`paint`) and copied into the
+//! window. `scene` holds what lies on the GPU and brings it up to date when a shared product
+//! changes; what is heavy to prepare is prepared in the `background`. Selecting happens on the
+//! CPU (`picking`), with the rays that the reconstruction uses.
 
-use std::collections::BTreeSet;
+mod axes;
+mod background;
+mod camera;
+mod content;
+mod frame;
+mod gpu;
+mod input;
+mod known;
+mod legend;
+mod marks;
+mod paint;
+mod palette;
+mod photographs;
+mod picking;
+mod projection;
+mod samples;
+mod scene;
+mod surfaces;
+mod targets;
+mod texels;
+mod toolbar;
+
 use std::sync::Arc;
 
-use eframe::egui;
-use glam::Vec3;
+use eframe::egui::{self, Response, Sense, Ui};
+use eframe::egui_wgpu;
+use glam::{Vec2, Vec3};
 
-use crate::math::rgb::Radiance;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
-use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::solution::Solution;
-use crate::scene::Capture;
+pub use camera::{Side, ViewCamera};
+pub use content::{
+    Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
+};
+pub use palette::{magnitude, material_color, signed};
 
-/// What there is to draw; all products are shared and read-only.
-#[derive(Clone, Default)]
-pub struct Content {
-    pub capture: Option<Arc<Capture>>,
-    pub samples: Option<Arc<SampleCloud>>,
-    pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
-    /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.
-    pub solution: Option<Arc<Solution>>,
-    pub selected_surfaces: BTreeSet<usize>,
-    pub hidden_surfaces: BTreeSet<usize>,
-    pub selected_sample: Option<usize>,
-    pub selected_light: Option<usize>,
-    pub selected_photograph: Option<usize>,
-}
+use paint::Drawn;
+use picking::Picker;
+use projection::{Placement, Projection};
+use scene::Scene;
+use targets::Targets;
 
-/// What the hand did in the viewport.
-pub enum ViewportEvent {
-    /// A surface was clicked (`None`: the background), with shift to add.
-    PickSurface {
-        surface: Option<usize>,
-        add: bool,
-    },
-    /// Surfaces inside a dragged box.
-    BoxSurfaces {
-        surfaces: BTreeSet<usize>,
-        add: bool,
-    },
-    PickSample(usize),
-    PickLight(usize),
-    PickPhotograph(usize),
-}
+/// Of the radiance that nine tenths of the pixels stay below, what part of white it becomes.
+const BRIGHT_PART: f32 = 0.7;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shading {
-    Photograph,
-    Material,
-    Reflectance,
-    Plain,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SampleColor {
-    Radiance,
-    Material,
-    Error,
-    Weight,
-    Views,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ToneMapping {
-    Linear,
-    Filmic,
-    FalseColor,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub struct ViewSettings {
-    pub shading: Shading,
-    pub wireframe: bool,
-    pub cameras: bool,
-    pub samples: bool,
-    pub sample_color: SampleColor,
-    pub lights: bool,
-    pub lobes: bool,
-    pub grid: bool,
-    pub exposure_ev: f32,
-    pub tone_mapping: ToneMapping,
-    pub look_through_opacity: f32,
-}
-
-impl Default for ViewSettings {
-    fn default() -> Self {
-        Self {
-            shading: Shading::Photograph,
-            wireframe: false,
-            cameras: true,
-            samples: true,
-            sample_color: SampleColor::Radiance,
-            lights: true,
-            lobes: true,
-            grid: true,
-            exposure_ev: 0.0,
-            tone_mapping: ToneMapping::Filmic,
-            look_through_opacity: 0.5,
-        }
-    }
-}
-
-/// What lies under the cursor.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Hovered {
-    pub surface: usize,
-    pub position: Vec3,
-    pub radiance: Option<Radiance>,
-    pub material: Option<usize>,
-}
-
+/// The viewport with its view; one per window.
 pub struct Viewport {
     pub settings: ViewSettings,
+    camera: ViewCamera,
+    /// The photograph that is looked through, and how it is placed.
     through: Option<usize>,
+    placement: Placement,
+    framing: Option<Framing>,
+    boxing: Boxing,
+    scene: Scene,
+    targets: Option<Arc<Targets>>,
+    /// What the picture on hand shows.
+    drawn: Drawn,
+    /// Depth maps that had been drawn when the next frame was last asked for.
+    depth_maps: Option<usize>,
+    hovered: Option<Hovered>,
+    selected_before: Option<usize>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Framing {
+    All,
+    Selection,
+}
+
+/// Selecting by a box: after B, and while it is dragged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Boxing {
+    Off,
+    Armed,
+    From(egui::Pos2),
 }
 
 impl Viewport {
-    pub fn new(_render: &eframe::egui_wgpu::RenderState) -> Self {
-        Self { settings: ViewSettings::default(), through: None }
+    pub fn new(render: &egui_wgpu::RenderState) -> Self {
+        let scene = Scene::new(render.device.clone(), render.queue.clone(), render.target_format);
+        Self {
+            settings: ViewSettings::default(),
+            camera: ViewCamera::default(),
+            through: None,
+            placement: Placement::default(),
+            framing: Some(Framing::All),
+            boxing: Boxing::Off,
+            scene,
+            targets: None,
+            drawn: Drawn::default(),
+            depth_maps: None,
+            hovered: None,
+            selected_before: None,
+        }
     }
 
     /// Draws into the rest of `ui` and tells what the hand did.
-    pub fn show(&mut self, ui: &mut egui::Ui, _content: &Content) -> Vec<ViewportEvent> {
-        let size = ui.available_size();
-        let response = ui.allocate_response(size, egui::Sense::click_and_drag());
+    pub fn show(&mut self, ui: &mut Ui, content: &Content) -> Vec<ViewportEvent> {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(rect, Sense::click_and_drag());
         response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::accesskit::Role::Canvas, true, "viewport")
+            let role = egui::accesskit::Role::Canvas;
+            egui::WidgetInfo::labeled(role, ui.is_enabled(), "Viewport")
         });
-        let visuals = ui.visuals();
-        ui.painter().rect_filled(response.rect, 0.0, visuals.extreme_bg_color);
-        let font = egui::TextStyle::Body.resolve(ui.style());
-        let center = response.rect.center();
-        ui.painter().text(
-            center,
-            egui::Align2::CENTER_CENTER,
-            "viewport",
-            font,
-            visuals.weak_text_color(),
-        );
-        Vec::new()
+        let mut events = Vec::new();
+        if rect.width() < 8.0 || rect.height() < 8.0 {
+            return events;
+        }
+        let size = Vec2::new(rect.width(), rect.height());
+        let look = frame::look(ui);
+        if self.scene.sync(content, &self.settings, &look, ui.ctx()) {
+            self.through = None;
+            self.framing = Some(Framing::All);
+        }
+        self.follow(content);
+        if content.capture.is_some() {
+            input::navigate(self, ui, &response, content);
+            input::photograph_keys(self, ui, &response, content, &mut events);
+        }
+        self.frame(content, size);
+        let projection = self.projection(size);
+        input::select(self, ui, &response, content, &projection, &mut events);
+        self.hover(&response, content, &projection);
+        self.draw(ui, &response, content, &look, &projection);
+        self.overlay(ui, &response, content, &projection);
+        events
     }
 
     /// The value under the cursor as of the last frame, for the status bar.
     pub fn hovered(&self) -> Option<&Hovered> {
-        None
+        self.hovered.as_ref()
     }
 
-    pub fn frame_all(&mut self) {}
+    /// Shows everything.
+    pub fn frame_all(&mut self) {
+        self.framing = Some(Framing::All);
+    }
 
-    pub fn frame_selection(&mut self) {}
+    /// Shows what is selected, or everything where nothing is.
+    pub fn frame_selection(&mut self) {
+        self.framing = Some(Framing::Selection);
+    }
 
+    /// Takes a photograph's camera, or gives it back.
     pub fn look_through(&mut self, photograph: Option<usize>) {
+        if self.through.is_none() || photograph.is_none() {
+            self.placement = Placement::default();
+        }
         self.through = photograph;
     }
 
     pub fn is_looking_through(&self) -> Option<usize> {
         self.through
     }
+
+    /// The free view.
+    pub fn camera(&self) -> &ViewCamera {
+        &self.camera
+    }
+
+    /// Puts the free view somewhere, as a project remembers it.
+    pub fn set_camera(&mut self, camera: ViewCamera) {
+        self.camera = camera;
+        self.framing = None;
+    }
+
+    /// The factor that brings radiance to the screen's 0 to 1, for pictures beside the viewport.
+    pub fn exposure(&self) -> f32 {
+        self.settings.exposure_ev.exp2() * BRIGHT_PART / self.scene.bright
+    }
+
+    /// Whether the preparation of the capture has come as far as picking and colouring.
+    pub fn is_ready(&self) -> bool {
+        self.scene.caster.is_some() && self.scene.is_filled()
+    }
+
+    /// Another photograph selected elsewhere is looked through here, too.
+    fn follow(&mut self, content: &Content) {
+        let count = content.capture.as_ref().map_or(0, |capture| capture.photographs.len());
+        if self.selected_before != content.selected_photograph {
+            self.selected_before = content.selected_photograph;
+            if self.through.is_some() && content.selected_photograph.is_some() {
+                self.through = content.selected_photograph;
+            }
+        }
+        self.through = self.through.filter(|photograph| *photograph < count);
+    }
+
+    fn projection(&self, size: Vec2) -> Projection {
+        let ball = self.scene.ball();
+        let photograph = self.through.and_then(|index| {
+            self.scene.capture.as_ref().and_then(|capture| capture.photographs.get(index))
+        });
+        match photograph {
+            Some(photograph) => {
+                let range = photographs::range(photograph.camera.position.as_vec3(), ball);
+                Projection::through(&photograph.camera, size, self.placement, range)
+            }
+            None => self.camera.projection(size, ball),
+        }
+    }
+
+    fn frame(&mut self, content: &Content, size: Vec2) {
+        let Some(framing) = self.framing.take() else { return };
+        let Some(capture) = &content.capture else { return };
+        let selection = match framing {
+            Framing::Selection => selected_box(capture, content),
+            Framing::All => None,
+        };
+        let (low, high) = selection.or_else(|| capture.mesh.bounds()).unwrap_or(self.scene.bounds);
+        input::leave_photograph(self, content);
+        let least = 0.1 * self.scene.ball().1;
+        self.camera.frame(0.5 * (low + high), (0.5 * (high - low).length()).max(least), size);
+    }
+
+    fn hover(&mut self, response: &Response, content: &Content, projection: &Projection) {
+        self.hovered = None;
+        let Some(position) = response.hover_pos().filter(|_| response.contains_pointer()) else {
+            return;
+        };
+        let Some((capture, caster)) = self.scene.capture.as_ref().zip(self.scene.caster.as_ref())
+        else {
+            return;
+        };
+        let picker = Picker { capture, caster, hidden: &content.hidden_surfaces };
+        let local = position - response.rect.min;
+        let preferred = self.through.or(content.selected_photograph);
+        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), preferred);
+    }
+
+    /// What lies over the picture.
+    fn overlay(&mut self, ui: &mut Ui, response: &Response, content: &Content, p: &Projection) {
+        let rect = response.rect;
+        if content.capture.is_none() {
+            let font = egui::TextStyle::Heading.resolve(ui.style());
+            let color = ui.visuals().weak_text_color();
+            let text = "Drop a capture folder here";
+            ui.painter_at(rect).text(rect.center(), egui::Align2::CENTER_CENTER, text, font, color);
+            return;
+        }
+        if let Boxing::From(start) = self.boxing
+            && let Some(end) = response.interact_pointer_pos()
+        {
+            let accent = ui.visuals().selection.stroke.color;
+            let dragged = egui::Rect::from_two_pos(start, end);
+            let painter = ui.painter_at(rect);
+            painter.rect_filled(dragged, 0.0, accent.gamma_multiply(0.12));
+            let stroke = egui::Stroke::new(1.0, accent);
+            painter.rect_stroke(dragged, 0.0, stroke, egui::StrokeKind::Inside);
+        }
+        let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
+        if has_toolbar_room {
+            toolbar::show(self, ui, rect, content);
+            legend::show(self, ui, rect, content);
+            if let Some(side) = axes::show(ui, rect, p) {
+                input::leave_photograph(self, content);
+                self.camera.turn_to(side);
+                ui.ctx().request_repaint();
+            }
+        }
+    }
 }
 
-/// Colour of a material by its index, colour-blind safe.
-pub fn material_color(index: usize) -> egui::Color32 {
-    const COLORS: [u32; 12] = [
-        0xE69F00, 0x56B4E9, 0x009E73, 0xF0E442, 0x0072B2, 0xD55E00, 0xCC79A7, 0x999999, 0x332288,
-        0x88CCEE, 0x882255, 0x44AA99,
-    ];
-    let [_, r, g, b] = COLORS[index % COLORS.len()].to_be_bytes();
-    egui::Color32::from_rgb(r, g, b)
+/// The box around what is selected.
+fn selected_box(capture: &crate::scene::Capture, content: &Content) -> Option<(Vec3, Vec3)> {
+    let mesh = &capture.mesh;
+    let corners = (0..mesh.triangles.len())
+        .filter(|&triangle| content.selected_surfaces.contains(&(mesh.surface[triangle] as usize)))
+        .flat_map(|triangle| mesh.corners(triangle));
+    let sample = content
+        .samples
+        .as_ref()
+        .zip(content.selected_sample)
+        .and_then(|(cloud, index)| Some(cloud.samples.get(index)?.position));
+    let light =
+        content.lights.as_ref().zip(content.selected_light).and_then(|((lights, _), index)| {
+            Some(marks::placed(Some(capture), lights, lights.lights.get(index)?).0)
+        });
+    let mut points = corners.chain(sample).chain(light);
+    let first = points.next()?;
+    Some(points.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
 }

@@ -1,0 +1,187 @@
+//! What goes into the viewport and what comes out.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::math::rgb::Radiance;
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::solution::Solution;
+use crate::scene::Capture;
+
+/// What there is to draw; all products are shared and read-only.
+#[derive(Clone, Default)]
+pub struct Content {
+    pub capture: Option<Arc<Capture>>,
+    pub samples: Option<Arc<SampleCloud>>,
+    pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
+    /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.
+    pub solution: Option<Arc<Solution>>,
+    pub selected_surfaces: BTreeSet<usize>,
+    pub hidden_surfaces: BTreeSet<usize>,
+    pub selected_sample: Option<usize>,
+    pub selected_light: Option<usize>,
+    pub selected_photograph: Option<usize>,
+}
+
+/// What the hand did in the viewport.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ViewportEvent {
+    /// A surface was clicked (None: the background), with shift to add.
+    PickSurface { surface: Option<usize>, add: bool },
+    /// Surfaces inside a dragged box.
+    BoxSurfaces { surfaces: BTreeSet<usize>, add: bool },
+    /// A sample was clicked.
+    PickSample(usize),
+    /// A virtual light was clicked.
+    PickLight(usize),
+    /// A photograph was clicked or looked through.
+    PickPhotograph(usize),
+}
+
+/// What colours the mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shading {
+    #[default]
+    Photograph,
+    Material,
+    Reflectance,
+    Plain,
+}
+
+/// What colours the samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SampleColor {
+    #[default]
+    Radiance,
+    Material,
+    Error,
+    Weight,
+    Views,
+}
+
+/// How radiance becomes a colour on screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneMapping {
+    #[default]
+    Linear,
+    Filmic,
+    FalseColor,
+}
+
+impl Shading {
+    pub const ALL: [Self; 4] = [Self::Photograph, Self::Material, Self::Reflectance, Self::Plain];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photograph => "Photographs",
+            Self::Material => "Materials",
+            Self::Reflectance => "Reflectance",
+            Self::Plain => "Plain",
+        }
+    }
+
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Photograph => "The photographs projected onto the geometry; dark where none sees",
+            Self::Material => "A colour for each material; striped where no tag names a surface",
+            Self::Reflectance => "Diffuse reflectance that the reconstruction found",
+            Self::Plain => "The geometry alone",
+        }
+    }
+}
+
+impl SampleColor {
+    pub const ALL: [Self; 5] =
+        [Self::Radiance, Self::Material, Self::Error, Self::Weight, Self::Views];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Radiance => "Radiance",
+            Self::Material => "Material",
+            Self::Error => "Error",
+            Self::Weight => "Weight",
+            Self::Views => "Views",
+        }
+    }
+
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Radiance => "Radiance that the photographs measured at each sample",
+            Self::Material => "The material that each sample lies on",
+            Self::Error => "Computed over measured radiance, as a logarithm; grey without a result",
+            Self::Weight => "1 / radiance over the mean: what an error weighs if taken relatively",
+            Self::Views => "Number of photographs that see each sample",
+        }
+    }
+}
+
+impl ToneMapping {
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Filmic, Self::FalseColor];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "Linear",
+            Self::Filmic => "Filmic",
+            Self::FalseColor => "False colour",
+        }
+    }
+
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Linear => "As exposed; what is brighter than white is clipped",
+            Self::Filmic => "Highlights are rolled off, so that lamps keep their shape",
+            Self::FalseColor => "Luminance as a colour scale over ten stops",
+        }
+    }
+}
+
+/// How things are shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewSettings {
+    pub shading: Shading,
+    pub wireframe: bool,
+    pub cameras: bool,
+    pub samples: bool,
+    pub sample_color: SampleColor,
+    pub lights: bool,
+    pub lobes: bool,
+    pub grid: bool,
+    /// Stops relative to the exposure that suits the photographs.
+    pub exposure_ev: f32,
+    pub tone_mapping: ToneMapping,
+    /// Of the photograph over the geometry, 0 to 1.
+    pub look_through_opacity: f32,
+}
+
+impl Default for ViewSettings {
+    fn default() -> Self {
+        Self {
+            shading: Shading::default(),
+            wireframe: true,
+            cameras: true,
+            samples: true,
+            sample_color: SampleColor::default(),
+            lights: true,
+            lobes: true,
+            grid: true,
+            exposure_ev: 0.0,
+            tone_mapping: ToneMapping::default(),
+            look_through_opacity: 1.0,
+        }
+    }
+}
+
+/// The value under the cursor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hovered {
+    pub surface: usize,
+    /// In metres.
+    pub position: Vec3,
+    pub material: Option<usize>,
+    /// Radiance in a photograph that sees the place, with that photograph's index.
+    pub radiance: Option<(Radiance, usize)>,
+}

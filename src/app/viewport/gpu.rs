@@ -1,0 +1,372 @@
+//! The pipelines, made once, and what the shaders read in every frame.
+
+use bytemuck::{Pod, Zeroable};
+use eframe::wgpu;
+use wgpu::util::DeviceExt as _;
+
+use crate::app::viewport::palette;
+use crate::app::viewport::targets::{COLOR, DEPTH, SAMPLES};
+
+/// Photographs that a fragment may ask for its colour.
+pub const CANDIDATES: usize = 32;
+/// Vertices of one lobe: rings × segments × 6, as in `lobes.wgsl`.
+pub const LOBE_VERTICES: u32 = 6 * 10 * 6;
+
+/// A photograph that may colour the mesh; as in `common.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Candidate {
+    pub clip_from_world: [[f32; 4]; 4],
+    pub eye: [f32; 4],
+    pub range: [f32; 4],
+}
+
+/// What all shaders read; as in `common.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Globals {
+    pub clip_from_world: [[f32; 4]; 4],
+    pub eye: [f32; 4],
+    pub right: [f32; 4],
+    pub up: [f32; 4],
+    pub forward: [f32; 4],
+    pub accent: [f32; 4],
+    pub wire: [f32; 4],
+    pub picture: [f32; 4],
+    pub screen: [f32; 4],
+    pub choice: [u32; 4],
+    pub more: [u32; 4],
+    pub candidates: [Candidate; CANDIDATES],
+}
+
+/// A corner of a triangle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Corner {
+    pub position: [f32; 3],
+    /// The surface in 26 bits, then the edges as `mesh.wgsl` wants them.
+    pub tagged: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Point {
+    pub position: [f32; 3],
+    pub color: [f32; 3],
+    pub is_radiance: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Disc {
+    pub center: [f32; 3],
+    pub radius: f32,
+    pub normal: [f32; 3],
+    pub is_ball: u32,
+    pub color: [f32; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Line {
+    pub from: [f32; 3],
+    pub to: [f32; 3],
+    pub color: [f32; 4],
+    pub width: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct LobeShape {
+    pub origin: [f32; 3],
+    pub length: f32,
+    pub axis: [f32; 3],
+    pub exponent: f32,
+    pub color: [f32; 3],
+}
+
+/// Everything that does not depend on what is drawn.
+pub struct Pipelines {
+    pub globals_layout: wgpu::BindGroupLayout,
+    pub mesh_layout: wgpu::BindGroupLayout,
+    pub picture_layout: wgpu::BindGroupLayout,
+    pub blit_layout: wgpu::BindGroupLayout,
+    pub smooth: wgpu::Sampler,
+    pub near: wgpu::Sampler,
+    pub fill: wgpu::RenderPipeline,
+    pub wire: wgpu::RenderPipeline,
+    /// A photograph's depth map.
+    pub depth: wgpu::RenderPipeline,
+    pub picture: wgpu::RenderPipeline,
+    pub points: wgpu::RenderPipeline,
+    pub discs: wgpu::RenderPipeline,
+    pub lines: wgpu::RenderPipeline,
+    pub lobes: wgpu::RenderPipeline,
+    pub blit: wgpu::RenderPipeline,
+}
+
+impl Pipelines {
+    pub fn new(device: &wgpu::Device, window: wgpu::TextureFormat) -> Self {
+        let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
+        let globals = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let float = wgpu::TextureSampleType::Float { filterable: true };
+        let flat = |sample_type| texture(sample_type, wgpu::TextureViewDimension::D2);
+        let array = |sample_type| texture(sample_type, wgpu::TextureViewDimension::D2Array);
+        let globals_layout = layout(device, both, &[globals]);
+        let mesh_layout = layout(
+            device,
+            both,
+            &[
+                flat(wgpu::TextureSampleType::Uint),
+                array(float),
+                sampler,
+                array(wgpu::TextureSampleType::Depth),
+            ],
+        );
+        let fragment = wgpu::ShaderStages::FRAGMENT;
+        let picture_layout = layout(device, fragment, &[flat(float), sampler]);
+        let blit_layout = layout(device, fragment, &[flat(float)]);
+
+        let common = palette::wgsl() + include_str!("common.wgsl");
+        let shader = |text: &str| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("viewport"),
+                source: wgpu::ShaderSource::Wgsl((common.clone() + text).into()),
+            })
+        };
+        let mesh = shader(include_str!("mesh.wgsl"));
+        let drawing = |module: &wgpu::ShaderModule, buffers: &[wgpu::VertexBufferLayout]| {
+            pipeline(device, module, &[&globals_layout], buffers, Kind::Strip)
+        };
+        let corner = wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32];
+        let corner = [vertices::<Corner>(&corner, wgpu::VertexStepMode::Vertex)];
+        let each = wgpu::VertexStepMode::Instance;
+        let point = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32];
+        let disc = wgpu::vertex_attr_array![
+            0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Uint32, 4 => Float32x3];
+        let line = wgpu::vertex_attr_array![
+            0 => Float32x3, 1 => Float32x3, 2 => Float32x4, 3 => Float32];
+        let lobe = wgpu::vertex_attr_array![
+            0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32, 4 => Float32x3];
+        let meshed = [&globals_layout, &mesh_layout];
+        let lobes = shader(include_str!("lobes.wgsl"));
+        let lobe = [vertices::<LobeShape>(&lobe, each)];
+        let picture = shader(include_str!("picture.wgsl"));
+        let blit = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("viewport blit"),
+            source: wgpu::ShaderSource::Wgsl(include_str!("blit.wgsl").into()),
+        });
+        Self {
+            fill: pipeline(device, &mesh, &meshed, &corner, Kind::Solid),
+            wire: pipeline(device, &mesh, &meshed, &corner, Kind::Wire),
+            depth: pipeline(device, &mesh, &[&globals_layout], &corner, Kind::Depth),
+            picture: pipeline(
+                device,
+                &picture,
+                &[&globals_layout, &picture_layout],
+                &[],
+                Kind::Overlay,
+            ),
+            points: drawing(
+                &shader(include_str!("points.wgsl")),
+                &[vertices::<Point>(&point, each)],
+            ),
+            discs: drawing(&shader(include_str!("discs.wgsl")), &[vertices::<Disc>(&disc, each)]),
+            lines: drawing(&shader(include_str!("lines.wgsl")), &[vertices::<Line>(&line, each)]),
+            lobes: pipeline(device, &lobes, &[&globals_layout], &lobe, Kind::Solid),
+            blit: pipeline(device, &blit, &[&blit_layout], &[], Kind::Window(window)),
+            globals_layout,
+            mesh_layout,
+            picture_layout,
+            blit_layout,
+            smooth: device.create_sampler(&wgpu::SamplerDescriptor {
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            near: device.create_sampler(&wgpu::SamplerDescriptor {
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// A buffer of globals with the group that binds it.
+    pub fn globals(&self, device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroup) {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("viewport globals"),
+            size: size_of::<Globals>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let group = bind(device, &self.globals_layout, &[buffer.as_entire_binding()]);
+        (buffer, group)
+    }
+}
+
+/// A buffer of vertices or instances with their number; `None` where there are none.
+pub fn upload<T: Pod>(device: &wgpu::Device, items: &[T]) -> Option<(wgpu::Buffer, u32)> {
+    let count = u32::try_from(items.len()).ok().filter(|count| *count > 0)?;
+    let contents = bytemuck::cast_slice(items);
+    if contents.len() as u64 > device.limits().max_buffer_size {
+        return None;
+    }
+    let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("viewport"),
+        contents,
+        usage: wgpu::BufferUsages::VERTEX,
+    });
+    Some((buffer, count))
+}
+
+/// Binds resources in their order.
+pub fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .iter()
+        .enumerate()
+        .map(|(index, resource)| wgpu::BindGroupEntry {
+            binding: index as u32,
+            resource: resource.clone(),
+        })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("viewport"),
+        layout,
+        entries: &entries,
+    })
+}
+
+fn layout(
+    device: &wgpu::Device,
+    visibility: wgpu::ShaderStages,
+    types: &[wgpu::BindingType],
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = types
+        .iter()
+        .enumerate()
+        .map(|(index, ty)| wgpu::BindGroupLayoutEntry {
+            binding: index as u32,
+            visibility,
+            ty: *ty,
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("viewport"),
+        entries: &entries,
+    })
+}
+
+fn texture(
+    sample_type: wgpu::TextureSampleType,
+    view_dimension: wgpu::TextureViewDimension,
+) -> wgpu::BindingType {
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}
+
+fn vertices<'a, T>(
+    attributes: &'a [wgpu::VertexAttribute],
+    step_mode: wgpu::VertexStepMode,
+) -> wgpu::VertexBufferLayout<'a> {
+    wgpu::VertexBufferLayout { array_stride: size_of::<T>() as u64, step_mode, attributes }
+}
+
+/// What a pipeline draws.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// Triangles that hide what is behind.
+    Solid,
+    /// The edges of what is drawn already.
+    Wire,
+    /// Depth only, once.
+    Depth,
+    /// A quad over everything so far.
+    Overlay,
+    /// Translucent quads in the scene, that write no depth.
+    Strip,
+    /// Into the window.
+    Window(wgpu::TextureFormat),
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    groups: &[&wgpu::BindGroupLayout],
+    buffers: &[wgpu::VertexBufferLayout],
+    kind: Kind,
+) -> wgpu::RenderPipeline {
+    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("viewport"),
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    });
+    let buffers: Vec<_> = buffers.iter().cloned().map(Some).collect();
+    let (vertex, fragment) = match kind {
+        Kind::Depth => ("bare", None),
+        Kind::Wire => ("corner", Some("wire")),
+        Kind::Window(format) if format.is_srgb() => ("corner", Some("decoded")),
+        Kind::Window(_) => ("corner", Some("plain")),
+        _ => ("corner", Some("fill")),
+    };
+    let (format, samples) = match kind {
+        Kind::Window(format) => (format, 1),
+        Kind::Depth => (COLOR, 1),
+        _ => (COLOR, SAMPLES),
+    };
+    let is_opaque = matches!(kind, Kind::Solid | Kind::Window(_));
+    let target = Some(wgpu::ColorTargetState {
+        format,
+        blend: (!is_opaque).then_some(wgpu::BlendState::ALPHA_BLENDING),
+        write_mask: wgpu::ColorWrites::ALL,
+    });
+    let compare = match kind {
+        Kind::Overlay => wgpu::CompareFunction::Always,
+        _ => wgpu::CompareFunction::LessEqual,
+    };
+    let depth = wgpu::DepthStencilState {
+        format: DEPTH,
+        depth_write_enabled: Some(matches!(kind, Kind::Solid | Kind::Depth)),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    };
+    let strip = matches!(kind, Kind::Overlay | Kind::Strip);
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("viewport"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertex),
+            compilation_options: Default::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState {
+            topology: if strip {
+                wgpu::PrimitiveTopology::TriangleStrip
+            } else {
+                wgpu::PrimitiveTopology::TriangleList
+            },
+            ..Default::default()
+        },
+        depth_stencil: (!matches!(kind, Kind::Window(_))).then_some(depth),
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        fragment: fragment.map(|entry_point| wgpu::FragmentState {
+            module,
+            entry_point: Some(entry_point),
+            compilation_options: Default::default(),
+            targets: std::slice::from_ref(&target),
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

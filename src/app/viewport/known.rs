@@ -1,0 +1,136 @@
+//! What the uploads were made from, to tell when one is due.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::app::viewport::content::{Content, SampleColor};
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::solution::Solution;
+use crate::scene::Capture;
+
+/// Colours that depend on the theme.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    pub accent: [f32; 4],
+    pub wire: [f32; 4],
+    pub line: [f32; 4],
+    pub background: f32,
+}
+
+/// The last uploads; `None` where there was none.
+#[derive(Default)]
+pub struct Known {
+    pub surfaces: Option<Surfaces>,
+    pub samples: Option<Samples>,
+    pub lights: Option<Lights>,
+    /// The selected photograph and the colours of lines.
+    pub lines: Option<(Option<usize>, Look)>,
+}
+
+pub struct Surfaces {
+    capture: Arc<Capture>,
+    solution: Option<Arc<Solution>>,
+    selected: BTreeSet<usize>,
+    hidden: BTreeSet<usize>,
+}
+
+impl Surfaces {
+    pub fn of(capture: &Arc<Capture>, content: &Content) -> Self {
+        Self {
+            capture: capture.clone(),
+            solution: content.solution.clone(),
+            selected: content.selected_surfaces.clone(),
+            hidden: content.hidden_surfaces.clone(),
+        }
+    }
+
+    pub fn hold(&self, capture: &Arc<Capture>, content: &Content) -> bool {
+        Arc::ptr_eq(&self.capture, capture)
+            && same(self.solution.as_ref(), content.solution.as_ref())
+            && self.selected == content.selected_surfaces
+            && self.hidden == content.hidden_surfaces
+    }
+}
+
+pub struct Samples {
+    capture: Arc<Capture>,
+    cloud: Arc<SampleCloud>,
+    color: SampleColor,
+    solution: Option<Arc<Solution>>,
+}
+
+impl Samples {
+    pub fn of(
+        capture: &Arc<Capture>,
+        cloud: &Arc<SampleCloud>,
+        color: SampleColor,
+        solution: Option<&Arc<Solution>>,
+    ) -> Self {
+        Self { capture: capture.clone(), cloud: cloud.clone(), color, solution: solution.cloned() }
+    }
+
+    /// Only errors depend on the solution and on which materials are glossy.
+    pub fn hold(&self, now: &Self) -> bool {
+        Arc::ptr_eq(&self.cloud, &now.cloud)
+            && self.color == now.color
+            && (now.color != SampleColor::Error
+                || (same(self.solution.as_ref(), now.solution.as_ref())
+                    && Arc::ptr_eq(&self.capture, &now.capture)))
+    }
+}
+
+pub struct Lights {
+    lights: Arc<VirtualLights>,
+    lobes: Arc<Lobes>,
+    solution: Option<Arc<Solution>>,
+}
+
+impl Lights {
+    pub fn of(
+        (lights, lobes): &(Arc<VirtualLights>, Arc<Lobes>),
+        solution: Option<&Arc<Solution>>,
+    ) -> Self {
+        Self { lights: lights.clone(), lobes: lobes.clone(), solution: solution.cloned() }
+    }
+
+    pub fn hold(&self, now: &Self) -> bool {
+        Arc::ptr_eq(&self.lights, &now.lights)
+            && Arc::ptr_eq(&self.lobes, &now.lobes)
+            && same(self.solution.as_ref(), now.solution.as_ref())
+    }
+}
+
+/// Whether two products are one and the same.
+pub fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+/// Whether two captures differ in their tags at most.
+pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
+    a.photographs.len() == b.photographs.len()
+        && a.photographs
+            .iter()
+            .zip(&b.photographs)
+            .all(|(a, b)| a.camera == b.camera && same(a.image.as_ref(), b.image.as_ref()))
+        && a.mesh.triangles == b.mesh.triangles
+        && a.mesh.surface == b.mesh.surface
+        && a.mesh.polygon == b.mesh.polygon
+        && a.mesh.positions == b.mesh.positions
+}
+
+/// The corners of the box around the geometry and the cameras.
+pub fn bounds(capture: &Capture) -> (Vec3, Vec3) {
+    let cameras = capture.photographs.iter().map(|p| p.camera.position.as_vec3());
+    let mesh = capture.mesh.bounds();
+    let mut points = mesh.into_iter().flat_map(|(low, high)| [low, high]).chain(cameras);
+    let Some(first) = points.next() else { return (Vec3::splat(-1.0), Vec3::ONE) };
+    points.fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
+}

@@ -1,0 +1,241 @@
+//! What the colours mean, in the lower left corner.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, pos2, vec2};
+
+use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
+use crate::app::viewport::{Viewport, palette};
+
+const BAR: egui::Vec2 = vec2(176.0, 10.0);
+const GAP: f32 = 4.0;
+/// Materials that are named; more would cover the view.
+const MOST_NAMES: usize = 12;
+
+/// One thing that colours say.
+enum Entry {
+    /// A bar with a title and the values at its ends.
+    Bar {
+        title: String,
+        low: String,
+        high: String,
+        color: fn(f32) -> Color32,
+    },
+    /// A patch of a colour with its name.
+    Patch {
+        name: String,
+        color: Color32,
+    },
+    Text(String),
+}
+
+pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
+    let entries = entries(view, content);
+    if entries.is_empty() {
+        return;
+    }
+    let painter = ui.painter_at(rect);
+    let font = TextStyle::Small.resolve(ui.style());
+    let text = ui.visuals().text_color();
+    let lay = |text_of: &str| painter.layout_no_wrap(text_of.to_owned(), font.clone(), text);
+    let line = lay("0").size().y;
+    let height_of = |entry: &Entry| match entry {
+        Entry::Bar { .. } => 2.0 * line + BAR.y + 2.0 * GAP,
+        Entry::Patch { .. } | Entry::Text(_) => line + GAP,
+    };
+    let width = entries.iter().fold(BAR.x, |width, entry| match entry {
+        Entry::Bar { title, .. } => width.max(lay(title).size().x),
+        Entry::Patch { name, .. } => width.max(lay(name).size().x + 16.0),
+        Entry::Text(words) => width.max(lay(words).size().x),
+    });
+    let height: f32 = entries.iter().map(height_of).sum();
+    let size = vec2(width + 16.0, height + 12.0);
+    if size.y > rect.height() - 90.0 {
+        return;
+    }
+    let low = pos2(rect.left() + 8.0, rect.bottom() - 8.0 - size.y);
+    let fill = ui.visuals().window_fill.gamma_multiply(0.88);
+    painter.rect_filled(Rect::from_min_size(low, size), 4.0, fill);
+    let mut at = low + vec2(8.0, 8.0);
+    for entry in &entries {
+        draw(&painter, at, entry, &lay, line, text);
+        at.y += height_of(entry);
+    }
+}
+
+fn draw(
+    painter: &Painter,
+    at: Pos2,
+    entry: &Entry,
+    lay: &dyn Fn(&str) -> Arc<Galley>,
+    line: f32,
+    text: Color32,
+) {
+    match entry {
+        Entry::Bar { title, low, high, color } => {
+            painter.galley(at, lay(title), text);
+            let bar = Rect::from_min_size(at + vec2(0.0, line + 2.0), BAR);
+            let mut mesh = egui::Mesh::default();
+            const STEPS: u32 = 32;
+            for step in 0..=STEPS {
+                let t = step as f32 / STEPS as f32;
+                let x = bar.left() + t * bar.width();
+                mesh.colored_vertex(pos2(x, bar.top()), color(t));
+                mesh.colored_vertex(pos2(x, bar.bottom()), color(t));
+                if step > 0 {
+                    let k = 2 * step;
+                    mesh.add_triangle(k - 2, k - 1, k);
+                    mesh.add_triangle(k - 1, k, k + 1);
+                }
+            }
+            painter.add(mesh);
+            let under = at.y + line + BAR.y + GAP;
+            painter.galley(pos2(at.x, under), lay(low), text);
+            let high = lay(high);
+            painter.galley(pos2(bar.right() - high.size().x, under), high, text);
+        }
+        Entry::Patch { name, color } => {
+            let patch = Rect::from_min_size(at + vec2(0.0, 1.0), vec2(10.0, line - 2.0));
+            painter.rect_filled(patch, 2.0, *color);
+            painter.galley(at + vec2(16.0, 0.0), lay(name), text);
+        }
+        Entry::Text(words) => {
+            painter.galley(at, lay(words), text);
+        }
+    }
+}
+
+fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
+    let settings = &view.settings;
+    let Some(capture) = &content.capture else { return Vec::new() };
+    let mut entries = Vec::new();
+    let shows_samples = settings.samples && content.samples.is_some();
+    let shows_radiance = settings.shading == Shading::Photograph
+        || view.is_looking_through().is_some()
+        || (shows_samples && settings.sample_color == SampleColor::Radiance);
+    let names_materials = settings.shading == Shading::Material
+        || (shows_samples && settings.sample_color == SampleColor::Material);
+    if names_materials {
+        for (index, material) in capture.materials.iter().take(MOST_NAMES).enumerate() {
+            entries.push(Entry::Patch {
+                name: material.name.clone(),
+                color: palette::material_color(index),
+            });
+        }
+        let more = capture.materials.len().saturating_sub(MOST_NAMES);
+        if more > 0 {
+            entries.push(Entry::Text(format!("and {more} more")));
+        }
+        let untagged = capture.surfaces.iter().any(|s| s.role == crate::scene::Role::Untagged);
+        if untagged && settings.shading == Shading::Material {
+            let color = Color32::from_rgb(176, 110, 164);
+            entries.push(Entry::Patch { name: "striped: no material".to_owned(), color });
+        }
+    }
+    if settings.shading == Shading::Reflectance {
+        let title = if content.solution.is_some() {
+            "Diffuse reflectance per channel"
+        } else {
+            "Diffuse reflectance (none found yet)"
+        };
+        entries.push(Entry::Bar {
+            title: title.to_owned(),
+            low: "0".to_owned(),
+            high: "1".to_owned(),
+            color: encoded,
+        });
+    }
+    if shows_radiance {
+        let white = 1.0 / view.exposure();
+        if settings.tone_mapping == ToneMapping::FalseColor {
+            entries.push(Entry::Bar {
+                title: "Luminance (photographs' unit, logarithmic)".to_owned(),
+                low: number(white / 256.0),
+                high: number(white * 4.0),
+                color: palette::magnitude,
+            });
+            entries.push(Entry::Patch {
+                name: "no measurement (saturated or invalid)".to_owned(),
+                color: palette::INVALID,
+            });
+        } else {
+            let (high, color): (_, fn(f32) -> Color32) = match settings.tone_mapping {
+                ToneMapping::Filmic => (8.0 * white, filmic),
+                _ => (white, encoded),
+            };
+            entries.push(Entry::Bar {
+                title: "Radiance (photographs' unit)".to_owned(),
+                low: "0".to_owned(),
+                high: number(high),
+                color,
+            });
+        }
+    }
+    if let Some(strongest) = view.scene.strongest_lobe.filter(|_| settings.lobes) {
+        let longest = number(strongest);
+        entries.push(Entry::Text(format!("Longest lobe: emission {longest} (length ~ root)")));
+    }
+    if let Some(scale) = view.scene.sample_scale.as_ref().filter(|_| shows_samples) {
+        let end = |value: f32| {
+            if scale.is_count {
+                format!("{value:.0}")
+            } else if scale.is_signed {
+                format!("{value:+.2}")
+            } else {
+                number(value)
+            }
+        };
+        entries.push(Entry::Bar {
+            title: scale.title.clone(),
+            low: end(scale.low),
+            high: end(scale.high),
+            color: if scale.is_signed {
+                |t| palette::signed(2.0 * t - 1.0)
+            } else {
+                palette::magnitude
+            },
+        });
+    } else if shows_samples && settings.sample_color == SampleColor::Error {
+        entries.push(Entry::Text("Errors are unknown before a result".to_owned()));
+    }
+    entries
+}
+
+/// Linear light as the screen shows it.
+fn encoded(t: f32) -> Color32 {
+    let v = if t <= 0.003_130_8 { 12.92 * t } else { 1.055 * t.powf(1.0 / 2.4) - 0.055 };
+    Color32::from_gray((255.0 * v.clamp(0.0, 1.0)).round() as u8)
+}
+
+/// The shoulder of `common.wgsl`, up to where it reaches white.
+fn filmic(t: f32) -> Color32 {
+    let v = 8.0 * t;
+    encoded(v * (1.0 + v / 64.0) / (1.0 + v))
+}
+
+/// A number with three digits.
+fn number(value: f32) -> String {
+    let magnitude = value.abs();
+    if magnitude == 0.0 {
+        "0".to_owned()
+    } else if !(1e-3..1e5).contains(&magnitude) {
+        format!("{value:.2e}")
+    } else {
+        let digits = (2 - magnitude.log10().floor() as i32).max(0) as usize;
+        format!("{value:.digits$}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        for (value, text) in
+            [(0.0, "0"), (1.0, "1.00"), (0.01234, "0.0123"), (123.4, "123"), (4.5e-5, "4.50e-5")]
+        {
+            assert_eq!(number(value), text);
+        }
+    }
+}

@@ -1,0 +1,29 @@
+// The photograph that is looked through, over the mesh.
+
+@group(1) @binding(0) var photograph: texture_2d<f32>;
+@group(1) @binding(1) var near_sampler: sampler;
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) uv: vec2<f32>,
+}
+
+@vertex
+fn corner(@builtin(vertex_index) index: u32) -> Corner {
+    let uv = vec2<f32>(f32(index & 1u), f32(index >> 1u));
+    let place = mix(globals.picture.xy, globals.picture.zw, uv);
+    return Corner(vec4<f32>(place, 0.0, 1.0), uv);
+}
+
+@fragment
+fn fill(in: Corner) -> @location(0) vec4<f32> {
+    let seen = textureSampleLevel(photograph, near_sampler, in.uv, 0.0);
+    if seen.a < 0.25 {
+        discard;
+    }
+    var color = display(seen.rgb * globals.screen.w);
+    if seen.a < 0.75 && globals.choice.y == 2u {
+        color = INVALID;
+    }
+    return vec4<f32>(color, globals.forward.w);
+}

@@ -1,0 +1,95 @@
+//! What is known of each surface, as a small texture: a tag edit uploads nothing else.
+
+use std::collections::BTreeSet;
+
+use eframe::{egui, wgpu};
+
+use crate::app::viewport::palette;
+use crate::reconstruct::solution::Solution;
+use crate::scene::{Capture, Role};
+
+/// Surfaces in a row of the texture; as in `mesh.wgsl`.
+const WIDTH: usize = 1024;
+
+const SELECTED: u32 = 1;
+const HIDDEN: u32 = 2;
+const UNASSIGNED: u32 = 4;
+const UNKNOWN_REFLECTANCE: u32 = 8;
+
+/// One texel per surface: material colour, reflectance, flags.
+pub fn rows(
+    capture: &Capture,
+    solution: Option<&Solution>,
+    selected: &BTreeSet<usize>,
+    hidden: &BTreeSet<usize>,
+) -> Vec<[u32; 4]> {
+    let mut rows: Vec<[u32; 4]> = capture
+        .surfaces
+        .iter()
+        .enumerate()
+        .map(|(index, surface)| {
+            let mut flags = if selected.contains(&index) { SELECTED } else { 0 };
+            flags |= if hidden.contains(&index) { HIDDEN } else { 0 };
+            let mut reflectance = palette::UNKNOWN;
+            let color = match surface.role {
+                Role::Material(material) => {
+                    match solution.and_then(|s| s.reflectances.get(material)?.as_ref()) {
+                        Some(found) => {
+                            let [r, g, b] = found.diffuse.map(encoded);
+                            reflectance = egui::Color32::from_rgb(r, g, b);
+                        }
+                        None => flags |= UNKNOWN_REFLECTANCE,
+                    }
+                    palette::material_color(material)
+                }
+                Role::Luminaire(_) => {
+                    reflectance = palette::LUMINAIRE;
+                    palette::LUMINAIRE
+                }
+                Role::Untagged => {
+                    flags |= UNASSIGNED | UNKNOWN_REFLECTANCE;
+                    palette::UNKNOWN
+                }
+            };
+            let pack = |c: egui::Color32| u32::from_le_bytes(c.to_array());
+            [pack(color), pack(reflectance), flags, 0]
+        })
+        .collect();
+    rows.resize(rows.len().max(1).next_multiple_of(WIDTH), [0; 4]);
+    rows
+}
+
+/// A texture for as many rows as there are.
+pub fn texture(device: &wgpu::Device, rows: &[[u32; 4]]) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("surfaces"),
+        size: extent(rows),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+pub fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, rows: &[[u32; 4]]) {
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(16 * WIDTH as u32),
+        rows_per_image: None,
+    };
+    queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(rows), layout, extent(rows));
+}
+
+fn extent(rows: &[[u32; 4]]) -> wgpu::Extent3d {
+    let height = (rows.len() / WIDTH) as u32;
+    wgpu::Extent3d { width: WIDTH as u32, height, depth_or_array_layers: 1 }
+}
+
+/// A reflectance as the screen shows it.
+fn encoded(value: f64) -> u8 {
+    let v = if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
+    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * v).round() as u8
+}

@@ -1,0 +1,214 @@
+//! Photographs as textures: half precision, without the lens's distortion.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::scene::{Camera, Capture, Image, Photograph};
+
+/// What the fourth channel says of a texel.
+const UNSEEN: f32 = 0.0;
+const INVALID: f32 = 0.5;
+const VALID: f32 = 1.0;
+
+/// The radiance that nine tenths of the valid pixels of all photographs stay below; 1 without
+/// any. Radiance is in an arbitrary unit, so exposure has to start from the photographs.
+pub fn bright(capture: &Capture) -> f32 {
+    const WANTED: usize = 20_000;
+    let count: usize = capture.measurements().map(|(_, _, image)| image.pixels().len()).sum();
+    let step = (count / WANTED).max(1);
+    let mut seen = Vec::new();
+    for (_, _, image) in capture.measurements() {
+        let width = image.width().max(1);
+        seen.extend((0..image.pixels().len()).step_by(step).filter_map(|index| {
+            let radiance = image.radiance(index % width, index / width)?;
+            Some(radiance.iter().copied().fold(0.0, f32::max))
+        }));
+    }
+    seen.sort_unstable_by(f32::total_cmp);
+    let bright = seen.get(seen.len() * 9 / 10).copied().unwrap_or(1.0);
+    if bright.is_finite() && bright > 0.0 { bright } else { 1.0 }
+}
+
+/// A size of the same shape with neither side above a limit.
+pub fn within([width, height]: [usize; 2], limit: usize) -> [usize; 2] {
+    let longest = width.max(height).max(1);
+    if longest <= limit {
+        return [width.max(1), height.max(1)];
+    }
+    [width, height].map(|side| (side * limit / longest).max(1))
+}
+
+/// The photograph as its camera would see without distortion, in units of `bright`, resampled to
+/// a size: four half floats a texel. Empty where it is no measurement.
+pub fn of(photograph: &Photograph, [width, height]: [usize; 2], bright: f32) -> Vec<u16> {
+    let Some(image) = &photograph.image else { return Vec::new() };
+    let camera = &photograph.camera;
+    let scale =
+        DVec2::new(camera.width as f64 / width as f64, camera.height as f64 / height as f64);
+    // Where the texture is smaller than the photograph, each texel is a mean.
+    let taps = (scale.max_element().ceil() as usize).clamp(1, 8);
+    let exact = scale == DVec2::ONE && camera.distortion.is_none();
+    let rows: Vec<Vec<u16>> = (0..height)
+        .into_par_iter()
+        .map(|y| {
+            let mut row = Vec::with_capacity(4 * width);
+            for x in 0..width {
+                let texel = if exact {
+                    pixel(image, x as i64, y as i64)
+                } else {
+                    mean(image, camera, DVec2::new(x as f64, y as f64), scale, taps)
+                };
+                let [r, g, b, seen] = texel;
+                row.extend([r / bright, g / bright, b / bright, seen].map(half));
+            }
+            row
+        })
+        .collect();
+    rows.concat()
+}
+
+fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
+    let (width, height) = (image.width() as i64, image.height() as i64);
+    let (x, y) = (x.clamp(0, width - 1) as usize, y.clamp(0, height - 1) as usize);
+    let valid = image.radiance(x, y).is_some();
+    let [r, g, b] = image.pixels()[y * image.width() + x].map(|v| if v.is_nan() { 0.0 } else { v });
+    [r, g, b, if valid { VALID } else { INVALID }]
+}
+
+fn mean(image: &Image, camera: &Camera, texel: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
+    let mut sum: Radiance = [0.0; CHANNELS];
+    let (mut seen, mut valid) = (0, true);
+    for tap in 0..taps * taps {
+        let inside = DVec2::new((tap % taps) as f64 + 0.5, (tap / taps) as f64 + 0.5) / taps as f64;
+        let Some(place) = distorted(camera, (texel + inside) * scale) else { continue };
+        let [r, g, b, alpha] = interpolated(image, place);
+        for (sum, value) in sum.iter_mut().zip([r, g, b]) {
+            *sum += value;
+        }
+        seen += 1;
+        valid &= alpha == VALID;
+    }
+    if 2 * seen < taps * taps {
+        return [0.0, 0.0, 0.0, UNSEEN];
+    }
+    let [r, g, b] = sum.map(|value| value / seen as f32);
+    [r, g, b, if valid { VALID } else { INVALID }]
+}
+
+/// Where the photograph shows what a camera without distortion would see at a pixel position.
+pub fn distorted(camera: &Camera, pixel: DVec2) -> Option<DVec2> {
+    if camera.distortion.is_none() {
+        return Some(pixel);
+    }
+    let p = (pixel - camera.principal_px) / camera.focal_px;
+    let direction = camera.world_from_camera * DVec3::new(p.x, -p.y, -1.0);
+    Some(camera.project(camera.position + direction)?.0)
+}
+
+fn interpolated(image: &Image, place: DVec2) -> [f32; 4] {
+    let corner = place - 0.5;
+    let (x, y) = (corner.x.floor(), corner.y.floor());
+    let part = (corner - DVec2::new(x, y)).as_vec2();
+    let mut sum = [0.0; 4];
+    for (dx, dy, weight) in [
+        (0, 0, (1.0 - part.x) * (1.0 - part.y)),
+        (1, 0, part.x * (1.0 - part.y)),
+        (0, 1, (1.0 - part.x) * part.y),
+        (1, 1, part.x * part.y),
+    ] {
+        if weight == 0.0 {
+            continue;
+        }
+        let texel = pixel(image, x as i64 + dx, y as i64 + dy);
+        for (sum, value) in sum.iter_mut().zip(texel) {
+            *sum += weight * value;
+        }
+    }
+    sum[3] = if sum[3] > 1.0 - 1e-4 { VALID } else { INVALID };
+    sum
+}
+
+/// A number in half precision, rounded; too large ones become the largest.
+pub fn half(value: f32) -> u16 {
+    let value = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
+    let sign = ((value.to_bits() >> 16) & 0x8000) as u16;
+    let magnitude = value.abs();
+    if magnitude < 6.103_515_6e-5 {
+        // Below the smallest normal number: steps of 2⁻²⁴.
+        return sign | (magnitude * 16_777_216.0).round_ties_even() as u16;
+    }
+    let bits = magnitude.to_bits();
+    // Rounds to the ten leading bits of the fraction, ties to even; a carry grows the exponent.
+    let rounded = bits + 0xfff + ((bits >> 13) & 1);
+    sign | ((rounded >> 13) - (112 << 10)) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DMat3;
+
+    use super::*;
+    use crate::scene::Distortion;
+
+    #[test]
+    fn halves_are_the_nearest() {
+        for (value, bits) in [
+            (0.0, 0),
+            (1.0, 0x3c00),
+            (-2.0, 0xc000),
+            (0.5, 0x3800),
+            (65504.0, 0x7bff),
+            (1e9, 0x7bff),
+            (5.960_464_5e-8, 1),
+            (6.103_515_6e-5, 0x0400),
+            (1.0 + 1.0 / 2048.0, 0x3c00),
+            (1.0 + 3.0 / 2048.0, 0x3c02),
+            (f32::NAN, 0),
+        ] {
+            assert_eq!(half(value), bits, "{value}");
+        }
+    }
+
+    #[test]
+    fn an_undistorted_photograph_shows_each_point_where_a_pinhole_would() {
+        let distortion = Distortion { radial: [-0.2, 0.05, 0.0, 0.0], tangential: [1e-3, -2e-3] };
+        let (width, height) = (160, 120);
+        let camera = Camera::new(
+            (width, height),
+            DVec2::new(130.0, 131.0),
+            DVec2::new(78.0, 61.0),
+            distortion,
+            DMat3::IDENTITY,
+            DVec3::ZERO,
+        );
+        // A photograph whose red and green tell the pixel.
+        let pixels = (0..width * height)
+            .map(|i| [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5, 1.0])
+            .collect();
+        let image = Some(Arc::new(Image::new(width, height, pixels, None)));
+        let photograph = Photograph { name: String::new(), camera, image };
+        let texels = of(&photograph, [width, height], 64.0);
+        let value = |bits: u16| {
+            let exponent = i32::from(bits >> 10 & 31);
+            (1.0 + f32::from(bits & 1023) / 1024.0) * 2f32.powi(exponent - 15) * 64.0
+        };
+        for (x, y) in [(80, 60), (40, 30), (120, 100), (20, 90)] {
+            let pinhole = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let p = (pinhole - camera.principal_px) / camera.focal_px;
+            let (pixel, _) = camera.project(DVec3::new(p.x, -p.y, -1.0)).unwrap();
+            let texel = &texels[4 * (y * width + x)..][..4];
+            assert!((f64::from(value(texel[0])) - pixel.x).abs() < 0.1);
+            assert!((f64::from(value(texel[1])) - pixel.y).abs() < 0.1);
+            assert_eq!(texel[3], half(1.0));
+        }
+    }
+
+    #[test]
+    fn sizes_keep_their_shape() {
+        assert_eq!(within([320, 240], 1024), [320, 240]);
+        assert_eq!(within([4000, 3000], 1000), [1000, 750]);
+    }
+}
