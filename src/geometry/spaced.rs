@@ -4,6 +4,8 @@
 //! tree refuses points in a plane, which every wall is, so immutable trees are rebuilt as the
 //! set grows.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
@@ -157,8 +159,15 @@ impl Kept {
 }
 
 /// Which of some points is nearest.
+#[derive(Clone)]
 pub struct Nearest {
-    tree: ImmutableKdTree<f32, 3>,
+    tree: Arc<ImmutableKdTree<f32, 3>>,
+}
+
+impl std::fmt::Debug for Nearest {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.debug_struct("Nearest").finish_non_exhaustive()
+    }
 }
 
 impl Nearest {
@@ -171,7 +180,7 @@ impl Nearest {
         // Serially, so that equal distances are resolved alike however many threads there are.
         let builder = ImmutableKdTree::<f32, 3>::builder();
         let tree = builder.with_parallel_construction_threshold(usize::MAX);
-        Some(Self { tree: tree.build_from_slice(&points).ok()? })
+        Some(Self { tree: Arc::new(tree.build_from_slice(&points).ok()?) })
     }
 
     /// The index of the point nearest to `point`, which must be finite.

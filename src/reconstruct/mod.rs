@@ -74,6 +74,7 @@ pub(crate) enum Stream {
     Lamps,
     Folds,
     Relook,
+    Unseen,
 }
 
 /// What a running reconstruction has come to; the products are final when they are sent.
@@ -180,7 +181,15 @@ pub fn run(
 
     clock.begin(Stage::Textures);
     let textures = Arc::new(textures::reconstruct(
-        &views, &samples, &lights, &lobes, &solution, options, seed, watch,
+        &views,
+        &samples,
+        &lights,
+        &lobes,
+        &transport.hidden_light,
+        &solution,
+        options,
+        seed,
+        watch,
     )?);
 
     let seconds = clock.finish();
@@ -294,6 +303,7 @@ fn joint(
 
     clock.begin(Stage::Lights);
     transport.irradiance = outcome.irradiance;
+    transport.hidden_light = outcome.hidden_light;
     let (lights, lobes) = (Arc::new(outcome.set.lights), Arc::new(outcome.set.lobes));
     update(Update::Lights(lights.clone(), lobes.clone()));
     let options = &options.transport;

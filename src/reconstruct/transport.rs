@@ -4,6 +4,7 @@ use faer::Mat;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::geometry::spaced::Nearest;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
@@ -55,6 +56,40 @@ pub struct Transport {
     /// k_ij, samples × lobes: irradiance at the sample per unit of the lobe's emittance, in sr
     /// (Eq. 10 with 1/r²).
     pub coupling: Mat<f64>,
+    /// Where rays from the samples met known surfaces that no photograph shows, sample by sample.
+    pub hidden: Vec<Hidden>,
+    /// Per sample the first of these, and at the end their number.
+    pub first_hidden: Vec<usize>,
+    /// What those surfaces send; nothing unless it was computed.
+    pub hidden_light: HiddenLight,
+}
+
+/// A point of a known surface that no photograph shows, on the side that was met.
+#[derive(Clone, Copy, Debug)]
+pub struct Hidden {
+    pub site: Site,
+    pub triangle: u32,
+    /// The projected solid angle of the ray that met it, in sr.
+    pub projected_sr: f64,
+}
+
+/// The radiance of known surfaces that no photograph shows, at places spread over them.
+#[derive(Clone, Debug, Default)]
+pub struct HiddenLight {
+    nearest: Option<Nearest>,
+    radiance: Vec<Radiance>,
+}
+
+impl HiddenLight {
+    /// `radiance` belongs to the points that `nearest` finds, in their order.
+    pub fn new(nearest: Nearest, radiance: Vec<Radiance>) -> Self {
+        Self { nearest: Some(nearest), radiance }
+    }
+
+    /// The radiance of a hidden point; black where nothing was computed.
+    pub fn at(&self, position: Vec3) -> Radiance {
+        self.nearest.as_ref().map_or([0.0; CHANNELS], |nearest| self.radiance[nearest.to(position)])
+    }
 }
 
 /// Radiance arriving at a specular sample from a photographed surface.
@@ -68,6 +103,10 @@ pub struct Record {
 impl Transport {
     pub fn records_of(&self, sample: usize) -> &[Record] {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
+    }
+
+    pub fn hidden_of(&self, sample: usize) -> &[Hidden] {
+        &self.hidden[self.first_hidden[sample]..self.first_hidden[sample + 1]]
     }
 
     /// I_s of one sample and channel.
@@ -102,7 +141,7 @@ pub fn photographed(
     let count = cloud.samples.len();
     watch.begin(count as u64);
     let glossy_side = grid_side(options.glossy_rays);
-    let gathered: Vec<(Radiance, Vec<Record>)> = cloud
+    let gathered: Vec<Gathered> = cloud
         .samples
         .par_iter()
         .enumerate()
@@ -111,8 +150,11 @@ pub fn photographed(
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
             let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };
-            let (irradiance, records) = hemisphere(views, sample.site(), side, &mut random);
-            Ok((irradiance, if specular { records } else { Vec::new() }))
+            let mut gathered = hemisphere(views, sample.site(), side, &mut random);
+            if !specular {
+                gathered.records = Vec::new();
+            }
+            Ok(gathered)
         })
         .collect::<Result<_, Cancelled>>()?;
     let mut transport = Transport {
@@ -121,11 +163,16 @@ pub fn photographed(
         irradiance: Vec::with_capacity(count),
         records: Vec::new(),
         first_record: vec![0],
+        hidden: Vec::new(),
+        first_hidden: vec![0],
+        hidden_light: HiddenLight::default(),
     };
-    for (irradiance, records) in gathered {
+    for Gathered { irradiance, records, hidden } in gathered {
         transport.irradiance.push(irradiance);
         transport.records.extend(records);
         transport.first_record.push(transport.records.len());
+        transport.hidden.extend(hidden);
+        transport.first_hidden.push(transport.hidden.len());
     }
     Ok(transport)
 }
@@ -156,28 +203,35 @@ pub fn couple(
     }))
 }
 
-/// I_s of a site, from `side`² cosine-distributed rays, and what each of them found.
-pub fn hemisphere(
-    views: &Views,
-    site: Site,
-    side: usize,
-    random: &mut Random,
-) -> (Radiance, Vec<Record>) {
+/// What rays over a site's hemisphere found.
+pub struct Gathered {
+    /// I_s, from photographed surfaces alone.
+    pub irradiance: Radiance,
+    pub records: Vec<Record>,
+    pub hidden: Vec<Hidden>,
+}
+
+/// What `side`² cosine-distributed rays from a site find.
+pub fn hemisphere(views: &Views, site: Site, side: usize, random: &mut Random) -> Gathered {
     let frame = Frame::about(site.normal);
-    let mut records = Vec::new();
+    let weight = std::f64::consts::PI / (side * side) as f64;
+    let (mut records, mut hidden) = (Vec::new(), Vec::new());
     let mut sum = [0.0f64; CHANNELS];
     for square in stratified(side, random) {
         let direction = frame.to_world(square_to_cosine_hemisphere(square));
         let ray = views.ray(site, direction);
         let Some(hit) = views.caster.closest(&ray) else { continue };
-        let Some(radiance) = views.radiance(views.site(&ray, &hit)) else { continue };
+        let met = views.site(&ray, &hit);
+        let Some(radiance) = views.radiance(met) else {
+            hidden.push(Hidden { site: met, triangle: hit.triangle, projected_sr: weight });
+            continue;
+        };
         for (sum, value) in sum.iter_mut().zip(radiance) {
             *sum += f64::from(value);
         }
         records.push(Record { direction, radiance });
     }
-    let weight = std::f64::consts::PI / (side * side) as f64;
-    (sum.map(|value| (value * weight) as f32), records)
+    Gathered { irradiance: sum.map(|value| (value * weight) as f32), records, hidden }
 }
 
 /// k_ij of one sample for every lobe.

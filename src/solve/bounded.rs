@@ -24,7 +24,6 @@
 
 mod cholesky;
 mod exchange;
-mod kernels;
 mod model;
 mod passes;
 mod quadratic;

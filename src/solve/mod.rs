@@ -2,4 +2,5 @@
 //! derivative-free minimiser.
 
 pub mod bounded;
+pub(crate) mod kernels;
 pub mod subplex;

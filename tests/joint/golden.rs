@@ -32,7 +32,8 @@ struct Case {
     upper: Vec<f64>,
     anchors: Vec<Pull>,
     start: Vec<f64>,
-    robust: Option<f64>,
+    floating: bool,
+    robust: Option<Vec<f64>>,
     answers: Answers,
 }
 
@@ -95,7 +96,8 @@ impl Case {
             known: self.known.clone(),
             upper: self.upper.clone(),
             anchors: self.anchors.iter().map(anchor).collect(),
-            robust: self.robust.unwrap_or(f64::INFINITY),
+            floating: self.floating,
+            robust: self.robust.clone().unwrap_or_else(|| vec![f64::INFINITY; self.materials]),
         }
     }
 

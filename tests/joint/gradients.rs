@@ -38,13 +38,15 @@ impl Definition<'_> {
                 Objective::Log => ratio.ln(),
                 Objective::Relative => ratio - 1.0,
             };
-            let loss = if held.robust.is_finite() {
-                held.robust.powi(2) * (1.0 + (residual / held.robust).powi(2)).ln()
+            let robust = held.robust[m];
+            let loss = if robust.is_finite() {
+                robust.powi(2) * (1.0 + (residual / robust).powi(2)).ln()
             } else {
                 residual.powi(2)
             };
             twice += held.weights[i] * loss;
         }
+        let mut pulls = Vec::new();
         for j in 0..state.emission.len() {
             let square = |i: usize| {
                 let start = self.start.log_diffuse[rows.material[i]];
@@ -52,8 +54,12 @@ impl Definition<'_> {
                 held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
             };
             let norm = (0..rows.material.len()).map(square).sum::<f64>();
-            twice += held.ridge[j] * norm * (state.emission[j] - held.centre[j]).powi(2);
+            pulls.push((held.ridge[j] * norm, state.emission[j] - held.centre[j]));
         }
+        let total: f64 = pulls.iter().map(|(ridge, _)| ridge).sum();
+        let middle = pulls.iter().map(|(ridge, off)| ridge * off).sum::<f64>() / total.max(1e-300);
+        let common = if held.floating { middle } else { 0.0 };
+        twice += pulls.iter().map(|(ridge, off)| ridge * (off - common).powi(2)).sum::<f64>();
         for anchor in &held.anchors {
             let terms = anchor.combination.iter().zip(&state.log_diffuse).map(|(c, u)| c * u);
             twice += anchor.weight * (terms.sum::<f64>() - anchor.target).powi(2);

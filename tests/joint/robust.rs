@@ -24,7 +24,7 @@ fn gross_outliers_move_least_squares_and_hardly_cauchy() {
             let fit = |errors: &[f64]| {
                 let rows = scene.seen(errors);
                 let mut held = scene.held(Objective::Log);
-                held.robust = robust;
+                held.robust.fill(robust);
                 let log = scene.fit(&rows, &held, &scene.start(0.5));
                 held.objective = objective;
                 // From the logarithms' answer: Cauchy's loss of L̂/L − 1 has other minima, and a

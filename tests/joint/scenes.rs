@@ -160,7 +160,8 @@ impl Scene {
             known_specular: vec![None; materials],
             upper: vec![0.0; materials],
             anchors: Vec::new(),
-            robust: f64::INFINITY,
+            floating: false,
+            robust: vec![f64::INFINITY; materials],
         }
     }
 
@@ -185,7 +186,8 @@ pub struct Held {
     pub known_specular: Vec<Option<f64>>,
     pub upper: Vec<f64>,
     pub anchors: Vec<Anchor>,
-    pub robust: f64,
+    pub floating: bool,
+    pub robust: Vec<f64>,
 }
 
 impl Held {
@@ -195,12 +197,13 @@ impl Held {
             weights: &self.weights,
             ridge: &self.ridge,
             centre: &self.centre,
+            floating: self.floating,
             reference: &self.reference,
             known: &self.known,
             known_specular: &self.known_specular,
             upper: &self.upper,
             anchors: &self.anchors,
-            robust: self.robust,
+            robust: &self.robust,
         }
     }
 }

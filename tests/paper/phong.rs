@@ -7,7 +7,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::equations::{Equations, Reflectance};
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::samples::View;
-use lobelia::reconstruct::transport::{Record, Transport};
+use lobelia::reconstruct::transport::{HiddenLight, Record, Transport};
 use lobelia::scene::{Capture, MaterialKind};
 
 use crate::rooms::{Room, bare_sample, cloud, cube_cameras, icosphere, quick, run};
@@ -61,6 +61,9 @@ fn equations(tilt: f64, rings: usize, spokes: usize, radiance: [f32; 3]) -> Equa
         records,
         record_weight: PI / (rings * spokes) as f64,
         coupling: faer::Mat::zeros(1, 0),
+        hidden: Vec::new(),
+        first_hidden: Vec::new(),
+        hidden_light: HiddenLight::default(),
     };
     Equations::new(&specular_capture(), &samples, &VirtualLights::default(), &transport, 1)
 }
@@ -119,6 +122,9 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         first_record: vec![0, 0],
         record_weight: 0.0,
         coupling: faer::Mat::zeros(1, 0),
+        hidden: Vec::new(),
+        first_hidden: Vec::new(),
+        hidden_light: HiddenLight::default(),
     };
     let reflectance =
         Reflectance { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };

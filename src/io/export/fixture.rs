@@ -13,7 +13,7 @@ use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::solution::{
     Certainty, Iteration, MaterialCertainty, Rms, ScaleCertainty, Solution, Stopped,
 };
-use crate::reconstruct::transport::Transport;
+use crate::reconstruct::transport::{HiddenLight, Transport};
 use crate::scene::{Capture, Emitter, KnownLight, Material, MaterialKind};
 
 const DARK: Rgb = [0.0; 3];
@@ -100,6 +100,9 @@ pub(crate) fn reconstruction() -> Reconstruction {
             first_record: Vec::new(),
             record_weight: 0.0,
             coupling: faer::Mat::zeros(0, 0),
+            hidden: Vec::new(),
+            first_hidden: Vec::new(),
+            hidden_light: HiddenLight::default(),
         }),
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {

@@ -1,5 +1,5 @@
-//! The light that no lamp or sun accounts for: lobes on a sphere and on unseen surfaces in a
-//! room, cells of the sky and unseen surfaces in the open.
+//! The light that no lamp or sun accounts for: lobes on a sphere in a
+//! room, cells of the sky in the open.
 
 use glam::Vec3;
 
@@ -22,13 +22,15 @@ pub struct Layout {
     pub grid: usize,
     pub exponent: f64,
     pub seed: u64,
+    /// Whether known surfaces that no photograph shows may shine.
+    pub surfaces: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
     /// Light comes from a finite distance.
     Room,
-    /// Light comes from the sky, and from known surfaces that no photograph shows.
+    /// Light comes from the sky.
     Open,
 }
 
@@ -128,7 +130,7 @@ pub fn place(
     }
     // A known surface is taken to be diffuse: it sends the same radiance everywhere, and E
     // cosⁿ times k, which lacks the emitter's cosine, is that for n = 1.
-    for light in surfaces {
+    for light in surfaces.into_iter().filter(|_| layout.surfaces) {
         set.push(light, &[(light.normal, 1.0)]);
     }
     Ok(set)

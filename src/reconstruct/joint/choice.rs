@@ -1,6 +1,8 @@
 //! Which light model: its background, the lights that stand out, a room or the open sky.
 
-use crate::math::rgb::{CHANNELS, Rgb};
+use glam::Vec3;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{self, Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
@@ -19,12 +21,17 @@ use crate::watch::Watch;
 pub struct Choice {
     pub layout: Layout,
     pub density: Density,
+    pub most_lamps: usize,
     /// The background with the known lights.
     pub background: Model,
     pub found: Found,
     pub held_out: Rgb,
-    /// Per material; empty where the fitter has them already.
-    pub exponents: Vec<f64>,
+}
+
+/// What the search in one world taught of the specular surfaces: their exponents, and I_s.
+pub struct Taught {
+    exponents: Vec<f64>,
+    irradiance: Vec<Radiance>,
 }
 
 impl Choice {
@@ -32,17 +39,38 @@ impl Choice {
         held_out::mean(&self.held_out)
     }
 
-    /// The exponents of the model that was chosen, which the fitter has from then on.
-    pub fn take_exponents(&mut self, fitter: &mut Fitter) -> Result<Vec<gloss::Exponents>, Error> {
-        if !self.exponents.is_empty() {
-            fitter.exponents.clone_from(&self.exponents);
-        }
+    /// Fine lobes, fitted as the fitter is now, instead.
+    pub fn fine(
+        fitter: &Fitter,
+        layout: Layout,
+        background: Model,
+        fits: Fits,
+        held_out: Rgb,
+    ) -> Result<Self, Error> {
+        let mut found = Found::without_lamps(background.clone(), None, fits);
+        tie_colours(fitter, &mut found.model, &mut found.fits, fitter.options.ridge)?;
+        Ok(Self { layout, density: Density::Fine, most_lamps: 0, background, found, held_out })
+    }
+
+    /// Finds the exponents once more, and how well they are known.
+    pub fn find_exponents(&mut self, fitter: &mut Fitter) -> Result<Vec<gloss::Exponents>, Error> {
         gloss::find_exponents(
             fitter,
             &mut self.found.model,
             fitter.options.ridge,
             &mut self.found.fits,
         )
+    }
+}
+
+impl Taught {
+    fn of(fitter: &Fitter) -> Self {
+        Self { exponents: fitter.exponents.clone(), irradiance: fitter.irradiance.clone() }
+    }
+
+    /// Leaves the fitter with it.
+    pub fn teach(self, fitter: &mut Fitter) {
+        (fitter.exponents, fitter.irradiance) = (self.exponents, self.irradiance);
     }
 }
 
@@ -53,14 +81,15 @@ pub enum Density {
 }
 
 /// The layout of the background of one light set; that of index 0 is what the options say.
-pub fn layout(options: &JointOptions, world: World, density: Density, index: usize) -> Layout {
+pub fn layout(fitter: &Fitter, world: World, density: Density, index: usize) -> Layout {
+    let (options, surfaces) = (fitter.options, fitter.surfaces_shine);
     let (spacing, grid, exponent) = match density {
         Density::Coarse => (options.coarse_spacing, options.coarse_grid, options.coarse_exponent),
         Density::Fine => (options.fine_spacing, options.fine_grid, options.fine_exponent),
     };
     if index == 0 {
         let radius = options.radius_factor;
-        return Layout { world, radius, spacing, grid, exponent, seed: 1 };
+        return Layout { world, radius, spacing, grid, exponent, seed: 1, surfaces };
     }
     // Spread over their ranges in different orders, so that no two go together.
     let part = |step: usize| ((index * step) % VARIATIONS) as f64 / (VARIATIONS - 1) as f64;
@@ -71,6 +100,7 @@ pub fn layout(options: &JointOptions, world: World, density: Density, index: usi
         grid,
         exponent: exponent * (0.8 + 0.4 * part(2)),
         seed: 1 + index as u64,
+        surfaces,
     }
 }
 
@@ -88,7 +118,8 @@ pub fn background_model(fitter: &Fitter, layout: &Layout) -> Result<Model, Error
     let set = background::place(data.views, data.cloud, layout, data.watch)?;
     let irradiance = &fitter.irradiance;
     let mut model = data.model(&fitter.rows, set, irradiance, &fitter.exponents)?;
-    aim_at_probe(fitter, &mut model);
+    // Rooms are dark but for their lamps, skies bright all over, and a probe says how bright.
+    model.floating = layout.world == World::Open && !aim_at_probe(fitter, &mut model);
     let mut given = LightSet::default();
     let mut known = Vec::new();
     for (index, light) in data.views.capture.lights.iter().enumerate() {
@@ -102,7 +133,7 @@ pub fn background_model(fitter: &Fitter, layout: &Layout) -> Result<Model, Error
             _ => {
                 let (position, radius_m) = emitter.extent();
                 let kind = LightKind::Known(index);
-                (VirtualLight { kind, ..VirtualLight::lamp(position, radius_m) }, glam::Vec3::Z)
+                (VirtualLight { kind, ..VirtualLight::lamp(position, radius_m) }, Vec3::Z)
             }
         };
         given.push(light, &[(axis, 0.0)]);
@@ -117,10 +148,12 @@ pub fn background_model(fitter: &Fitter, layout: &Layout) -> Result<Model, Error
     Ok(model)
 }
 
-/// A light probe says what the sky is likely to send.
-fn aim_at_probe(fitter: &Fitter, model: &mut Model) {
+/// A light probe says what the sky is likely to send; whether there is one.
+fn aim_at_probe(fitter: &Fitter, model: &mut Model) -> bool {
+    let mut aimed = false;
     for light in &fitter.data.views.capture.lights {
         let KnownLight::Dome { dome, .. } = light else { continue };
+        aimed = true;
         for (column, lobe) in model.set.lobes.lobes.iter().enumerate() {
             let light = &model.set.lights.lights[lobe.light];
             if light.kind == LightKind::Sky {
@@ -131,6 +164,7 @@ fn aim_at_probe(fitter: &Fitter, model: &mut Model) {
             }
         }
     }
+    aimed
 }
 
 /// The sun that the artist gave.
@@ -142,7 +176,7 @@ fn given_sun<'a>(fitter: &Fitter<'a>) -> Option<&'a KnownLight> {
 }
 
 /// Held-out error of a sky without lamps, with the sun that was found.
-pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<glam::Vec3>) -> Result<Rgb, Error> {
+pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<Vec3>) -> Result<Rgb, Error> {
     let mut model = background_model(fitter, layout)?;
     if let Some(towards) = sun {
         model = sources::sunny(fitter, &model, towards)?;
@@ -151,23 +185,37 @@ pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<glam::Vec3>) -> R
     held_out::error(fitter, &model, fitter.options.ridge, &fits)
 }
 
-/// The lights of one world, with the specular materials' exponents.
+/// What is looked for over a background.
+pub struct Search<'a> {
+    pub candidates: &'a Candidates,
+    pub most_lamps: usize,
+    /// Unit direction towards the sun, where it was found before.
+    pub sun: Option<Vec3>,
+}
+
+/// The lights of one world; the fitter stays as it was.
 pub fn choose_light(
     fitter: &mut Fitter,
-    candidates: &Candidates,
+    search: &Search,
     layout: &Layout,
     history: &History,
     watch: &Watch,
-) -> Result<Choice, Error> {
+) -> Result<(Choice, Taught), Error> {
     let options = fitter.options;
     let may_find_sun = options.find_sun && given_sun(fitter).is_none();
-    let first = fitter.exponents.clone();
+    let before = Taught::of(fitter);
     let mut background = background_model(fitter, layout)?;
     let report = |fitter: &Fitter, found: &Found| history.push(fitter, &found.fits);
-    let find = |fitter: &Fitter, background: &Model| {
-        sources::find(fitter, background, options.ridge, candidates, may_find_sun, &|found| {
-            report(fitter, found);
-        })
+    let lamps = (search.candidates, search.most_lamps);
+    let find = |fitter: &Fitter, background: &Model| -> Result<Found, Error> {
+        let report = |found: &Found| report(fitter, found);
+        let Some(towards) = search.sun.filter(|_| may_find_sun) else {
+            return sources::find(fitter, background, options.ridge, lamps, may_find_sun, &report);
+        };
+        let sunny = sources::sunny(fitter, background, towards)?;
+        let mut found = sources::find(fitter, &sunny, options.ridge, lamps, false, &report)?;
+        found.sun = Some(towards);
+        Ok(found)
     };
     let mut found = find(fitter, &background)?;
     let has_gloss = (0..fitter.rows.materials).any(|material| fitter.is_specular(material));
@@ -182,9 +230,19 @@ pub fn choose_light(
     found = sources::settle_sun(fitter, found, &background, options.ridge)?;
     tie_colours(fitter, &mut found.model, &mut found.fits, options.ridge)?;
     let held_out = held_out::error(fitter, &found.model, options.ridge, &found.fits)?;
-    let exponents = std::mem::replace(&mut fitter.exponents, first);
+    let taught = Taught::of(fitter);
+    // The other world is not to profit from what this one found.
+    before.teach(fitter);
     watch.tick()?;
-    Ok(Choice { layout: *layout, density: Density::Coarse, background, found, held_out, exponents })
+    let choice = Choice {
+        layout: *layout,
+        density: Density::Coarse,
+        most_lamps: search.most_lamps,
+        background,
+        found,
+        held_out,
+    };
+    Ok((choice, taught))
 }
 
 /// The reflectances with another background, its lamps found anew.
@@ -195,7 +253,7 @@ pub fn member(
     index: usize,
 ) -> Result<Member, Error> {
     let options = fitter.options;
-    let layout = layout(options, choice.layout.world, choice.density, index);
+    let layout = layout(fitter, choice.layout.world, choice.density, index);
     let lambda = ridge(options, index);
     let mut background = background_model(fitter, &layout)?;
     if let Some(towards) = choice.found.sun {
@@ -203,7 +261,8 @@ pub fn member(
     }
     let (mut model, mut fits) = match choice.density {
         Density::Coarse => {
-            let found = sources::find(fitter, &background, lambda, candidates, false, &|_| ())?;
+            let lamps = (candidates, choice.most_lamps);
+            let found = sources::find(fitter, &background, lambda, lamps, false, &|_| ())?;
             (found.model, found.fits)
         }
         Density::Fine => {

@@ -121,13 +121,13 @@ pub fn examine(fitter: &Fitter, fits: &Fits) -> Vec<String> {
             ),
         });
     }
-    if fitter.robust.is_infinite() {
+    if fitter.options.robust == 0.0 {
         let tail = heavy_tail(fitter, fits);
         if tail > HEAVY_TAIL {
             warnings.push(format!(
                 "{:.0} % of the samples fit far worse than the rest: if cameras or geometry are \
-                 off by some pixels, joint.robust = 2 makes them count less (not for textured \
-                 surfaces)",
+                 off by some pixels, or surfaces textured, joint.robust = 2.5 makes them count \
+                 less",
                 100.0 * tail
             ));
         }

@@ -4,10 +4,12 @@ use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Error;
+use crate::reconstruct::joint::diagnose::deviation;
 use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::joint::options::JointOptions;
-use crate::reconstruct::joint::system::{Anchor, Channel, Fit, Rows, State, Terms, dot};
+use crate::reconstruct::joint::system::{Anchor, Channel, Fit, Rows, State, Terms};
 use crate::scene::MaterialKind;
+use crate::solve::kernels::dot;
 use crate::watch::Watch;
 
 /// One fit per channel.
@@ -21,13 +23,15 @@ pub struct Fitter<'a> {
     pub rows: Rows,
     /// I_s per sample.
     pub irradiance: Vec<Radiance>,
+    /// The same before specular surfaces were looked at again.
+    pub gathered: Vec<Radiance>,
+    /// Whether known surfaces that no photograph shows are taken to shine.
+    pub surfaces_shine: bool,
     /// Per row: its share of its sample; 0 for samples that were dropped.
     pub weights: Vec<f64>,
     /// Materials with samples.
     pub measured: Vec<bool>,
-    /// Reflectances to start from.
-    start: Vec<Rgb>,
-    /// Log reflectances by which the ridge is scaled, per channel and material.
+    /// Log reflectances to start from, by which the ridge is scaled, per channel and material.
     reference: [Vec<f64>; CHANNELS],
     /// log ρ_d that are known exactly, per channel and material.
     pub known: [Vec<Option<f64>>; CHANNELS],
@@ -39,8 +43,8 @@ pub struct Fitter<'a> {
     pub upper: [Vec<f64>; CHANNELS],
     /// Exponent n per material.
     pub exponents: Vec<f64>,
-    /// Residuals beyond this count less; ∞ for least squares.
-    pub robust: f64,
+    /// Per material: residuals beyond this count less; ∞ for least squares.
+    pub robust: Vec<f64>,
 }
 
 impl<'a> Fitter<'a> {
@@ -65,9 +69,10 @@ impl<'a> Fitter<'a> {
         let upper = vec![options.brightest.ln(); rows.materials];
         Self {
             irradiance: data.transport.irradiance.clone(),
+            surfaces_shine: false,
+            gathered: data.transport.irradiance.clone(),
             weights: data.equations.rows.iter().map(|row| row.share).collect(),
             measured: start.iter().map(Option::is_some).collect(),
-            start: start.iter().map(|start| start.unwrap_or([UNSEEN; CHANNELS])).collect(),
             reference: std::array::from_fn(|c| {
                 let log = |start: &Option<Rgb>| start.map_or(UNSEEN, |rgb| rgb[c]).max(BLACK).ln();
                 start.iter().map(log).collect()
@@ -77,7 +82,7 @@ impl<'a> Fitter<'a> {
             pins,
             upper: std::array::from_fn(|_| upper.clone()),
             exponents: vec![data.options.gloss.start_exponent; rows.materials],
-            robust: f64::INFINITY,
+            robust: vec![f64::INFINITY; capture.materials.len()],
             rows,
             options,
             data,
@@ -110,19 +115,20 @@ impl<'a> Fitter<'a> {
             weights,
             ridge,
             centre,
+            floating: false,
             reference: &self.reference[channel],
             known: &self.known[channel],
             known_specular: &self.known_specular[channel],
             upper: &self.upper[channel],
             anchors: &[],
-            robust: self.robust,
+            robust: &self.robust,
         }
     }
 
     fn begin(&self, columns: usize, channel: usize) -> State {
         State {
             emission: vec![0.0; columns],
-            log_diffuse: self.start.iter().map(|start| start[channel].max(BLACK).ln()).collect(),
+            log_diffuse: self.reference[channel].clone(),
             specular: (0..self.rows.materials)
                 .map(|material| if self.is_specular(material) { FIRST_SPECULAR } else { 0.0 })
                 .collect(),
@@ -164,8 +170,9 @@ impl<'a> Fitter<'a> {
                 let centre: Vec<f64> = model.centre.iter().map(|rgb| rgb[channel]).collect();
                 let mut anchors = anchors(channel);
                 anchors.extend(self.pin_anchors(channel));
-                let terms =
-                    Terms { anchors: &anchors, ..self.terms(&ridge, &centre, weights, channel) };
+                let floating = model.floating;
+                let terms = self.terms(&ridge, &centre, weights, channel);
+                let terms = Terms { anchors: &anchors, floating, ..terms };
                 Ok(self.channel(model, channel).fit(&terms, &state, self.watch())?)
             })
             .collect()
@@ -278,7 +285,30 @@ impl<'a> Fitter<'a> {
                 }
                 beyond.sort_by(f64::total_cmp);
                 let quantile = beyond[(beyond.len() as f64 * BRIGHT_QUANTILE) as usize];
-                self.upper[channel][material] = self.options.brightest.ln() - quantile.max(0.0);
+                self.upper[channel][material] =
+                    self.options.brightest.ln() - quantile.clamp(0.0, LARGEST_QUANTILE);
+            }
+        }
+    }
+
+    /// Weighs every material by its own deviation, as far as `robust` of it: that of a textured
+    /// or cluttered surface is its own, and not to decide about the light of all the others.
+    pub fn weigh_by_deviation(&mut self, fits: &[Fit], robust: f64) {
+        let of_rows = |rows: &[usize]| {
+            let residuals = fits.iter().flat_map(|fit| rows.iter().map(|&row| fit.residuals[row]));
+            deviation(residuals).max(f64::MIN_POSITIVE)
+        };
+        let all: Vec<usize> =
+            (0..self.rows.sample.len()).filter(|&row| self.weights[row] > 0.0).collect();
+        let typical = of_rows(&all);
+        for material in 0..self.rows.materials {
+            let rows: Vec<usize> =
+                all.iter().copied().filter(|&row| self.rows.material[row] == material).collect();
+            let own = if rows.len() < ENOUGH_FOR_QUANTILE { typical } else { of_rows(&rows) };
+            let own = own.max(SMALLEST_DEVIATION * typical);
+            self.robust[material] = robust * own;
+            for row in rows {
+                self.weights[row] *= (typical / own).powi(2);
             }
         }
     }
@@ -300,4 +330,10 @@ const FIRST_SPECULAR: f64 = 0.05;
 const TYPICAL_ERROR: f64 = 0.05;
 const PRIOR_ROUNDS: usize = 3;
 const BRIGHT_QUANTILE: f64 = 0.95;
+/// Beyond this factor, as a logarithm, it is the light that is not understood.
+const LARGEST_QUANTILE: f64 = 2.3;
+/// Samples of a material that tell something of its distribution.
 const ENOUGH_FOR_QUANTILE: usize = 20;
+/// A material's deviation is taken to be at least this part of that of all: its samples are not
+/// worth more than their light is understood.
+const SMALLEST_DEVIATION: f64 = 0.5;

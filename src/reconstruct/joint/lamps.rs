@@ -17,6 +17,7 @@ use crate::reconstruct::joint::project::{Linearised, Projected};
 use crate::reconstruct::lights::VirtualLight;
 use crate::scene::{Emitter, KnownLight, Site, Views};
 use crate::solve::bounded::bounded_quadratic;
+use crate::solve::kernels::dot;
 use crate::watch::{Cancelled, Watch};
 
 /// Directions in which a lamp's radiance may differ: it is Σ E_k w_k with w₀ = 1 and w_k the
@@ -46,7 +47,7 @@ pub struct Candidates {
     sites: Vec<Site>,
     /// Of glossy rows the direction in which a mirror would see, and the material.
     mirrors: Vec<Option<(Vec3, usize)>>,
-    /// V cos θ / d² per place and row.
+    /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
     half_diagonal: f32,
     /// Where the artist says that there are lights: no others are looked for beside them, since
@@ -215,18 +216,6 @@ impl Scaled {
     }
 }
 
-fn product(a: &[f32], b: &[f32]) -> f32 {
-    let mut lanes = [0.0f32; 16];
-    let (ca, cb) = (a.chunks_exact(16), b.chunks_exact(16));
-    let rest: f32 = ca.remainder().iter().zip(cb.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in ca.zip(cb) {
-        for k in 0..16 {
-            lanes[k] += x[k] * y[k];
-        }
-    }
-    lanes.iter().sum::<f32>() + rest
-}
-
 impl Candidates {
     /// (n+2)/2 cosⁿγ of a lamp at each row; 0 for diffuse ones.
     fn lobes(&self, lamp: &Lamp, exponents: &[f64]) -> Vec<f32> {
@@ -257,8 +246,8 @@ impl Candidates {
                 let scaled = Scaled::new(&columns, &lobes, problem);
                 for (k, gain) in gains.iter_mut().enumerate() {
                     let column = scaled.column(k);
-                    let square = product(column, column);
-                    let towards = -product(column, &problem.residual);
+                    let square = dot(column, column);
+                    let towards = -dot(column, &problem.residual);
                     let parts = scaled.parts.col(k);
                     let kept = square - parts.iter().map(|part| part * part).sum::<f32>();
                     if towards > 0.0 && kept > 1e-3 * square {
@@ -349,10 +338,10 @@ impl Candidates {
                 let parts = &scaled.parts;
                 let gram = Mat::from_fn(COLUMNS, COLUMNS, |i, j| {
                     let both: f32 = (0..parts.nrows()).map(|r| parts[(r, i)] * parts[(r, j)]).sum();
-                    f64::from(product(scaled.column(i), scaled.column(j)) - both)
+                    f64::from(dot(scaled.column(i), scaled.column(j)) - both)
                 });
                 let linear: Vec<f64> = (0..COLUMNS)
-                    .map(|k| -f64::from(product(scaled.column(k), &problem.residual)))
+                    .map(|k| -f64::from(dot(scaled.column(k), &problem.residual)))
                     .collect();
                 explained_by(&gram, &linear)
             })

@@ -6,6 +6,8 @@
 //! once ([`system`]), and the light model is kept so small that it cannot imitate the light of
 //! photographed surfaces, which is all that tells the scale:
 //!
+//! 0. what no photograph shows and no light explains, and how much each material's word counts
+//!    (`prepare`, `unseen`);
 //! 1. a background of coarse lobes ([`background`]), and lamps and a sun that are placed one by
 //!    one where they explain most (`sources`, `lamps`, `sun`);
 //! 2. specular materials with everything else (`gloss`);
@@ -24,11 +26,14 @@ mod history;
 mod lamps;
 mod model;
 pub mod options;
+mod prepare;
 mod project;
 mod relook;
 mod sources;
 mod sun;
 pub mod system;
+mod terms;
+mod unseen;
 
 use rayon::prelude::*;
 
@@ -36,15 +41,16 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::equations::{Equations, Reflectance};
 use crate::reconstruct::joint::background::{Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
-use crate::reconstruct::joint::choice::{Choice, Density, background_model};
+use crate::reconstruct::joint::choice::{Choice, Density, Search};
 use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::history::History;
+use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::Data;
-use crate::reconstruct::joint::sources::Found;
+use crate::reconstruct::joint::prepare::Prepared;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped};
-use crate::reconstruct::transport::Transport;
+use crate::reconstruct::transport::{HiddenLight, Transport};
 use crate::reconstruct::{Error, Options};
 use crate::scene::{Environment, Views};
 use crate::watch::Watch;
@@ -56,6 +62,8 @@ pub struct Outcome {
     pub set: LightSet,
     /// I_s per sample, with what specular surfaces send there.
     pub irradiance: Vec<Radiance>,
+    /// What known surfaces send that no photograph shows; part of I_s.
+    pub hidden_light: HiddenLight,
     pub solution: Solution,
 }
 
@@ -78,84 +86,24 @@ pub fn solve(
     let data = Data { views, cloud, transport, equations, options, watch: &inner };
     let mut fitter = Fitter::new(data, start);
     let history = History::new(equations, on_iteration);
-    let mut warnings = Vec::new();
     let mut notes = Vec::new();
 
-    // Fine lobes fit almost any light: good enough to see what no light explains.
-    let fine_layout = choice::layout(joint, World::Room, Density::Fine, 0);
-    let fine = background_model(&fitter, &fine_layout)?;
-    let mut fine_fits = fitter.fit(&fine, joint.ridge, &fitter.weights, None)?;
-    history.push(&fitter, &fine_fits);
-    let clearly = diagnose::EMITS_CLEARLY;
-    warnings.extend(diagnose::drop_emitters(&mut fitter, &fine_fits, clearly));
-    fitter.limit_by_brightest(&fine_fits);
-    fitter.pin_geometric_means(&fine_fits);
-    if joint.robust > 0.0 {
-        let all = fine_fits.iter().flat_map(|fit| fit.residuals.iter().copied());
-        fitter.robust = joint.robust * diagnose::deviation(all).max(f64::MIN_POSITIVE);
-    }
+    let prepared = prepare::prepare(&mut fitter, &history)?;
+    let mut warnings = prepared.warnings.clone();
+    let hidden_light = prepared.hidden_light.clone();
     watch.tick()?;
 
     let mut candidates = lamps::candidates(&fitter)?;
     let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
-    if !fine.set.lights.lights.iter().any(is_unknown) {
+    if !prepared.model.set.lights.lights.iter().any(is_unknown) {
         // Every ray from the samples meets a photographed surface: a lamp in between would only
         // take the place of what these send.
         candidates.clear();
     }
-    let coarse_layout = choice::layout(joint, World::Room, Density::Coarse, 0);
-    let mut choice =
-        choice::choose_light(&mut fitter, &candidates, &coarse_layout, &history, watch)?;
-    let environment = views.capture.environment;
-    if environment != Environment::Room {
-        let open_layout = Layout { world: World::Open, ..coarse_layout };
-        let limit = OPEN_GAIN * choice.error();
-        let promise = choice::sky_alone(&fitter, &open_layout, choice.found.sun)?;
-        let may_be_open = held_out::mean(&promise) < limit;
-        if environment == Environment::Open || may_be_open {
-            let open =
-                choice::choose_light(&mut fitter, &candidates, &open_layout, &history, watch)?;
-            if environment == Environment::Open || open.error() < limit {
-                choice = open;
-            }
-        }
-        let is_open = choice.layout.world == World::Open;
-        notes.push(format!(
-            "the unseen world is taken to be {}; a sky alone predicts held-out samples to {:.1} %",
-            if is_open { "an open sky" } else { "a room" },
-            100.0 * held_out::mean(&promise),
-        ));
-    }
-    let fine = background_model(&fitter, &fine_layout)?;
-    fine_fits = fitter.fit(&fine, joint.ridge, &fitter.weights, Some(&fine_fits))?;
-    let fine_error = held_out::error(&fitter, &fine, joint.ridge, &fine_fits)?;
+    let mut choice = choose_world(&mut fitter, &candidates, &history, &mut notes, watch)?;
+    choice = or_fine_lobes(&fitter, choice, prepared, &mut notes)?;
     watch.tick()?;
-    let tells = format!(
-        "held-out error with {} lamps{} over {} background lobes {:.1} %, with {} fine lobes \
-         {:.1} %",
-        choice.found.lamps.len(),
-        if choice.found.sun.is_some() { " and a sun" } else { "" },
-        choice.background.columns(),
-        100.0 * choice.error(),
-        fine.columns(),
-        100.0 * held_out::mean(&fine_error),
-    );
-    if environment != Environment::Open && held_out::mean(&fine_error) < choice.error() {
-        notes.push(format!("{tells}: fine lobes are used"));
-        let found = Found::without_lamps(fine.clone(), None, fine_fits);
-        choice = Choice {
-            layout: fine_layout,
-            density: Density::Fine,
-            background: fine,
-            found,
-            held_out: fine_error,
-            exponents: Vec::new(),
-        };
-        choice::tie_colours(&fitter, &mut choice.found.model, &mut choice.found.fits, joint.ridge)?;
-    } else {
-        notes.push(tells);
-    }
-    let exponents = choice.take_exponents(&mut fitter)?;
+    let exponents = choice.find_exponents(&mut fitter)?;
     notes.extend(note_gloss(&fitter, &exponents));
 
     let emitters = diagnose::drop_emitters(&mut fitter, &choice.found.fits, diagnose::EMITS);
@@ -228,14 +176,86 @@ pub fn solve(
         notes,
         warnings,
     };
-    Ok(Outcome { set: choice.found.model.set, irradiance: fitter.irradiance, solution })
+    Ok(Outcome {
+        set: choice.found.model.set,
+        irradiance: fitter.irradiance,
+        hidden_light,
+        solution,
+    })
+}
+
+/// The lights of a room or of the open sky, whichever the photographs speak for.
+fn choose_world(
+    fitter: &mut Fitter,
+    candidates: &Candidates,
+    history: &History,
+    notes: &mut Vec<String>,
+    watch: &Watch,
+) -> Result<Choice, Error> {
+    let environment = fitter.data.views.capture.environment;
+    let room = choice::layout(fitter, World::Room, Density::Coarse, 0);
+    let mut search = Search { candidates, most_lamps: fitter.options.max_lamps, sun: None };
+    let (mut choice, mut taught) = choice::choose_light(fitter, &search, &room, history, watch)?;
+    if environment != Environment::Room {
+        let open = Layout { world: World::Open, ..room };
+        let promise = held_out::mean(&choice::sky_alone(fitter, &open, choice.found.sun)?);
+        let is_given = environment == Environment::Open;
+        if is_given || promise < OPEN_LIMIT * choice.error() {
+            // A sky that explains as much as a room with its lamps needs none.
+            if !is_given {
+                search.most_lamps = 0;
+            }
+            search.sun = choice.found.sun;
+            (choice, taught) = choice::choose_light(fitter, &search, &open, history, watch)?;
+        }
+        let is_open = choice.layout.world == World::Open;
+        notes.push(format!(
+            "the unseen world is taken to be {}; a sky alone predicts held-out samples to {:.1} %",
+            if is_open { "an open sky" } else { "a room" },
+            100.0 * promise,
+        ));
+    }
+    taught.teach(fitter);
+    Ok(choice)
+}
+
+/// Fine lobes instead, where they predict held-out samples better.
+fn or_fine_lobes(
+    fitter: &Fitter,
+    choice: Choice,
+    prepared: Prepared,
+    notes: &mut Vec<String>,
+) -> Result<Choice, Error> {
+    let Prepared { layout, model: mut fine, fits, .. } = prepared;
+    let ridge = fitter.options.ridge;
+    fitter.data.set_irradiance(&fitter.rows, &mut fine, &fitter.irradiance);
+    fitter.data.set_exponents(&fitter.rows, &mut fine, &fitter.exponents);
+    let fits = fitter.fit(&fine, ridge, &fitter.weights, Some(&fits))?;
+    let error = held_out::error(fitter, &fine, ridge, &fits)?;
+    let tells = format!(
+        "held-out error with {} lamps{} over {} background lobes {:.1} %, with {} fine lobes \
+         {:.1} %",
+        choice.found.lamps.len(),
+        if choice.found.sun.is_some() { " and a sun" } else { "" },
+        choice.background.columns(),
+        100.0 * choice.error(),
+        fine.columns(),
+        100.0 * held_out::mean(&error),
+    );
+    let is_open = fitter.data.views.capture.environment == Environment::Open;
+    if is_open || held_out::mean(&error) >= choice.error() {
+        notes.push(tells);
+        return Ok(choice);
+    }
+    notes.push(format!("{tells}: fine lobes are used"));
+    Choice::fine(fitter, layout, fine, fits, error)
 }
 
 /// Steps of the progress beside the light sets: fine lobes, two worlds, the comparison, the end.
 const STEPS: u64 = 6;
-/// Held-out error in the open, relative to that of a room, below which a capture is taken to be
-/// in the open: a room's lobes can imitate a sky, a sky no lamp.
-const OPEN_GAIN: f64 = 0.85;
+/// Held-out error in the open, relative to that of a room, up to which a capture is taken to be
+/// in the open: a room's lobes can imitate a sky, a sky no lamp, and it has fewer unknowns.
+const OPEN_LIMIT: f64 = 1.1;
 /// A projected slope (a cosine) beyond which a solve has not come to its minimum.
 const ACCEPTED_SLOPE: f64 = 1e-4;
 

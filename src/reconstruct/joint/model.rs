@@ -7,10 +7,13 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Options;
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::joint::background::LightSet;
-use crate::reconstruct::joint::system::{Design, Rows, add_scaled, slice, slice_mut};
+use crate::reconstruct::joint::system::{Design, Rows};
+use crate::reconstruct::lights::LightKind;
+use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::transport::{self, Transport};
 use crate::scene::Views;
+use crate::solve::kernels::{self, add_scaled, column_of_mut};
 use crate::watch::{Cancelled, Watch};
 
 /// What the joint solve works on; no light model yet.
@@ -35,6 +38,8 @@ pub struct Model {
     pub ridged: Vec<bool>,
     /// Per column and channel what the ridge draws the emission to.
     pub centre: Vec<Rgb>,
+    /// Whether what it draws them to is that plus a value common to the background.
+    pub floating: bool,
     /// Columns whose emissions are known.
     pub fixed: Vec<Fixed>,
 }
@@ -141,6 +146,10 @@ impl Data<'_> {
             rows.sample.iter().map(|&sample| f64::from(irradiance[sample][c])).collect()
         };
         let columns = diffuse.ncols();
+        // Unseen surfaces that shine are few, and where they are is known.
+        let is_ridged =
+            |lobe: &Lobe| background.lights.lights[lobe.light].kind != LightKind::Surface;
+        let ridged = background.lobes.lobes.iter().map(is_ridged).collect();
         Ok(Model {
             set: background,
             design: Design {
@@ -149,10 +158,23 @@ impl Data<'_> {
                 specular,
                 specular_base: self.specular_base(rows, exponents),
             },
-            ridged: vec![true; columns],
+            ridged,
             centre: vec![[0.0; CHANNELS]; columns],
+            floating: false,
             fixed: Vec::new(),
         })
+    }
+
+    /// Gives a model another I_s per sample.
+    pub fn set_irradiance(&self, rows: &Rows, model: &mut Model, irradiance: &[Radiance]) {
+        for (channel, base) in model.design.base.iter_mut().enumerate() {
+            for (base, &sample) in base.iter_mut().zip(&rows.sample) {
+                *base = f64::from(irradiance[sample][channel]);
+            }
+            for fixed in &model.fixed {
+                add_scaled(base, fixed.emission[channel], &fixed.coupling);
+            }
+        }
     }
 
     /// Further lights.
@@ -207,7 +229,7 @@ impl Model {
 
     /// Makes the emission of a column known: no unknown any more, but part of the base.
     pub fn fix(&mut self, column: usize, emission: Rgb) {
-        let coupling = slice(self.design.diffuse.as_ref(), column).to_vec();
+        let coupling = kernels::column_of(self.design.diffuse.as_ref(), column).to_vec();
         for (base, emission) in self.design.base.iter_mut().zip(emission) {
             add_scaled(base, emission, &coupling);
         }
@@ -220,7 +242,7 @@ impl Model {
         let design = &mut self.design;
         if design.specular.nrows() > 0 {
             for (base, emission) in design.specular_base.iter_mut().zip(emission) {
-                add_scaled(base, emission, slice(design.specular.as_ref(), column));
+                add_scaled(base, emission, kernels::column_of(design.specular.as_ref(), column));
             }
             set_column(&mut design.specular, column, &[]);
         }
@@ -229,7 +251,7 @@ impl Model {
 
 /// Overwrites a column; zeros where there are no values.
 fn set_column(matrix: &mut Mat<f64>, column: usize, values: &[f64]) {
-    let out = slice_mut(matrix, column);
+    let out = column_of_mut(matrix, column);
     out.fill(0.0);
     out[..values.len()].copy_from_slice(values);
 }
@@ -240,7 +262,8 @@ fn beside<'a>(first: &'a Mat<f64>, others: impl Iterator<Item = &'a Mat<f64>> + 
     let mut next = 0;
     for matrix in std::iter::once(first).chain(others) {
         for column in 0..matrix.ncols() {
-            slice_mut(&mut all, next).copy_from_slice(slice(matrix.as_ref(), column));
+            column_of_mut(&mut all, next)
+                .copy_from_slice(kernels::column_of(matrix.as_ref(), column));
             next += 1;
         }
     }

@@ -37,11 +37,11 @@ options! {
         fine_exponent: f64 = 20.0, Some((0.0, 1e3)), "";
         /// Ridge on the background's emissions, relative to their columns' norms; the light sets
         /// vary it by a factor of 3 either way.
-        ridge: f64 = 3e-3, Some((0.0, 1.0)), "";
-        /// Residuals larger than this many of their standard deviations count less (Cauchy's
-        /// loss). 0 is least squares; 2 helps where cameras are some pixels off, and harms where
-        /// surfaces are textured.
-        robust: f64 = 0.0, Some((0.0, 100.0)), "standard deviations";
+        ridge: f64 = 1e-2, Some((0.0, 1.0)), "";
+        /// Residuals larger than this many standard deviations of their material count less
+        /// (Cauchy's loss), and materials count by that deviation, so that textured and cluttered
+        /// surfaces do not decide about the light of all others. 0 is least squares.
+        robust: f64 = 2.5, Some((0.0, 100.0)), "standard deviations";
         /// Reflectance of the brightest diffuse surfaces: fresh plaster and white paint. No part
         /// of a surface is taken to be brighter.
         brightest: f64 = 0.9, Some((0.05, 1.0)), "";

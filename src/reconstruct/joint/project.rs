@@ -3,7 +3,8 @@
 
 use faer::Mat;
 
-use crate::reconstruct::joint::system::{Channel, Fit, Terms, add_scaled, dot};
+use crate::reconstruct::joint::system::{Channel, Fit, Terms};
+use crate::solve::kernels::{add_scaled, dot};
 
 /// One channel's linearised problem on the rows of the search, the light's and the materials'
 /// columns projected out.

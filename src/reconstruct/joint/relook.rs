@@ -39,7 +39,7 @@ struct Glossy {
 /// I_s of every sample with what specular surfaces send it; as gathered where there are none.
 pub fn irradiance(fitter: &Fitter, model: &Model, fits: &Fits) -> Result<Vec<Radiance>, Cancelled> {
     let data = &fitter.data;
-    let gathered = &data.transport.irradiance;
+    let gathered = &fitter.gathered;
     let glossy = glossy(fitter, model, fits);
     let positions: Vec<Vec3> = glossy.iter().map(|glossy| glossy.position).collect();
     let Some(nearest) = Nearest::new(&positions) else { return Ok(gathered.clone()) };

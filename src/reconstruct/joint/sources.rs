@@ -43,7 +43,7 @@ pub fn find(
     fitter: &Fitter,
     background: &Model,
     lambda: f64,
-    candidates: &Candidates,
+    (candidates, most_lamps): (&Candidates, usize),
     may_find_sun: bool,
     report: &dyn Fn(&Found),
 ) -> Result<Found, Error> {
@@ -53,9 +53,9 @@ pub fn find(
     let mut base = background.clone();
     // A sun may show itself only after the lamps that outshine it: two tries.
     let mut tries = if may_find_sun { 2 } else { 0 };
-    while found.lamps.len() < fitter.options.max_lamps || tries > 0 {
+    while found.lamps.len() < most_lamps || tries > 0 {
         let before = Fitter::total(&found.fits);
-        let lamp = if found.lamps.len() < fitter.options.max_lamps {
+        let lamp = if found.lamps.len() < most_lamps {
             next_lamp(fitter, &found, &base, lambda, candidates)?
         } else {
             None

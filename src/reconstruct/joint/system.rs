@@ -11,21 +11,14 @@
 //! out far too large.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, Par};
 
-use crate::choices;
+use crate::reconstruct::joint::terms::{Pulls, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
+use crate::solve::kernels::{self, add_scaled, column_of_mut, dot};
 use crate::watch::Watch;
 
-choices! {
-    /// What is made small.
-    Objective {
-        /// Squared logarithms of computed over measured radiance.
-        Log = "log",
-        /// Squared relative differences.
-        Relative = "relative",
-    }
-}
+pub use crate::reconstruct::joint::terms::{Anchor, Objective, Terms};
 
 /// The rows of all channels: a diffuse sample has one, a specular sample one per photograph.
 #[derive(Clone, Debug, Default)]
@@ -57,39 +50,6 @@ impl Design {
     pub fn columns(&self) -> usize {
         self.diffuse.ncols()
     }
-}
-
-/// A known combination of log reflectances: adds ½ weight (Σ a_m u_m − target)².
-#[derive(Clone, Debug)]
-pub struct Anchor {
-    pub combination: Vec<f64>,
-    pub target: f64,
-    pub weight: f64,
-}
-
-/// What is held against the data, and how.
-#[derive(Clone, Copy, Debug)]
-pub struct Terms<'a> {
-    pub objective: Objective,
-    /// Per row, at least 0; a row with 0 is held out.
-    pub weights: &'a [f64],
-    /// Per column λ_j of ½ λ_j n_j² (E_j − centre_j)², n_j being the column's norm in units in
-    /// which a residual is 1 (see [`Channel::norms`]).
-    pub ridge: &'a [f64],
-    /// Log reflectances that set those units. They belong to the objective, so that where a solve
-    /// starts has no effect on where it ends.
-    pub reference: &'a [f64],
-    /// What the ridge draws each emission to; 0 where nothing is known.
-    pub centre: &'a [f64],
-    /// Per material a log reflectance that is known exactly.
-    pub known: &'a [Option<f64>],
-    /// Per material a specular reflectance that is held fixed.
-    pub known_specular: &'a [Option<f64>],
-    /// Per material the largest log reflectance, 0 or less.
-    pub upper: &'a [f64],
-    pub anchors: &'a [Anchor],
-    /// Residuals much larger than this count less (Cauchy's loss); ∞ is least squares.
-    pub robust: f64,
 }
 
 /// Unknowns of one channel.
@@ -145,9 +105,17 @@ impl Channel<'_> {
         let mut specular = design.specular_base[self.channel].clone();
         for (column, &emission) in state.emission.iter().enumerate() {
             if emission != 0.0 {
-                add_scaled(&mut diffuse, emission, slice(design.diffuse.as_ref(), column));
+                add_scaled(
+                    &mut diffuse,
+                    emission,
+                    kernels::column_of(design.diffuse.as_ref(), column),
+                );
                 if !specular.is_empty() {
-                    add_scaled(&mut specular, emission, slice(design.specular.as_ref(), column));
+                    add_scaled(
+                        &mut specular,
+                        emission,
+                        kernels::column_of(design.specular.as_ref(), column),
+                    );
                 }
             }
         }
@@ -172,13 +140,15 @@ impl Channel<'_> {
 
     fn value(&self, terms: &Terms, norms: &[f64], state: &State, residuals: &[f64]) -> f64 {
         let mut sum = 0.0;
-        for (&residual, &weight) in residuals.iter().zip(terms.weights) {
+        for (row, (&residual, &weight)) in residuals.iter().zip(terms.weights).enumerate() {
             if weight > 0.0 {
-                sum += weight * loss(terms.objective.of(residual).0, terms.robust);
+                let robust = terms.robust[self.rows.material[row]];
+                sum += weight * loss(terms.objective.of(residual).0, robust);
             }
         }
+        let pulls = Pulls::new(terms, norms, &state.emission);
         for (j, &emission) in state.emission.iter().enumerate() {
-            sum += terms.ridge[j] * (norms[j] * (emission - terms.centre[j])).powi(2);
+            sum += pulls.ridge[j] * (emission - terms.centre[j] - pulls.common).powi(2);
         }
         for anchor in terms.anchors {
             sum += anchor.weight * anchor.miss(&state.log_diffuse).powi(2);
@@ -199,7 +169,7 @@ impl Channel<'_> {
             .collect();
         (0..self.design.columns())
             .map(|column| {
-                let values = slice(self.design.diffuse.as_ref(), column);
+                let values = kernels::column_of(self.design.diffuse.as_ref(), column);
                 values.iter().zip(&scale).map(|(k, s)| k * k * s).sum::<f64>().sqrt()
             })
             .collect()
@@ -266,7 +236,9 @@ impl Channel<'_> {
                 continue;
             }
             let (value, by_log) = terms.objective.of(residual);
-            let root = (terms.weights[row] * influence(value, terms.robust)).sqrt();
+            let root = (terms.weights[row]
+                * influence(value, terms.robust[self.rows.material[row]]))
+            .sqrt();
             if residual > NOTHING_LOG {
                 linear.residual.push(root * value);
                 linear.scale.push(root * by_log / computed.value[row]);
@@ -298,14 +270,17 @@ impl Channel<'_> {
                 specular[glossy] = state.specular[material] * product;
             }
         }
+        let pulls = Pulls::new(terms, norms, &state.emission);
         (0..self.design.columns())
             .map(|column| {
-                let mut sum = dot(slice(self.design.diffuse.as_ref(), column), &diffuse);
+                let mut sum =
+                    dot(kernels::column_of(self.design.diffuse.as_ref(), column), &diffuse);
                 if !specular.is_empty() {
-                    sum += dot(slice(self.design.specular.as_ref(), column), &specular);
+                    sum +=
+                        dot(kernels::column_of(self.design.specular.as_ref(), column), &specular);
                 }
-                let pull = state.emission[column] - terms.centre[column];
-                -sum - terms.ridge[column] * norms[column].powi(2) * pull
+                let pull = state.emission[column] - terms.centre[column] - pulls.common;
+                -sum - pulls.ridge[column] * pull
             })
             .collect()
     }
@@ -324,13 +299,13 @@ impl Channel<'_> {
         let mut jacobian = Mat::zeros(rows, columns.len() + 2 * materials);
         let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
         for (position, &column) in columns.iter().enumerate() {
-            let diffuse = slice(self.design.diffuse.as_ref(), column);
-            let out = slice_mut(&mut jacobian, position);
+            let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
+            let out = column_of_mut(&mut jacobian, position);
             for row in 0..rows {
                 out[row] = scale[row] * reflectance[self.rows.material[row]] * diffuse[row];
             }
             if self.design.specular.nrows() > 0 {
-                let specular = slice(self.design.specular.as_ref(), column);
+                let specular = kernels::column_of(self.design.specular.as_ref(), column);
                 for row in 0..rows {
                     if let Some(glossy) = self.rows.glossy[row] {
                         out[row] +=
@@ -366,14 +341,14 @@ impl Channel<'_> {
         let mut x: Vec<f64> = working.iter().map(|&column| state.emission[column]).collect();
         x.extend(&state.log_diffuse);
         x.extend(&state.specular);
-        let column = |j: usize| slice(jacobian.as_ref(), j);
+        let column = |j: usize| kernels::column_of(jacobian.as_ref(), j);
         let mut gradient: Vec<f64> =
             (0..count).map(|j| -dot(column(j), &linear.residual)).collect();
         let mut curvature: Vec<f64> = (0..count).map(|j| dot(column(j), column(j))).collect();
+        let pulls = Pulls::new(terms, norms, &state.emission);
         for (j, &column) in working.iter().enumerate() {
-            let ridge = terms.ridge[column] * norms[column].powi(2);
-            curvature[j] += ridge;
-            gradient[j] -= ridge * (x[j] - terms.centre[column]);
+            curvature[j] += pulls.hessian(column, column);
+            gradient[j] -= pulls.ridge[column] * (x[j] - terms.centre[column] - pulls.common);
         }
         for anchor in terms.anchors {
             let miss = anchor.miss(&state.log_diffuse);
@@ -421,8 +396,15 @@ impl Channel<'_> {
         let materials = self.rows.materials;
         let Tangent { jacobian, x, lower, upper, gradient, .. } = tangent;
         let mut hessian = gram(jacobian);
+        let pulls = Pulls::new(terms, norms, &state.emission);
         for (j, &column) in working.iter().enumerate() {
-            hessian[(j, j)] += terms.ridge[column] * norms[column].powi(2);
+            if terms.floating {
+                for (i, &other) in working.iter().enumerate() {
+                    hessian[(i, j)] += pulls.hessian(other, column);
+                }
+            } else {
+                hessian[(j, j)] += pulls.ridge[column];
+            }
         }
         for anchor in terms.anchors {
             for a in 0..materials {
@@ -435,7 +417,7 @@ impl Channel<'_> {
         let mut linear_term = gradient.clone();
         for (j, &x) in x.iter().enumerate() {
             if x != 0.0 {
-                add_scaled(&mut linear_term, x, slice(hessian.as_ref(), j));
+                add_scaled(&mut linear_term, x, kernels::column_of(hessian.as_ref(), j));
             }
         }
         let solved = bounded_quadratic(hessian.as_ref(), &linear_term, lower, upper, x, watch)?;
@@ -491,22 +473,6 @@ struct Tangent {
     slope: f64,
 }
 
-impl Objective {
-    /// The residual and its derivative by log L̂, of log(L̂/L).
-    fn of(self, log: f64) -> (f64, f64) {
-        match self {
-            Self::Log => (log, 1.0),
-            Self::Relative => (log.exp() - 1.0, log.exp()),
-        }
-    }
-}
-
-impl Anchor {
-    fn miss(&self, log_diffuse: &[f64]) -> f64 {
-        dot(&self.combination, log_diffuse) - self.target
-    }
-}
-
 impl State {
     fn towards(&self, target: &Self, part: f64) -> Self {
         let mix = |from: &[f64], to: &[f64]| -> Vec<f64> {
@@ -525,20 +491,6 @@ impl State {
 
 /// log(L̂/L) where nothing arrives.
 const NOTHING_LOG: f64 = -13.8;
-
-/// Twice the loss of a residual: its square, or Cauchy's.
-fn loss(residual: f64, robust: f64) -> f64 {
-    if robust.is_infinite() {
-        residual * residual
-    } else {
-        (residual / robust).powi(2).ln_1p() * robust * robust
-    }
-}
-
-/// The weight that makes a squared residual's slope that of the loss.
-fn influence(residual: f64, robust: f64) -> f64 {
-    if robust.is_infinite() { 1.0 } else { 1.0 / (1.0 + (residual / robust).powi(2)) }
-}
 
 /// The columns of emission to solve for: those lit, and of those that ought to be, the most
 /// pressing.
@@ -595,34 +547,4 @@ pub fn gram(matrix: &Mat<f64>) -> Mat<f64> {
         }
     }
     gram
-}
-
-pub fn slice(matrix: MatRef<'_, f64>, column: usize) -> &[f64] {
-    matrix.col(column).try_as_col_major().expect("designs are column-major").as_slice()
-}
-
-pub fn slice_mut(matrix: &mut Mat<f64>, column: usize) -> &mut [f64] {
-    matrix
-        .col_mut(column)
-        .try_as_col_major_mut()
-        .expect("own matrices are column-major")
-        .as_slice_mut()
-}
-
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut lanes = [0.0f64; 8];
-    let (ca, cb) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = ca.remainder().iter().zip(cb.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in ca.zip(cb) {
-        for k in 0..8 {
-            lanes[k] += x[k] * y[k];
-        }
-    }
-    lanes.iter().sum::<f64>() + rest
-}
-
-pub fn add_scaled(sum: &mut [f64], factor: f64, values: &[f64]) {
-    for (sum, value) in sum.iter_mut().zip(values) {
-        *sum += factor * value;
-    }
 }

@@ -15,7 +15,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::{Place, TextureOptions};
-use crate::reconstruct::transport::{Record, arriving, hemisphere};
+use crate::reconstruct::transport::{HiddenLight, Record, arriving, hemisphere};
 use crate::scene::{Site, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -30,6 +30,7 @@ pub(super) struct Light<'a> {
     emission: &'a [Rgb],
     /// The lights with any emission.
     lit: Vec<usize>,
+    hidden_light: &'a HiddenLight,
     options: &'a Options,
     seed: u64,
 }
@@ -38,6 +39,7 @@ impl<'a> Light<'a> {
     pub(super) fn new(
         lights: &'a VirtualLights,
         lobes: &'a Lobes,
+        hidden_light: &'a HiddenLight,
         solution: &'a Solution,
         options: &'a Options,
         seed: u64,
@@ -46,7 +48,7 @@ impl<'a> Light<'a> {
             lobes.of(*light).any(|lobe| solution.emission[lobe].iter().any(|&e| e > 0.0))
         };
         let lit = (0..lights.lights.len()).filter(is_lit).collect();
-        Self { lights, lobes, emission: &solution.emission, lit, options, seed }
+        Self { lights, lobes, emission: &solution.emission, lit, hidden_light, options, seed }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -58,7 +60,15 @@ impl<'a> Light<'a> {
     /// I_s of Eq. 14 at a site.
     fn photographed(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
-        hemisphere(views, site, side, &mut self.random()).0.map(f64::from)
+        let gathered = hemisphere(views, site, side, &mut self.random());
+        let mut irradiance = gathered.irradiance.map(f64::from);
+        for hidden in gathered.hidden {
+            let radiance = self.hidden_light.at(hidden.site.position);
+            for (sum, value) in irradiance.iter_mut().zip(radiance) {
+                *sum += hidden.projected_sr * f64::from(value);
+            }
+        }
+        irradiance
     }
 
     /// The virtual lights' part of Eq. 14 at a site.
@@ -144,7 +154,7 @@ impl<'a> Light<'a> {
         let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
         let incident = is_specular.then(|| {
             let side = grid_side(options.rays);
-            let (_, records) = hemisphere(views, site, side, &mut self.random());
+            let records = hemisphere(views, site, side, &mut self.random()).records;
             (records, PI / (side * side) as f64, self.lights_apart(views, site, options))
         });
         let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);

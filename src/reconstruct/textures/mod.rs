@@ -19,6 +19,7 @@ use crate::reconstruct::options::Options;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::light::Light;
+use crate::reconstruct::transport::HiddenLight;
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
 use crate::scene::{Role, Site, Views};
 use crate::watch::{Cancelled, Watch};
@@ -70,6 +71,7 @@ pub fn reconstruct(
     cloud: &SampleCloud,
     lights: &VirtualLights,
     lobes: &Lobes,
+    hidden_light: &HiddenLight,
     solution: &Solution,
     options: &Options,
     seed: u64,
@@ -80,7 +82,7 @@ pub fn reconstruct(
     if !options.textures.enabled {
         return Ok(textures);
     }
-    let light = Light::new(lights, lobes, solution, options, seed);
+    let light = Light::new(lights, lobes, hidden_light, solution, options, seed);
     for (surface, tagged) in capture.surfaces.iter().enumerate() {
         let Role::Material(material) = tagged.role else { continue };
         let Some(reflectance) = &solution.reflectances[material] else { continue };

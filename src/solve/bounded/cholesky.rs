@@ -1,6 +1,6 @@
 //! The Cholesky factor of the Gram matrix of a changing list of columns.
 
-use super::kernels::{add_scaled, dot, vectorised};
+use crate::solve::kernels::{add_scaled, dot, vectorised};
 
 /// L with L Lᵀ = H restricted to the columns entered so far, in order of entry. Row i is stored
 /// with its i + 1 entries.

@@ -4,8 +4,8 @@
 use faer::{Mat, MatRef};
 
 use super::cholesky::ActiveCholesky;
-use super::kernels::{add_scaled, dot, vectorised};
 use super::system::{Point, System};
+use crate::solve::kernels::{add_scaled, column_of, dot, vectorised};
 
 /// A quadratic over the working columns with a list of free ones, over which it can be solved.
 pub trait Model {
@@ -51,7 +51,7 @@ impl Model for GramModel<'_> {
     }
 
     fn enter(&mut self, column: usize) -> bool {
-        let inner = column_slice(self.gram, column);
+        let inner = column_of(self.gram, column);
         let products = self.free.iter().map(|&other| inner[other]).collect();
         let entered = self.factor.append(products, inner[column], GRAM_THRESHOLD);
         if entered {
@@ -94,7 +94,7 @@ impl Model for GramModel<'_> {
         vectorised(|| {
             for (&column, &step) in self.free.iter().zip(step) {
                 if step != 0.0 {
-                    add_scaled(&mut self.gradient, -step, column_slice(self.gram, column));
+                    add_scaled(&mut self.gradient, -step, column_of(self.gram, column));
                 }
             }
         });
@@ -149,7 +149,7 @@ impl FactorModel {
 
     fn renew_gradient(&mut self) {
         for (j, gradient) in self.gradient.iter_mut().enumerate() {
-            *gradient = dot(column_slice(self.columns.as_ref(), j), &self.residual);
+            *gradient = dot(column_of(self.columns.as_ref(), j), &self.residual);
         }
     }
 }
@@ -160,7 +160,7 @@ impl Model for FactorModel {
     }
 
     fn enter(&mut self, column: usize) -> bool {
-        let mut rest = column_slice(self.columns.as_ref(), column).to_vec();
+        let mut rest = column_of(self.columns.as_ref(), column).to_vec();
         let length = dot(&rest, &rest).sqrt();
         let mut parts = vec![0.0; self.basis.len()];
         // Gram-Schmidt twice is orthogonal to rounding (Giraud, Langou, Rozložník 2005).
@@ -212,13 +212,8 @@ impl Model for FactorModel {
 
     fn advance(&mut self, step: &[f64]) {
         for (&column, &step) in self.free.iter().zip(step) {
-            add_scaled(&mut self.residual, -step, column_slice(self.columns.as_ref(), column));
+            add_scaled(&mut self.residual, -step, column_of(self.columns.as_ref(), column));
         }
         self.renew_gradient();
     }
-}
-
-fn column_slice(matrix: MatRef<'_, f64>, column: usize) -> &[f64] {
-    let column = matrix.col(column).try_as_col_major().expect("working matrices are column-major");
-    column.as_slice()
 }

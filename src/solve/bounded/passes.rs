@@ -1,11 +1,11 @@
 //! The outer loop: passes over `A` that price its columns, and solutions on the working ones.
 
 use super::exchange::{self, State, violation};
-use super::kernels::dot;
 use super::model::{FactorModel, GramModel, Model};
 use super::system::{Point, System, norm};
 use super::working::Working;
 use super::{BoundedError, BoundedOptions, BoundedSolution, Path, PathChoice};
+use crate::solve::kernels::dot;
 use crate::watch::Watch;
 
 /// Up to this many columns, all inner products cost less than the passes they save.

@@ -3,8 +3,8 @@
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::kernels::{add_scaled, dot, dot_and_square, vectorised};
 use super::{BoundedError, BoundedProblem, Bounds};
+use crate::solve::kernels::{add_scaled, dot, dot_and_square, vectorised};
 
 /// Rows of the residual that one job computes; fixed, so that sums have one order.
 const ROW_BLOCK: usize = 1024;

@@ -63,7 +63,7 @@ def case(name, rows, materials, lights, per, reflectance, share, gloss=None, hel
     c = dict(name=name, rows=rows, columns=n, materials=materials, material=material.tolist(), base=base.tolist(),
              diffuse=diffuse.T.ravel().tolist(), glossy=[None] * rows, specular=[], specular_base=[],
              weights=[1] * rows, ridge=[0] * n, centre=[0] * n, known=[None] * materials, upper=[0] * materials,
-             anchors=[], start=[0.5] * materials, robust=None)
+             anchors=[], start=[0.5] * materials, floating=False, robust=None)
     reflectance = np.array(reflectance)
     computed = reflectance[material] * (base + diffuse @ emission)
     if gloss is not None:
@@ -100,6 +100,10 @@ def solve(c, objective):
     root, ridge, centre = np.sqrt(c["weights"]), np.array(c["ridge"]), np.array(c["centre"])
     unit = np.array(c["start"])[material] / radiance
     pull = np.sqrt(ridge) * np.sqrt(((root * unit)[:, None] ** 2 * diffuse**2).sum(0))
+    # A ridge about a value that is common and free: what is left of it beside its own direction.
+    even = np.diag(pull)
+    if c["floating"]:
+        even -= np.outer(pull, pull * pull) / (pull @ pull)
     anchors = [(np.array(a["combination"]), a["target"], np.sqrt(a["weight"])) for a in c["anchors"]]
     free = [m for m in range(materials) if c["known"][m] is None]
     tags = sorted(set(material[shiny].tolist()))
@@ -122,7 +126,7 @@ def solve(c, objective):
     def residual(x):
         e, u, s, g, h, value = parts(x)
         r = np.log(value / radiance) if objective == "log" else value / radiance - 1
-        return np.concatenate([root * r, pull * (e - centre), [w * (k @ u - t) for k, t, w in anchors]])
+        return np.concatenate([root * r, even @ (e - centre), [w * (k @ u - t) for k, t, w in anchors]])
 
     def jacobian(x):
         e, u, s, g, h, value = parts(x)
@@ -133,7 +137,7 @@ def solve(c, objective):
         ds = np.zeros((rows, materials))
         ds[shiny] = onehot[shiny] * h[:, None]
         top = by[:, None] * np.hstack([de, du, ds[:, tags]])
-        more = [np.hstack([np.diag(pull), np.zeros((n, len(free) + len(tags)))])]
+        more = [np.hstack([even, np.zeros((n, len(free) + len(tags)))])]
         more += [np.concatenate([np.zeros(n), w * k[free], np.zeros(len(tags))])[None] for k, t, w in anchors]
         return np.vstack([top] + more)
 
@@ -141,7 +145,7 @@ def solve(c, objective):
         # Cauchy's for the rows, least squares for the ridge and the anchors.
         out = np.array([z, np.ones_like(z), np.zeros_like(z)])
         if c["robust"] is not None:
-            s2 = c["robust"] ** 2
+            s2 = np.array(c["robust"])[material] ** 2
             t = 1 + z[:rows] / s2
             out[:, :rows] = s2 * np.log(t), 1 / t, -1 / (s2 * t**2)
         return out
@@ -199,7 +203,9 @@ case("known, ridge and anchor", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.2,
                ridge=[0.01 * (1 + j % 3) for j in range(27)], centre=[0.1 * (j % 2) for j in range(27)],
                anchors=[dict(combination=[1, 0, -1, 0], target=0.1, weight=40.0),
                         dict(combination=[0.25, 0.25, 0.25, 0.25], target=float(np.log(0.35)), weight=25.0)]))
-case("Cauchy", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3, held=dict(robust=0.1))
+case("Cauchy", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3, held=dict(robust=[0.1] * 4))
+case("common ridge, Cauchy by material", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3,
+     held=dict(floating=True, ridge=[0.02 * (j % 3) for j in range(27)], robust=[0.1, 0.05, 0.2, 0.1]))
 
 out = pathlib.Path(__file__).with_name("systems.json")
 made = f"make.py, Python numpy {np.__version__}, scipy {scipy.__version__}"

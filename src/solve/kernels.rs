@@ -2,6 +2,11 @@
 //! registers, wide ones inside `vectorised`. Lanes and order are the same in all of them, so the
 //! result depends neither on that nor on alignment or threads.
 
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Mul};
+
+use faer::{Mat, MatRef};
+
 const LANES: usize = 16;
 
 /// Runs `job` compiled for the widest registers of this machine, as far as it is inlined.
@@ -10,12 +15,16 @@ pub fn vectorised<R>(job: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(job)
 }
 
-/// Σ aᵢ bᵢ.
+/// Σ aᵢ bᵢ, in single or double precision.
 #[inline(always)]
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
+pub fn dot<T>(a: &[T], b: &[T]) -> T
+where
+    T: Copy + Default + AddAssign + Add<Output = T> + Mul<Output = T> + Sum,
+{
+    let mut sums = [T::default(); LANES];
     let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let tail: f64 = a_blocks.remainder().iter().zip(b_blocks.remainder()).map(|(a, b)| a * b).sum();
+    let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
+    let tail: T = rest.map(|(&a, &b)| a * b).sum();
     for (a, b) in a_blocks.zip(b_blocks) {
         for lane in 0..LANES {
             sums[lane] += a[lane] * b[lane];
@@ -54,13 +63,25 @@ pub fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
+/// A column of a matrix of ours, all of which are column-major.
+pub fn column_of(matrix: MatRef<'_, f64>, column: usize) -> &[f64] {
+    let column = matrix.col(column).try_as_col_major().expect("own matrices are column-major");
+    column.as_slice()
+}
+
+pub fn column_of_mut(matrix: &mut Mat<f64>, column: usize) -> &mut [f64] {
+    let column = matrix.col_mut(column).try_as_col_major_mut();
+    column.expect("own matrices are column-major").as_slice_mut()
+}
+
 #[inline(always)]
-fn fold(sums: &[f64; LANES]) -> f64 {
+fn fold<T: Copy + AddAssign>(sums: &[T; LANES]) -> T {
     let mut sums = *sums;
     let mut half = LANES / 2;
     while half > 0 {
         for lane in 0..half {
-            sums[lane] += sums[lane + half];
+            let other = sums[lane + half];
+            sums[lane] += other;
         }
         half /= 2;
     }

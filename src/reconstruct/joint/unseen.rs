@@ -1,0 +1,169 @@
+//! Light from known surfaces that no photograph shows: backs, undersides, hidden floors.
+//!
+//! As emitters of unknown strength (Section 4.2) they lie so near to the samples that they
+//! imitate what photographed surfaces send, which is all that tells the scale of the
+//! reflectances. But they emit nothing: what they reflect follows from the light and the
+//! reflectances that explain the rest, and does not change with their common scale. So it is
+//! computed from a first fit and is part of I_s from then on.
+
+use faer::Mat;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::spaced::{Nearest, select_spaced};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::sampling::Random;
+use crate::reconstruct::Stream;
+use crate::reconstruct::joint::fit::{Fits, Fitter};
+use crate::reconstruct::joint::model::Model;
+use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
+use crate::reconstruct::transport::{
+    self, Gathered, Hidden, HiddenLight, TransportOptions, hemisphere,
+};
+use crate::scene::Role;
+use crate::watch::Cancelled;
+
+/// Places on unseen surfaces whose light is computed.
+const PLACES: usize = 400;
+/// Side of the grid of rays of each place.
+const SIDE: usize = 16;
+/// Rays that find how much of a light a place sees.
+const DISC_RAYS: usize = 4;
+/// Rounds of light between the places.
+const ROUNDS: usize = 4;
+
+/// Places on unseen surfaces, and how they are lit.
+pub struct Unseen {
+    nearest: Nearest,
+    materials: Vec<Option<usize>>,
+    /// I_s of every place from photographed surfaces.
+    photographed: Vec<Rgb>,
+    /// Which places each place sees, and with what part of its hemisphere, in sr.
+    between: Vec<Vec<(usize, f64)>>,
+    /// k_ij, places × columns of the model that was asked about.
+    coupling: Mat<f64>,
+}
+
+impl Unseen {
+    /// Places spread over what the samples see of unseen surfaces, and how they are lit by a
+    /// model's lights; `None` where nothing is unseen.
+    pub fn find(fitter: &Fitter, model: &Model) -> Result<Option<Self>, Cancelled> {
+        let (data, watch) = (&fitter.data, fitter.watch());
+        let (views, hidden) = (data.views, &data.transport.hidden);
+        let seed = data.options.general.seed as u64;
+        let positions: Vec<Vec3> = hidden.iter().map(|hidden| hidden.site.position).collect();
+        // In the order of the samples, the first ones would decide where all places are.
+        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+        Random::new(seed, Stream::Unseen as u64, u64::MAX).shuffle(&mut order);
+        let spacing_m = spacing_for(&positions, &order, PLACES, watch)?;
+        let kept = select_spaced(&positions, &order, spacing_m, watch)?;
+        let places: Vec<Hidden> = kept.iter().map(|&index| hidden[index as usize]).collect();
+        let points: Vec<Vec3> = places.iter().map(|place| place.site.position).collect();
+        let Some(nearest) = Nearest::new(&points) else { return Ok(None) };
+
+        let gathered = places
+            .par_iter()
+            .enumerate()
+            .map(|(index, place)| {
+                watch.check()?;
+                let mut random = Random::new(seed, Stream::Unseen as u64, index as u64);
+                let Gathered { irradiance, hidden, .. } =
+                    hemisphere(views, place.site, SIDE, &mut random);
+                let share =
+                    |hidden: &Hidden| (nearest.to(hidden.site.position), hidden.projected_sr);
+                Ok((irradiance.map(f64::from), hidden.iter().map(share).collect()))
+            })
+            .collect::<Result<Vec<(Rgb, Vec<(usize, f64)>)>, Cancelled>>()?;
+        let (photographed, between) = gathered.into_iter().unzip();
+
+        let cloud = SampleCloud {
+            samples: places.iter().map(as_sample).collect(),
+            ..SampleCloud::default()
+        };
+        let options = TransportOptions { disc_rays: DISC_RAYS, ..data.options.transport.clone() };
+        let (lights, lobes) = (&model.set.lights, &model.set.lobes);
+        let coupling = transport::couple(views, &cloud, lights, lobes, &options, seed, watch)?;
+        let capture = views.capture;
+        let material = |place: &Hidden| {
+            let surface = capture.mesh.surface[place.triangle as usize] as usize;
+            match capture.surfaces[surface].role {
+                Role::Material(material) if fitter.measured[material] => Some(material),
+                _ => None,
+            }
+        };
+        let materials = places.iter().map(material).collect();
+        Ok(Some(Self { nearest, materials, photographed, between, coupling }))
+    }
+
+    /// What the places send, when the light and the reflectances are those of a fit of the same
+    /// model.
+    pub fn light(&self, fitter: &Fitter, fits: &Fits) -> HiddenLight {
+        let count = self.materials.len();
+        let mut radiance = vec![[0.0f32; CHANNELS]; count];
+        for (c, fit) in fits.iter().enumerate() {
+            let emission = &fit.state.emission;
+            let lights = |place: usize| -> f64 {
+                emission.iter().enumerate().map(|(j, e)| e * self.coupling[(place, j)]).sum()
+            };
+            let lit: Vec<f64> =
+                (0..count).map(|place| self.photographed[place][c] + lights(place)).collect();
+            let mean = mean_reflectance(fitter, &fit.state.log_diffuse);
+            // Of all that arrives, the part that is reflected into any direction; the others'
+            // mean where the material was not measured.
+            let reflectance = |material: &Option<usize>| {
+                material.map_or(mean, |m| fit.state.log_diffuse[m].exp() + fit.state.specular[m])
+            };
+            let reflectance: Vec<f64> = self.materials.iter().map(reflectance).collect();
+            let mut sent = vec![0.0; count];
+            for _ in 0..ROUNDS {
+                sent = (0..count)
+                    .map(|place| {
+                        let others: f64 =
+                            self.between[place].iter().map(|&(other, w)| w * sent[other]).sum();
+                        reflectance[place] * (lit[place] + others) / std::f64::consts::PI
+                    })
+                    .collect();
+            }
+            for (radiance, sent) in radiance.iter_mut().zip(sent) {
+                radiance[c] = sent as f32;
+            }
+        }
+        HiddenLight::new(self.nearest.clone(), radiance)
+    }
+}
+
+/// I_s of every sample with what hidden surfaces send there.
+pub fn irradiance(fitter: &Fitter, light: &HiddenLight) -> Vec<Radiance> {
+    let transport = fitter.data.transport;
+    (0..transport.irradiance.len())
+        .into_par_iter()
+        .map(|sample| {
+            let mut sum = transport.irradiance[sample].map(f64::from);
+            for hidden in transport.hidden_of(sample) {
+                for (sum, value) in sum.iter_mut().zip(light.at(hidden.site.position)) {
+                    *sum += hidden.projected_sr * f64::from(value);
+                }
+            }
+            sum.map(|value| value as f32)
+        })
+        .collect()
+}
+
+/// A sample that nothing was measured at.
+fn as_sample(place: &Hidden) -> Sample {
+    Sample {
+        position: place.site.position,
+        normal: place.site.normal,
+        material: 0,
+        surface: 0,
+        views: 0..0,
+        radiance: [0.0; CHANNELS],
+    }
+}
+
+/// Geometric mean over the materials that were measured.
+fn mean_reflectance(fitter: &Fitter, log_diffuse: &[f64]) -> f64 {
+    let measured = log_diffuse.iter().zip(&fitter.measured).filter(|(_, measured)| **measured);
+    let (sum, count) = measured.fold((0.0, 0), |(sum, count), (log, _)| (sum + log, count + 1));
+    (sum / f64::from(count.max(1))).exp()
+}
