@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::Reconstruction;
+use lobelia::reconstruct::options::Method;
 
 use crate::rooms::{Room, Tracer, cube_cameras, icosphere, quick, run};
 
@@ -57,6 +58,58 @@ fn in_a_uniform_furnace_everything_is_white() {
         let wall = result.solution.reflectances[0].unwrap();
         // ρ = πL / I, to the same rounding.
         assert!(wall.diffuse.iter().all(|value| (value - 1.0).abs() < 1e-5), "{wall:?}");
+    }
+}
+
+#[test]
+fn what_no_photograph_shows_is_the_rest_of_the_hemisphere() {
+    let mut room = sphere(true, 1.0);
+    for camera in cube_cameras(EYE, 48).into_iter().take(3) {
+        room.photograph(camera, |_| [1.0; 3]);
+    }
+    let result = run(&room, &quick()).unwrap();
+    let transport = &result.transport;
+    let mut hidden = 0.0;
+    for sample in 0..result.samples.samples.len() {
+        let rest: f64 = transport.hidden_of(sample).iter().map(|met| met.projected_sr).sum();
+        // The sphere is closed: every ray meets radiance 1 or what is hidden.
+        let whole = transport.irradiance(sample, 1) + rest;
+        assert!((whole / PI - 1.0).abs() < 1e-5, "sample {sample}: {whole}");
+        hidden += rest / PI;
+    }
+    // Every point of a sphere sees every area alike, and three of six cube faces show half of it
+    // but for the eye's distance from the centre.
+    let hidden = hidden / result.samples.samples.len() as f64;
+    assert!((hidden - 0.5).abs() < 0.05, "{hidden}");
+    for met in &transport.hidden {
+        let surface = room.capture.mesh.surface[met.triangle as usize];
+        let plane = room.capture.mesh.normal(met.triangle as usize);
+        assert_eq!(surface, 0);
+        assert!((plane.dot(met.site.normal).abs() - 1.0).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn walls_that_no_photograph_shows_reflect_like_the_others() {
+    let rho = [0.7, 0.5, 0.1];
+    let mut room = cap_furnace(rho).room;
+    // The bottom's photograph is missing; the luminous cap is at the top.
+    room.capture.photographs.remove(5);
+    let mut options = quick();
+    options.general.method = Method::Joint;
+    options.joint.light_sets = 1;
+    options.transport.rays = 400;
+    let result = run(&room, &options).unwrap();
+    let samples = result.samples.samples.len();
+    let hidden: f64 = result.transport.hidden.iter().map(|met| met.projected_sr).sum();
+    assert!(hidden > 0.1 * PI * samples as f64, "hardly anything is hidden: {hidden}");
+    let is_lit = |emission: &Rgb| emission.iter().any(|&value| value > 0.0);
+    assert!(!result.solution.emission.iter().any(is_lit), "light was invented");
+    let wall = result.solution.reflectances[0].unwrap().diffuse;
+    for (wall, rho) in wall.iter().zip(rho) {
+        // Without the light from the bottom they come out up to 10 % too bright; what is left is noise
+        // of the rays and the jitter of what stands for the bottom.
+        assert!((wall / rho - 1.0).abs() < 0.02, "{wall} for {rho}");
     }
 }
 

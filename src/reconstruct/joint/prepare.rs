@@ -9,12 +9,14 @@ use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::unseen::{self, Unseen};
-use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::transport::HiddenLight;
 
 /// Lights on unseen surfaces are called for where they make the objective smaller than this part
-/// of what it is without: then a lamp or a window is there. As reflectors they gain a quarter.
+/// of what it is when these surfaces only reflect: then a lamp or a window is there.
 const SHINING_GAIN: f64 = 0.5;
+/// Rounds of reflectances from light and light from reflectances, each of which leaves about a
+/// tenth of the error.
+const COARSE_ROUNDS: usize = 3;
 
 /// Fine lobes, which fit almost any light: good enough to see what no light explains.
 pub struct Prepared {
@@ -27,19 +29,30 @@ pub struct Prepared {
 
 pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error> {
     let joint = fitter.options;
-    fitter.surfaces_shine = do_surfaces_shine(fitter)?;
+    let unseen = Unseen::find(fitter)?;
+    let mut hidden_light = HiddenLight::default();
+    if let Some(unseen) = &unseen {
+        match reflected(fitter, unseen)? {
+            Some(light) => fitter.irradiance = unseen::irradiance(fitter, &light),
+            // What shines is a light of its own.
+            None => fitter.surfaces_shine = true,
+        }
+    }
     let layout = choice::layout(fitter, World::Room, Density::Fine, 0);
     let mut model = background_model(fitter, &layout)?;
     let mut fits = fitter.fit(&model, joint.ridge, &fitter.weights, None)?;
-    let mut hidden_light = HiddenLight::default();
-    // What shines is a light of its own already.
-    let unseen = if fitter.surfaces_shine { None } else { Unseen::find(fitter, &model)? };
-    if let Some(unseen) = unseen {
-        // The light that was found without these surfaces stood in for them.
-        light_hidden(fitter, &mut model, &unseen.light(fitter, &fits));
-        fits = fitter.fit(&model, joint.ridge, &fitter.weights, Some(&fits))?;
-        hidden_light = unseen.light(fitter, &fits);
-        light_hidden(fitter, &mut model, &hidden_light);
+    if let Some(unseen) = unseen.filter(|_| !fitter.surfaces_shine) {
+        let coupling = unseen.coupling(fitter, &model)?;
+        // The light that was found with too little from these surfaces stood in for them.
+        for round in 0..2 {
+            if round > 0 {
+                fits = fitter.fit(&model, joint.ridge, &fitter.weights, Some(&fits))?;
+            }
+            hidden_light = unseen.light(fitter, &coupling, &fits);
+            fitter.irradiance = unseen::irradiance(fitter, &hidden_light);
+            fitter.data.set_irradiance(&fitter.rows, &mut model, &fitter.irradiance);
+        }
+        fitter.gathered.clone_from(&fitter.irradiance);
     }
     history.push(fitter, &fits);
     let warnings = diagnose::drop_emitters(fitter, &fits, diagnose::EMITS_CLEARLY);
@@ -51,23 +64,23 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     Ok(Prepared { layout, model, fits, hidden_light, warnings })
 }
 
-fn light_hidden(fitter: &mut Fitter, model: &mut Model, light: &HiddenLight) {
-    fitter.irradiance = unseen::irradiance(fitter, light);
-    fitter.gathered.clone_from(&fitter.irradiance);
-    fitter.data.set_irradiance(&fitter.rows, model, &fitter.irradiance);
-}
+/// What known surfaces that no photograph shows reflect, by a coarse light; `None` where they
+/// shine: in a room that is known all around, the lamps are there.
+fn reflected(fitter: &Fitter, unseen: &Unseen) -> Result<Option<HiddenLight>, Error> {
+    let ridge = fitter.options.ridge;
+    let layout = choice::layout(fitter, World::Room, Density::Coarse, 0);
+    let model = background_model(fitter, &Layout { surfaces: true, ..layout })?;
+    let shining = fitter.fit(&model, ridge, &fitter.weights, None)?;
 
-/// Whether there is light on known surfaces that no photograph shows: in a room that is known
-/// all around, the lamps are there.
-fn do_surfaces_shine(fitter: &Fitter) -> Result<bool, Error> {
-    let total = |layout: &Layout| -> Result<(bool, f64), Error> {
-        let model = background_model(fitter, layout)?;
-        let has_surfaces =
-            model.set.lights.lights.iter().any(|light| light.kind == LightKind::Surface);
-        let ridge = fitter.options.ridge;
-        Ok((has_surfaces, Fitter::total(&fitter.fit(&model, ridge, &fitter.weights, None)?)))
-    };
-    let dark = choice::layout(fitter, World::Room, Density::Coarse, 0);
-    let (has_surfaces, shining) = total(&Layout { surfaces: true, ..dark })?;
-    Ok(has_surfaces && shining < SHINING_GAIN * total(&dark)?.1)
+    let mut model = background_model(fitter, &layout)?;
+    let coupling = unseen.coupling(fitter, &model)?;
+    let mut reflecting = fitter.fit(&model, ridge, &fitter.weights, None)?;
+    for _ in 0..COARSE_ROUNDS {
+        let light = unseen.light(fitter, &coupling, &reflecting);
+        let irradiance = unseen::irradiance(fitter, &light);
+        fitter.data.set_irradiance(&fitter.rows, &mut model, &irradiance);
+        reflecting = fitter.fit(&model, ridge, &fitter.weights, Some(&reflecting))?;
+    }
+    let shines = Fitter::total(&shining) < SHINING_GAIN * Fitter::total(&reflecting);
+    Ok((!shines).then(|| unseen.light(fitter, &coupling, &reflecting)))
 }

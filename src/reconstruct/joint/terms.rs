@@ -29,7 +29,8 @@ pub struct Terms<'a> {
     /// Per row, at least 0; a row with 0 is held out.
     pub weights: &'a [f64],
     /// Per column λ_j of ½ λ_j n_j² (E_j − centre_j)², n_j being the column's norm in units in
-    /// which a residual is 1 (see [`Channel::norms`]).
+    /// which a residual is 1 (see
+    /// [`norms`](crate::reconstruct::joint::system::Channel::norms)).
     pub ridge: &'a [f64],
     /// Log reflectances that set those units. They belong to the objective, so that where a solve
     /// starts has no effect on where it ends.

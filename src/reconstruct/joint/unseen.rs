@@ -15,7 +15,7 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::Random;
 use crate::reconstruct::Stream;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
-use crate::reconstruct::joint::model::Model;
+use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
 use crate::reconstruct::transport::{
     self, Gathered, Hidden, HiddenLight, TransportOptions, hemisphere,
@@ -32,22 +32,22 @@ const DISC_RAYS: usize = 4;
 /// Rounds of light between the places.
 const ROUNDS: usize = 4;
 
-/// Places on unseen surfaces, and how they are lit.
+/// Places on unseen surfaces, and what they see.
 pub struct Unseen {
     nearest: Nearest,
+    /// The places, as samples that nothing was measured at.
+    cloud: SampleCloud,
     materials: Vec<Option<usize>>,
     /// I_s of every place from photographed surfaces.
     photographed: Vec<Rgb>,
     /// Which places each place sees, and with what part of its hemisphere, in sr.
     between: Vec<Vec<(usize, f64)>>,
-    /// k_ij, places × columns of the model that was asked about.
-    coupling: Mat<f64>,
 }
 
 impl Unseen {
-    /// Places spread over what the samples see of unseen surfaces, and how they are lit by a
-    /// model's lights; `None` where nothing is unseen.
-    pub fn find(fitter: &Fitter, model: &Model) -> Result<Option<Self>, Cancelled> {
+    /// Places spread over what the samples see of unseen surfaces; `None` where nothing is
+    /// unseen.
+    pub fn find(fitter: &Fitter) -> Result<Option<Self>, Cancelled> {
         let (data, watch) = (&fitter.data, fitter.watch());
         let (views, hidden) = (data.views, &data.transport.hidden);
         let seed = data.options.general.seed as u64;
@@ -80,9 +80,6 @@ impl Unseen {
             samples: places.iter().map(as_sample).collect(),
             ..SampleCloud::default()
         };
-        let options = TransportOptions { disc_rays: DISC_RAYS, ..data.options.transport.clone() };
-        let (lights, lobes) = (&model.set.lights, &model.set.lobes);
-        let coupling = transport::couple(views, &cloud, lights, lobes, &options, seed, watch)?;
         let capture = views.capture;
         let material = |place: &Hidden| {
             let surface = capture.mesh.surface[place.triangle as usize] as usize;
@@ -92,18 +89,27 @@ impl Unseen {
             }
         };
         let materials = places.iter().map(material).collect();
-        Ok(Some(Self { nearest, materials, photographed, between, coupling }))
+        Ok(Some(Self { nearest, cloud, materials, photographed, between }))
     }
 
-    /// What the places send, when the light and the reflectances are those of a fit of the same
-    /// model.
-    pub fn light(&self, fitter: &Fitter, fits: &Fits) -> HiddenLight {
+    /// k_ij, places × columns of a model.
+    pub fn coupling(&self, fitter: &Fitter, model: &Model) -> Result<Mat<f64>, Cancelled> {
+        let Data { views, options, watch, .. } = fitter.data;
+        let seed = options.general.seed as u64;
+        let options = TransportOptions { disc_rays: DISC_RAYS, ..options.transport.clone() };
+        let (lights, lobes) = (&model.set.lights, &model.set.lobes);
+        transport::couple(views, &self.cloud, lights, lobes, &options, seed, watch)
+    }
+
+    /// What the places send, when the light and the reflectances are those of a fit of the model
+    /// whose coupling this is.
+    pub fn light(&self, fitter: &Fitter, coupling: &Mat<f64>, fits: &Fits) -> HiddenLight {
         let count = self.materials.len();
         let mut radiance = vec![[0.0f32; CHANNELS]; count];
         for (c, fit) in fits.iter().enumerate() {
             let emission = &fit.state.emission;
             let lights = |place: usize| -> f64 {
-                emission.iter().enumerate().map(|(j, e)| e * self.coupling[(place, j)]).sum()
+                emission.iter().enumerate().map(|(j, e)| e * coupling[(place, j)]).sum()
             };
             let lit: Vec<f64> =
                 (0..count).map(|place| self.photographed[place][c] + lights(place)).collect();
