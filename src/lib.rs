@@ -62,6 +62,3 @@ pub mod worker;
 pub mod app;
 
 pub mod cli;
-
-#[cfg(feature = "studio")]
-pub mod app;

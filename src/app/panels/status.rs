@@ -99,7 +99,7 @@ fn under_cursor(project: &Project, hovered: &Hovered) -> String {
     }
     let p = hovered.position;
     text.push_str(&format!("  at {:.2} {:.2} {:.2} m", p.x, p.y, p.z));
-    if let Some(radiance) = hovered.radiance {
+    if let Some((radiance, _)) = hovered.radiance {
         text.push_str(&format!("  radiance {}", super::numbers::rgb(radiance.map(f64::from))));
     }
     text
