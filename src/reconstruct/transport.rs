@@ -5,7 +5,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::spaced::Nearest;
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
@@ -86,9 +86,18 @@ impl HiddenLight {
         Self { nearest: Some(nearest), radiance }
     }
 
-    /// The radiance of a hidden point; black where nothing was computed.
-    pub fn at(&self, position: Vec3) -> Radiance {
-        self.nearest.as_ref().map_or([0.0; CHANNELS], |nearest| self.radiance[nearest.to(position)])
+    /// I_s with what the hidden points of a site's hemisphere send; as it is where nothing was
+    /// computed.
+    pub fn added_to(&self, irradiance: Radiance, hidden: &[Hidden]) -> Rgb {
+        let mut sum = irradiance.map(f64::from);
+        let Some(nearest) = &self.nearest else { return sum };
+        for point in hidden {
+            let radiance = self.radiance[nearest.to(point.site.position)];
+            for (sum, value) in sum.iter_mut().zip(radiance) {
+                *sum += point.projected_sr * f64::from(value);
+            }
+        }
+        sum
     }
 }
 

@@ -224,7 +224,8 @@ pub fn choose_light(
         // Lamps stand better where the highlights have their true sharpness, and I_s its part
         // from specular surfaces.
         fitter.irradiance = relook::irradiance(fitter, &found.model, &found.fits)?;
-        background = background_model(fitter, layout)?;
+        fitter.data.set_irradiance(&fitter.rows, &mut background, &fitter.irradiance);
+        fitter.data.set_exponents(&fitter.rows, &mut background, &fitter.exponents);
         found = find(fitter, &background)?;
     }
     found = sources::settle_sun(fitter, found, &background, options.ridge)?;

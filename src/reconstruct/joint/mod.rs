@@ -46,7 +46,7 @@ use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::Data;
-use crate::reconstruct::joint::prepare::Prepared;
+use crate::reconstruct::joint::prepare::{Fine, Prepared};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped};
@@ -88,20 +88,18 @@ pub fn solve(
     let history = History::new(equations, on_iteration);
     let mut notes = Vec::new();
 
-    let prepared = prepare::prepare(&mut fitter, &history)?;
-    let mut warnings = prepared.warnings.clone();
-    let hidden_light = prepared.hidden_light.clone();
+    let Prepared { fine, hidden_light, mut warnings } = prepare::prepare(&mut fitter, &history)?;
     watch.tick()?;
 
     let mut candidates = lamps::candidates(&fitter)?;
     let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
-    if !prepared.model.set.lights.lights.iter().any(is_unknown) {
+    if !fine.model.set.lights.lights.iter().any(is_unknown) {
         // Every ray from the samples meets a photographed surface: a lamp in between would only
         // take the place of what these send.
         candidates.clear();
     }
     let mut choice = choose_world(&mut fitter, &candidates, &history, &mut notes, watch)?;
-    choice = or_fine_lobes(&fitter, choice, prepared, &mut notes)?;
+    choice = or_fine_lobes(&fitter, choice, fine, &mut notes)?;
     watch.tick()?;
     let exponents = choice.find_exponents(&mut fitter)?;
     notes.extend(note_gloss(&fitter, &exponents));
@@ -223,10 +221,10 @@ fn choose_world(
 fn or_fine_lobes(
     fitter: &Fitter,
     choice: Choice,
-    prepared: Prepared,
+    fine: Fine,
     notes: &mut Vec<String>,
 ) -> Result<Choice, Error> {
-    let Prepared { layout, model: mut fine, fits, .. } = prepared;
+    let Fine { layout, model: mut fine, fits } = fine;
     let ridge = fitter.options.ridge;
     fitter.data.set_irradiance(&fitter.rows, &mut fine, &fitter.irradiance);
     fitter.data.set_exponents(&fitter.rows, &mut fine, &fitter.exponents);

@@ -19,10 +19,14 @@ const SHINING_GAIN: f64 = 0.5;
 const COARSE_ROUNDS: usize = 3;
 
 /// Fine lobes, which fit almost any light: good enough to see what no light explains.
-pub struct Prepared {
+pub struct Fine {
     pub layout: Layout,
     pub model: Model,
     pub fits: Fits,
+}
+
+pub struct Prepared {
+    pub fine: Fine,
     pub hidden_light: HiddenLight,
     pub warnings: Vec<String>,
 }
@@ -61,7 +65,7 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     if joint.robust > 0.0 {
         fitter.weigh_by_deviation(&fits, joint.robust);
     }
-    Ok(Prepared { layout, model, fits, hidden_light, warnings })
+    Ok(Prepared { fine: Fine { layout, model, fits }, hidden_light, warnings })
 }
 
 /// What known surfaces that no photograph shows reflect, by a coarse light; `None` where they

@@ -47,7 +47,8 @@ pub struct Terms<'a> {
     /// Per material the largest log reflectance, 0 or less.
     pub upper: &'a [f64],
     pub anchors: &'a [Anchor],
-    /// Residuals much larger than this count less (Cauchy's loss); ∞ is least squares.
+    /// Per material: residuals much larger than this count less (Cauchy's loss); ∞ is least
+    /// squares.
     pub robust: &'a [f64],
 }
 

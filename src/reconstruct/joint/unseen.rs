@@ -144,13 +144,8 @@ pub fn irradiance(fitter: &Fitter, light: &HiddenLight) -> Vec<Radiance> {
     (0..transport.irradiance.len())
         .into_par_iter()
         .map(|sample| {
-            let mut sum = transport.irradiance[sample].map(f64::from);
-            for hidden in transport.hidden_of(sample) {
-                for (sum, value) in sum.iter_mut().zip(light.at(hidden.site.position)) {
-                    *sum += hidden.projected_sr * f64::from(value);
-                }
-            }
-            sum.map(|value| value as f32)
+            let gathered = transport.irradiance[sample];
+            light.added_to(gathered, transport.hidden_of(sample)).map(|value| value as f32)
         })
         .collect()
 }

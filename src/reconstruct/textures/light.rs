@@ -61,14 +61,7 @@ impl<'a> Light<'a> {
     fn photographed(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
         let gathered = hemisphere(views, site, side, &mut self.random());
-        let mut irradiance = gathered.irradiance.map(f64::from);
-        for hidden in gathered.hidden {
-            let radiance = self.hidden_light.at(hidden.site.position);
-            for (sum, value) in irradiance.iter_mut().zip(radiance) {
-                *sum += hidden.projected_sr * f64::from(value);
-            }
-        }
-        irradiance
+        self.hidden_light.added_to(gathered.irradiance, &gathered.hidden)
     }
 
     /// The virtual lights' part of Eq. 14 at a site.
