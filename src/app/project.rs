@@ -209,6 +209,7 @@ impl Project {
         // Materials that were edited since are drawn as they are now; samples keep theirs.
         viewport::Content {
             capture: Some(self.capture.clone()),
+            result_capture: self.products.of.as_ref().map(|(_, capture)| capture.clone()),
             samples: self.products.samples.clone(),
             lights: self.products.lights.clone(),
             solution: self.products.solution.clone(),

@@ -16,6 +16,8 @@ use crate::scene::Capture;
 #[derive(Clone, Default)]
 pub struct Content {
     pub capture: Option<Arc<Capture>>,
+    /// The capture whose materials samples and solution number: tags may have been edited since.
+    pub result_capture: Option<Arc<Capture>>,
     pub samples: Option<Arc<SampleCloud>>,
     pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
     /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.
