@@ -40,6 +40,8 @@ pub struct State {
     /// The graphics adapter in use.
     pub adapter: String,
     pub quitting: bool,
+    /// Whether a text field had the focus at the end of the frame before.
+    pub was_typing: bool,
 }
 
 impl State {
@@ -74,6 +76,7 @@ impl State {
             example: example(),
             adapter: adapter(render),
             quitting: false,
+            was_typing: false,
         })
     }
 

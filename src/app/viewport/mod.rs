@@ -159,6 +159,11 @@ impl Viewport {
         self.through
     }
 
+    /// Whether a box is about to be dragged, or is.
+    pub fn is_boxing(&self) -> bool {
+        self.boxing != Boxing::Off
+    }
+
     /// The free view.
     pub fn camera(&self) -> &ViewCamera {
         &self.camera
