@@ -16,7 +16,7 @@ impl Studio {
         let path = launch.path.clone();
         let mut state = State::new(cc, launch)?;
         if let Some(path) = path {
-            files::open(&mut state, &path);
+            files::open_anyway(&mut state, &path);
         }
         Ok(Self { state })
     }
