@@ -176,11 +176,11 @@ fn given_sun<'a>(fitter: &Fitter<'a>) -> Option<&'a KnownLight> {
 }
 
 /// Held-out error of a sky without lamps, with the sun that was found.
-pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<Vec3>) -> Result<Rgb, Error> {
-    let mut model = background_model(fitter, layout)?;
-    if let Some(towards) = sun {
-        model = sources::sunny(fitter, &model, towards)?;
-    }
+pub fn sky_alone(fitter: &Fitter, sky: &Model, sun: Option<Vec3>) -> Result<Rgb, Error> {
+    let model = match sun {
+        Some(towards) => sources::sunny(fitter, sky, towards)?,
+        None => sky.clone(),
+    };
     let fits = fitter.fit(&model, fitter.options.ridge, &fitter.weights, None)?;
     held_out::error(fitter, &model, fitter.options.ridge, &fits)
 }
@@ -193,18 +193,17 @@ pub struct Search<'a> {
     pub sun: Option<Vec3>,
 }
 
-/// The lights of one world; the fitter stays as it was.
+/// The lights of one world over its background; the fitter stays as it was.
 pub fn choose_light(
     fitter: &mut Fitter,
     search: &Search,
-    layout: &Layout,
+    (layout, mut background): (Layout, Model),
     history: &History,
     watch: &Watch,
 ) -> Result<(Choice, Taught), Error> {
     let options = fitter.options;
     let may_find_sun = options.find_sun && given_sun(fitter).is_none();
     let before = Taught::of(fitter);
-    let mut background = background_model(fitter, layout)?;
     let report = |fitter: &Fitter, found: &Found| history.push(fitter, &found.fits);
     let lamps = (search.candidates, search.most_lamps);
     let find = |fitter: &Fitter, background: &Model| -> Result<Found, Error> {
@@ -236,7 +235,7 @@ pub fn choose_light(
     before.teach(fitter);
     watch.tick()?;
     let choice = Choice {
-        layout: *layout,
+        layout,
         density: Density::Coarse,
         most_lamps: search.most_lamps,
         background,
