@@ -12,8 +12,10 @@ use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::sources::{self, Found};
+use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::joint::{gloss, held_out, relook};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::transport::HiddenLight;
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Watch;
 
@@ -52,6 +54,27 @@ impl Choice {
         Ok(Self { layout, density: Density::Fine, most_lamps: 0, background, found, held_out })
     }
 
+    /// What unseen surfaces reflect of the light that was found, and the light that goes with
+    /// that. Where no photograph looks the lights are not checked, so that this is no better a
+    /// guess than that of the fine lobes, by which the reflectances are found; but whoever lights
+    /// the scene anew with the lights that were found comes to just this.
+    pub fn reflect(&mut self, fitter: &mut Fitter, unseen: &Unseen) -> Result<HiddenLight, Error> {
+        let coupling = unseen.coupling(fitter, &self.found.model)?;
+        let mut light = HiddenLight::default();
+        for _ in 0..REFLECT_ROUNDS {
+            light = unseen.light(fitter, &coupling, &self.found.fits);
+            fitter.gathered = unseen.irradiance(fitter, &light);
+            fitter.irradiance = relook::irradiance(fitter, &self.found.model, &self.found.fits)?;
+            for model in [&mut self.background, &mut self.found.model] {
+                fitter.data.set_irradiance(&fitter.rows, model, &fitter.irradiance);
+            }
+            let (model, fits) = (&self.found.model, &self.found.fits);
+            self.found.fits =
+                fitter.fit(model, fitter.options.ridge, &fitter.weights, Some(fits))?;
+        }
+        Ok(light)
+    }
+
     /// Finds the exponents once more, and how well they are known.
     pub fn find_exponents(&mut self, fitter: &mut Fitter) -> Result<Vec<gloss::Exponents>, Error> {
         gloss::find_exponents(
@@ -73,6 +96,9 @@ impl Taught {
         (fitter.exponents, fitter.irradiance) = (self.exponents, self.irradiance);
     }
 }
+
+/// Rounds of light from reflectances and the reverse.
+const REFLECT_ROUNDS: usize = 3;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Density {

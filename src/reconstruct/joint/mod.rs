@@ -91,7 +91,7 @@ pub fn solve(
     let history = History::new(equations, on_iteration);
     let mut notes = Vec::new();
 
-    let Prepared { room, fine, hidden_light, mut warnings } =
+    let Prepared { room, fine, mut hidden_light, unseen, mut warnings } =
         prepare::prepare(&mut fitter, &history)?;
     watch.tick()?;
 
@@ -146,6 +146,9 @@ pub fn solve(
             fitter.known[channel][material] = Some(mean.log_diffuse[channel][material]);
             fitter.known_specular[channel][material] = Some(mean.specular[channel][material]);
         }
+    }
+    if let Some(unseen) = &unseen {
+        hidden_light = choice.reflect(&mut fitter, unseen)?;
     }
     let model = &choice.found.model;
     let fits = fitter.fit_exactly(model, joint.ridge, &choice.found.fits)?;

@@ -30,6 +30,8 @@ pub struct Prepared {
     pub room: Model,
     pub fine: Fine,
     pub hidden_light: HiddenLight,
+    /// Surfaces that only reflect.
+    pub unseen: Option<Unseen>,
     pub warnings: Vec<String>,
 }
 
@@ -49,7 +51,8 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     let layout = choice::layout(fitter, World::Room, Density::Fine, 0);
     let mut model = background_model(fitter, &layout)?;
     let mut fits = fitter.fit(&model, joint.ridge, &fitter.weights, None)?;
-    if let Some(unseen) = unseen.filter(|_| !fitter.surfaces_shine) {
+    let unseen = unseen.filter(|_| !fitter.surfaces_shine);
+    if let Some(unseen) = &unseen {
         let coupling = unseen.coupling(fitter, &model)?;
         // The light that was found with too little from these surfaces stood in for them.
         for round in 0..2 {
@@ -69,7 +72,7 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     if joint.robust > 0.0 {
         fitter.weigh_by_deviation(&fits, joint.robust);
     }
-    Ok(Prepared { room, fine: Fine { layout, model, fits }, hidden_light, warnings })
+    Ok(Prepared { room, fine: Fine { layout, model, fits }, hidden_light, unseen, warnings })
 }
 
 fn coarse_room(fitter: &Fitter) -> Layout {
