@@ -18,6 +18,7 @@
 //!   -> Solution        reconstruct::refine     5.2 to 5.4  reflectances and emissions
 //!                      or reconstruct::joint, which finds lights and solution together
 //!   -> Vec<Texture>    reconstruct::textures   5.5  maps of reflectance
+//!   -> Film            render                  6    pictures with other light and objects
 //! ```
 //!
 //! Every product has public fields, so that a stage can be replaced, saved, drawn or tested
@@ -26,12 +27,12 @@
 //! # The ladder
 //!
 //! Modules import only from those above them in this list:
-//! `watch`, `options`, `math` < `geometry`, `solve` < `scene` < `reconstruct` < `io` < `study` <
-//! `worker` < `app` < `cli`.
+//! `watch`, `options`, `math` < `geometry`, `solve` < `scene` < `reconstruct` < `render` < `io` <
+//! `study` < `worker` < `app` < `cli`.
 //!
 //! # What always holds
 //!
-//! - From `math` to `reconstruct`: data in, data out. No files, no logging, no globals.
+//! - From `math` to `render`: data in, data out. No files, no logging, no globals.
 //! - Only `io` opens files. Only `app` names the crates of the window, and it calls no stage: it
 //!   sends commands to `worker` and shows products. Every file is written whole or not at all.
 //! - The same capture, options and seed give the same bytes on any number of threads.
@@ -51,6 +52,7 @@ pub mod solve;
 pub mod scene;
 
 pub mod reconstruct;
+pub mod render;
 
 pub mod io;
 

@@ -38,7 +38,7 @@ impl Declaration {
     /// reconstruction.
     pub fn flag(&self) -> String {
         match self.section {
-            "general" => self.name.to_owned(),
+            "general" | "render" => self.name.to_owned(),
             section => format!("{section}.{}", self.name),
         }
     }

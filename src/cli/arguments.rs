@@ -8,14 +8,16 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::math::rgb::Rgb;
-use crate::options::{Declaration, Kind, OptionError};
+use crate::options::{Declaration, Kind, OptionError, OptionGroup};
 use crate::reconstruct::Options;
+use crate::render::RenderOptions;
 
 pub(super) fn command() -> Command {
     bare()
         .version(env!("CARGO_PKG_VERSION"))
         .about(env!("CARGO_PKG_DESCRIPTION"))
         .subcommand(reconstruct())
+        .subcommand(render())
         .subcommand(
             Command::new("info")
                 .about("Show what a capture holds and what is odd about it")
@@ -111,6 +113,34 @@ fn reconstruct() -> Command {
         .fold(command, |command, declaration| command.arg(flag(declaration)))
 }
 
+fn render() -> Command {
+    let folder = |name: &'static str, help: &'static str| {
+        Arg::new(name)
+            .long(name)
+            .value_name("DIR")
+            .help(help)
+            .required(true)
+            .value_parser(value_parser!(PathBuf))
+    };
+    let switch = |name: &'static str, help: &'static str| {
+        Arg::new(name).long(name).help(help).action(ArgAction::SetTrue)
+    };
+    let command = Command::new("render")
+        .about("Make pictures of a recovered scene, as it is or with other light and objects")
+        .arg(capture())
+        .arg(folder("solution", "Folder written by reconstruct"))
+        .arg(folder("out", "Folder for the pictures; made when missing"))
+        .arg(path("edits", "Added lights and objects, other materials (edits.json)"))
+        .arg(path("cameras", "Cameras (transforms.json) [default: the capture's own]"))
+        .arg(switch("png", "Also write sRGB pictures, the 99th percentile white"))
+        .arg(switch("composite", "Also set the edits into the capture's photographs"))
+        .arg(switch("quiet", "Show no progress").short('q'));
+    RenderOptions::default()
+        .declarations()
+        .iter()
+        .fold(command, |command, declaration| command.arg(flag(declaration)))
+}
+
 fn score() -> Command {
     Command::new("score")
         .about("Compare a solution with the truth.json of a test capture")
@@ -134,7 +164,7 @@ fn flag(declaration: &Declaration) -> Arg {
     let help = format!("{}{unit} [default: {}]", declaration.help, declaration.default);
     let argument = Arg::new(name.clone()).long(name).help(help);
     let argument = match declaration.section {
-        "general" => argument,
+        "general" | "render" => argument,
         section => argument.help_heading(format!("Options of {section}")).hide_short_help(true),
     };
     match declaration.kind {
@@ -159,6 +189,19 @@ pub(super) fn apply(matches: &ArgMatches, options: &mut Options) -> Result<(), O
         options.set_start(&material, diffuse)?;
     }
     Ok(())
+}
+
+/// The same for the options of pictures.
+pub(super) fn apply_render(
+    matches: &ArgMatches,
+    options: &mut RenderOptions,
+) -> Result<(), OptionError> {
+    for declaration in options.declarations() {
+        if let Some(text) = matches.get_one::<String>(declaration.name) {
+            options.set(declaration.name, text)?;
+        }
+    }
+    options.check()
 }
 
 fn parse_start(text: &str) -> Result<(String, Rgb), OptionError> {

@@ -34,7 +34,7 @@ pub(super) fn wait(
         }
         match worker.events().recv_timeout(PULSE) {
             Ok(event) if event.job == job => match event.happening {
-                Happening::Started => {}
+                Happening::Started | Happening::Picture { .. } => {}
                 Happening::Update(update) => display.update(&update),
                 Happening::Failed(message) => {
                     display.clear();

@@ -6,6 +6,7 @@ mod job;
 mod print;
 mod progress;
 mod reconstruct;
+mod render;
 mod report;
 mod score;
 #[cfg(feature = "studio")]
@@ -45,6 +46,7 @@ pub fn main() -> ExitCode {
     };
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
+        Some(("render", matches)) => render::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         #[cfg(feature = "studio")]

@@ -4,6 +4,7 @@
 //! tree refuses points in a plane, which every wall is, so immutable trees are rebuilt as the
 //! set grows.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -20,6 +21,9 @@ const LARGEST_BATCH: usize = 1 << 18;
 /// this many, and a part of what is kept already, so that rebuilding stays a small share.
 const SMALLEST_BLOCK: usize = 1 << 10;
 const BLOCK_PART: usize = 16;
+/// Points that rejected one of the candidates before and are asked first: neighbours along a row
+/// of pixels, and those of the rows before.
+const RECENT: usize = 24;
 
 /// Indices of the candidates kept, greedily in the given order: a candidate is kept if and only
 /// if no earlier kept one is nearer than `min_distance` (in the unit of the coordinates).
@@ -105,16 +109,19 @@ impl Kept {
     /// The candidates of a list that are finite and not near a point of the tree, in its order.
     fn thin(&self, candidates: &[Vec3], list: &[u32]) -> Vec<u32> {
         let thin = |chunk: &[u32]| {
-            let mut rejecting = self.points.first().copied();
+            let mut rejecting: VecDeque<Vec3> = VecDeque::with_capacity(RECENT);
             let mut free = Vec::new();
             for &index in chunk {
                 let point = candidates[index as usize];
-                if !point.is_finite() || rejecting.is_some_and(|near| self.is_nearer(near, point)) {
+                if !point.is_finite() || rejecting.iter().any(|&near| self.is_nearer(near, point)) {
                     continue;
                 }
                 match self.nearer(point) {
                     None => free.push(index),
-                    near => rejecting = near,
+                    Some(near) => {
+                        rejecting.truncate(RECENT - 1);
+                        rejecting.push_front(near);
+                    }
                 }
             }
             free

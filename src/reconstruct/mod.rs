@@ -304,10 +304,9 @@ fn joint(
     clock.begin(Stage::Lights);
     transport.irradiance = outcome.irradiance;
     transport.hidden_light = outcome.hidden_light;
+    transport.coupling = outcome.coupling;
     let (lights, lobes) = (Arc::new(outcome.set.lights), Arc::new(outcome.set.lobes));
     update(Update::Lights(lights.clone(), lobes.clone()));
-    let options = &options.transport;
-    transport.coupling = transport::couple(views, samples, &lights, &lobes, options, seed, watch)?;
     let transport = Arc::new(transport);
     update(Update::Transport(transport.clone()));
     let equations = Arc::new(equations.with_lights(samples, &lights));

@@ -89,12 +89,21 @@ impl HiddenLight {
     /// I_s with what the hidden points of a site's hemisphere send; as it is where nothing was
     /// computed.
     pub fn added_to(&self, irradiance: Radiance, hidden: &[Hidden]) -> Rgb {
+        let Some(nearest) = &self.nearest else { return irradiance.map(f64::from) };
+        let seen = hidden.iter().map(|point| (nearest.to(point.site.position), point.projected_sr));
+        self.added_from(irradiance, seen)
+    }
+
+    /// The same where the places are known that are seen, each with a projected solid angle in sr.
+    pub fn added_from(
+        &self,
+        irradiance: Radiance,
+        seen: impl Iterator<Item = (usize, f64)>,
+    ) -> Rgb {
         let mut sum = irradiance.map(f64::from);
-        let Some(nearest) = &self.nearest else { return sum };
-        for point in hidden {
-            let radiance = self.radiance[nearest.to(point.site.position)];
-            for (sum, value) in sum.iter_mut().zip(radiance) {
-                *sum += point.projected_sr * f64::from(value);
+        for (place, projected_sr) in seen {
+            for (sum, value) in sum.iter_mut().zip(self.radiance[place]) {
+                *sum += projected_sr * f64::from(value);
             }
         }
         sum

@@ -47,6 +47,36 @@ pub enum Emitter {
     },
 }
 
+/// One direction from which a luminaire's light reaches a site.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Unit, away from the site.
+    pub direction: Vec3,
+    /// Where the light leaves the luminaire; `None` for one that is infinitely far away.
+    pub target: Option<Vec3>,
+    /// The cosine at the site, above 0.
+    pub cosine: f32,
+    /// What the direction stands for, per unit of the luminaire's strength: of a radiance the
+    /// inverse of the density by solid angle, in sr; of an intensity 1/d² in 1/m²; of an
+    /// irradiance a number.
+    pub strength: f32,
+}
+
+impl Arrival {
+    fn above(site: Site, direction: Vec3, target: Option<Vec3>, strength: f32) -> Option<Self> {
+        let cosine = direction.dot(site.normal);
+        (cosine > 0.0).then_some(Self { direction, target, cosine, strength })
+    }
+
+    /// Whether nothing of the known geometry is in the way.
+    pub fn is_free(&self, views: &Views, site: Site) -> bool {
+        match self.target {
+            Some(target) => views.is_free(site, target),
+            None => !views.caster.occluded(&views.ray(site, self.direction)),
+        }
+    }
+}
+
 impl Emitter {
     /// What the sun measures across, seen from the earth, in radians.
     pub const SUN_DIAMETER: f32 = 0.0093;
@@ -95,71 +125,120 @@ impl Emitter {
     ///
     /// Inside a sphere the site is surrounded by its light: π where nothing shades it.
     pub fn irradiance(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
+        // A single ray where all go the same way.
+        let side = if matches!(self, Self::Point { .. } | Self::Spot { .. }) { 1 } else { side };
+        mean(side, random, |square| {
+            let Some(arrival) = self.arrival(site, views.offset_m, square) else { return 0.0 };
+            if arrival.is_free(views, site) { arrival.cosine * arrival.strength } else { 0.0 }
+        })
+    }
+
+    /// The light that a point of the unit square stands for, above a site's horizon. The mean of
+    /// its cosine times strength over the square is the irradiance without shadows. Lights nearer
+    /// than `least_m` count as that far away, so that one that touches a site does not make it
+    /// infinitely bright.
+    pub fn arrival(&self, site: Site, least_m: f32, square: Vec2) -> Option<Arrival> {
+        let least = (least_m * least_m).max(f32::MIN_POSITIVE);
+        let to = |target: Vec3, strength: f32| {
+            let direction = (target - site.position).normalize_or_zero();
+            Arrival::above(site, direction, Some(target), strength)
+        };
         match self {
             Self::Rectangle { corners, normal } => {
-                let panel = Quadrilateral::of(corners);
-                mean(side, random, |square| {
-                    let (target, area_m2) = panel.point(square);
-                    let offset = target - site.position;
-                    // The distance times the cosine at the light, whose back is dark.
-                    let facing = -offset.dot(*normal);
-                    if facing <= 0.0 {
-                        return 0.0;
-                    }
-                    let reach = least_square(views, offset);
-                    area_m2 * facing / reach * arriving(views, site, target) / reach.sqrt()
-                })
+                let (target, area_m2) = Quadrilateral::of(corners).point(square);
+                let offset = target - site.position;
+                // The distance times the cosine at the light, whose back is dark.
+                let facing = -offset.dot(*normal);
+                if facing <= 0.0 {
+                    return None;
+                }
+                let reach = offset.length_squared().max(least);
+                to(target, area_m2 * facing / reach / reach.sqrt())
             }
             Self::Sphere { center, radius_m } => {
                 let axis = center - site.position;
                 let (distance_squared, radius_squared) = (axis.length_squared(), radius_m.powi(2));
                 if distance_squared <= radius_squared {
-                    return PI * surrounded(views, site, axis, radius_squared, side, random);
+                    // Surrounded by light, as far as to where a direction leaves the sphere.
+                    let local = square_to_cosine_hemisphere(square);
+                    let direction = Frame::about(site.normal).to_world(local);
+                    let along = axis.dot(direction);
+                    let beyond = along * along + radius_squared - distance_squared;
+                    let target = site.position + direction * (along + beyond.max(0.0).sqrt());
+                    return Arrival::above(site, direction, Some(target), PI / local.z);
                 }
                 let sine_squared = radius_squared / distance_squared;
                 // One minus the cosine of the cone that holds the sphere, without cancellation.
                 let cap = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
                 let distance = distance_squared.sqrt();
-                let frame = Frame::about(axis / distance);
-                let solid_angle = 2.0 * PI * cap;
-                solid_angle
-                    * mean(side, random, |square| {
-                        let local = square_to_uniform_cone(square, cap);
-                        let off_axis = distance_squared * local.truncate().length_squared();
-                        // Up to where the ray enters: the far side is hidden by the sphere.
-                        let half_chord = (radius_squared - off_axis).max(0.0).sqrt();
-                        let entry = (distance * local.z - half_chord).max(0.0);
-                        let direction = frame.to_world(local);
-                        arriving_from(views, site, direction, site.position + direction * entry)
-                    })
+                let local = square_to_uniform_cone(square, cap);
+                let off_axis = distance_squared * local.truncate().length_squared();
+                // Up to where the ray enters: the far side is hidden by the sphere.
+                let half_chord = (radius_squared - off_axis).max(0.0).sqrt();
+                let entry = (distance * local.z - half_chord).max(0.0);
+                let direction = Frame::about(axis / distance).to_world(local);
+                let target = site.position + direction * entry;
+                Arrival::above(site, direction, Some(target), 2.0 * PI * cap)
             }
             Self::Point { position } => {
-                arriving(views, site, *position) / least_square(views, position - site.position)
+                to(*position, 1.0 / (position - site.position).length_squared().max(least))
             }
             Self::Spot { position, direction, inner_angle, outer_angle } => {
                 let offset = site.position - position;
                 let cosine = offset.normalize_or_zero().dot(*direction);
                 let falloff = falloff(cosine, *inner_angle, *outer_angle);
                 if falloff == 0.0 {
-                    return 0.0;
+                    return None;
                 }
-                falloff * arriving(views, site, *position) / least_square(views, offset)
+                to(*position, falloff / offset.length_squared().max(least))
             }
             Self::Sun { direction, angular_diameter } => {
                 // 1 − cos x = 2 sin²(x/2), of half the diameter.
                 let cap = 2.0 * (0.25 * angular_diameter).sin().powi(2);
                 let frame = Frame::about(-*direction);
+                let towards = frame.to_world(square_to_uniform_cone(square, cap));
                 // The mean cosine over the disc is 1 − cap/2 on a surface that faces it, whose
                 // irradiance is the unit.
-                mean(side, random, |square| {
-                    let towards = frame.to_world(square_to_uniform_cone(square, cap));
-                    let cosine = towards.dot(site.normal);
-                    if cosine <= 0.0 || views.caster.occluded(&views.ray(site, towards)) {
-                        return 0.0;
-                    }
-                    cosine
-                }) / (1.0 - 0.5 * cap)
+                Arrival::above(site, towards, None, 1.0 / (1.0 - 0.5 * cap))
             }
+        }
+    }
+
+    /// Where a ray from a site meets the light's shining side, and the strength with which
+    /// [`arrival`](Self::arrival) stands for that direction: its inverse is the density by solid
+    /// angle. `None` for lights without extent, and for a sun.
+    pub fn met(&self, site: Site, direction: Vec3) -> Option<(f32, f32)> {
+        match self {
+            Self::Rectangle { corners, normal } => {
+                let facing = -direction.dot(*normal);
+                if facing <= 0.0 {
+                    return None;
+                }
+                let panel = Quadrilateral::of(corners);
+                let distance = (site.position - corners[0]).dot(*normal) / facing;
+                let half = panel.half_with(site.position + direction * distance, *normal)?;
+                (distance > 0.0).then(|| {
+                    (distance, 2.0 * panel.areas_m2[half] * facing / (distance * distance))
+                })
+            }
+            Self::Sphere { center, radius_m } => {
+                let axis = center - site.position;
+                let along = axis.dot(direction);
+                let (distance_squared, radius_squared) = (axis.length_squared(), radius_m.powi(2));
+                let half_chord_squared = along * along + radius_squared - distance_squared;
+                if half_chord_squared < 0.0 {
+                    return None;
+                }
+                let half_chord = half_chord_squared.sqrt();
+                if distance_squared <= radius_squared {
+                    let cosine = direction.dot(site.normal);
+                    return (cosine > 0.0).then(|| (along + half_chord, PI / cosine));
+                }
+                let sine_squared = radius_squared / distance_squared;
+                let cap = sine_squared / (1.0 + (1.0 - sine_squared).sqrt());
+                (along > 0.0).then_some((along - half_chord, 2.0 * PI * cap))
+            }
+            Self::Point { .. } | Self::Spot { .. } | Self::Sun { .. } => None,
         }
     }
 
@@ -179,43 +258,6 @@ impl Emitter {
 fn mean(side: usize, random: &mut Random, value: impl FnMut(Vec2) -> f32) -> f32 {
     let side = side.max(1);
     stratified(side, random).map(value).sum::<f32>() / (side * side) as f32
-}
-
-/// The cosine at a site towards a target, or 0 where something is between.
-fn arriving(views: &Views, site: Site, target: Vec3) -> f32 {
-    arriving_from(views, site, (target - site.position).normalize_or_zero(), target)
-}
-
-/// The same where the direction is at hand.
-fn arriving_from(views: &Views, site: Site, direction: Vec3, target: Vec3) -> f32 {
-    let cosine = direction.dot(site.normal);
-    if cosine > 0.0 && views.is_free(site, target) { cosine } else { 0.0 }
-}
-
-/// The squared distance, taken to be no less than that by which rays are started off a surface,
-/// so that a light that touches a site does not make it infinitely bright.
-fn least_square(views: &Views, offset: Vec3) -> f32 {
-    offset.length_squared().max(views.offset_m * views.offset_m).max(f32::MIN_POSITIVE)
-}
-
-/// The cosine-weighted fraction of a site's hemisphere that is free as far as to the sphere
-/// around it, whose centre lies `axis` away.
-fn surrounded(
-    views: &Views,
-    site: Site,
-    axis: Vec3,
-    radius_squared: f32,
-    side: usize,
-    random: &mut Random,
-) -> f32 {
-    let frame = Frame::about(site.normal);
-    mean(side, random, |square| {
-        let direction = frame.to_world(square_to_cosine_hemisphere(square));
-        let along = axis.dot(direction);
-        let beyond = along * along + radius_squared - axis.length_squared();
-        let exit = along + beyond.max(0.0).sqrt();
-        f32::from(u8::from(views.is_free(site, site.position + direction * exit)))
-    })
 }
 
 /// The part of a spot's intensity that leaves in a direction with that cosine to its axis.
@@ -258,6 +300,20 @@ impl Quadrilateral {
         } else {
             (a + square.y * (d - a) + square.x * (c - d), 2.0 * self.areas_m2[1])
         }
+    }
+
+    /// Which of the triangles holds a point of its plane: 0 or 1.
+    fn half_with(&self, point: Vec3, normal: Vec3) -> Option<usize> {
+        let [a, b, c, d] = self.corners;
+        let holds = |corners: [Vec3; 3]| {
+            let side = |i: usize| {
+                let (from, to) = (corners[i], corners[(i + 1) % 3]);
+                (to - from).cross(point - from).dot(normal)
+            };
+            let sides = [side(0), side(1), side(2)];
+            sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0)
+        };
+        [[a, b, c], [a, c, d]].into_iter().position(holds)
     }
 
     /// The centre of its area.

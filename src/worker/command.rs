@@ -8,6 +8,7 @@ use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::Capture;
 use crate::watch::Watch;
 use crate::worker::event::Happening;
+use crate::worker::render::{self, Rendering};
 
 /// A job for the worker.
 #[derive(Clone, Debug)]
@@ -25,6 +26,8 @@ pub enum Command {
         load_secs: f64,
         folder: PathBuf,
     },
+    /// Make pictures of a recovered scene.
+    Render(Box<Rendering>),
     #[cfg(test)]
     Panic,
 }
@@ -61,6 +64,11 @@ impl Command {
                     Err(error) => Happening::Failed(error.to_string()),
                 }
             }
+            Self::Render(rendering) => match render::perform(&rendering, watch, emit) {
+                Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),
         }

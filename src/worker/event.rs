@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::reconstruct::{Reconstruction, Update};
+use crate::render::film::Film;
 use crate::scene::Capture;
 
 /// The number of a job; later jobs have larger ones.
@@ -25,6 +26,13 @@ pub enum Happening {
     Loaded(Arc<Capture>),
     Reconstructed(Arc<Reconstruction>),
     Exported(PathBuf),
+    /// A picture has gained paths.
+    Picture {
+        frame: usize,
+        film: Arc<Film>,
+    },
+    /// All pictures are made; the folder that they are in, where they were to be written.
+    Rendered(Option<PathBuf>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,
@@ -33,6 +41,6 @@ pub enum Happening {
 impl Happening {
     /// Whether the job ends with this.
     pub fn is_ending(&self) -> bool {
-        !matches!(self, Self::Started | Self::Update(_))
+        !matches!(self, Self::Started | Self::Update(_) | Self::Picture { .. })
     }
 }

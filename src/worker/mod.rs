@@ -7,6 +7,7 @@
 
 mod command;
 mod event;
+mod render;
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,6 +19,7 @@ use crate::watch::{Progress, Watch};
 
 pub use command::Command;
 pub use event::{Event, Happening, Job};
+pub use render::{Files, Frame, Rendering};
 
 /// A handle on the worker's thread; dropping it cancels what runs and waits for the thread.
 pub struct Worker {

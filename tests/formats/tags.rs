@@ -310,7 +310,10 @@ fn a_sky_that_cannot_be_read_names_file_and_field() {
     light_refused(&dome("sky.exr"), &["tags.json, lights[0].image", "cannot be used", "sky.exr"]);
     light_refused(&dome("tags.json"), &["lights[0].image", "neither OpenEXR nor Radiance"]);
     for elsewhere in ["../sky.hdr", "a/../../sky.hdr", "/etc/sky.hdr", "..\\\\sky.hdr"] {
-        light_refused(&dome(elsewhere), &["lights[0].image", "not inside of the capture's folder"]);
+        light_refused(
+            &dome(elsewhere),
+            &["lights[0].image", "does not lie in the folder of this file"],
+        );
     }
     light_refused(
         r#"{"kind": "dome", "image": "sky.hdr", "scale": 0}"#,

@@ -2,6 +2,7 @@
 //! and the textures.
 
 pub mod lights;
+pub mod pictures;
 
 #[cfg(test)]
 pub(crate) mod fixture;
@@ -247,7 +248,7 @@ fn numbers(v: Vec3) -> Rgb {
 }
 
 /// A file name for a surface: what no file system minds, and not used before.
-fn file_name(surface: &str, taken: &mut BTreeSet<String>) -> String {
+pub(super) fn file_name(surface: &str, taken: &mut BTreeSet<String>) -> String {
     let fine = |c: char| if c.is_alphanumeric() || "._-+".contains(c) { c } else { '_' };
     let base: String = surface.chars().map(fine).take(100).collect();
     let base = if base.trim_matches('.').is_empty() { "surface".to_owned() } else { base };

@@ -35,6 +35,16 @@ const SHAPES: [(&str, Shape); 5] = [
     ("sun", sun),
 ];
 
+/// The emitter of a light with a place; `None` where the kind is another.
+pub(in crate::io) fn emitter(item: &Field, kind: &str) -> Option<Result<Emitter, Error>> {
+    SHAPES.iter().find(|(known, _)| *known == kind).map(|(_, shape)| shape(item))
+}
+
+/// The kinds of light with a place.
+pub(in crate::io) fn emitter_kinds() -> impl Iterator<Item = &'static str> {
+    SHAPES.iter().map(|(kind, _)| *kind)
+}
+
 impl Reader<'_> {
     pub(super) fn light(&mut self, item: &Field, index: usize) -> Result<KnownLight, Error> {
         let name = match item.get("name") {
@@ -43,16 +53,15 @@ impl Reader<'_> {
         };
         let kind_field = item.need("kind")?;
         let kind = kind_field.text()?;
-        if let Some((_, shape)) = SHAPES.iter().find(|(known, _)| *known == kind) {
-            return known_shape(item, name, shape(item)?);
+        if let Some(emitter) = emitter(item, kind) {
+            return known_shape(item, name, emitter?);
         }
         let light = match kind {
             "visible" => KnownLight::Visible { name, surfaces: self.luminaire(item, index)? },
-            "dome" => KnownLight::Dome { name, dome: self.dome(item)? },
+            "dome" => KnownLight::Dome { name, dome: dome(item, &mut self.warnings)? },
             _ => {
-                let shapes = SHAPES.iter().map(|(kind, _)| *kind);
                 let kinds: Vec<&str> =
-                    ["visible"].into_iter().chain(shapes).chain(["dome"]).collect();
+                    ["visible"].into_iter().chain(emitter_kinds()).chain(["dome"]).collect();
                 return Err(kind_field.wrong(&format!(
                     "\"{kind}\" is no kind of light; the choices are {}",
                     listed(kinds.into_iter())
@@ -79,42 +88,43 @@ impl Reader<'_> {
         }
         Ok(surfaces)
     }
-
-    fn dome(&mut self, item: &Field) -> Result<Dome, Error> {
-        let field = item.need("image")?;
-        let file = image_file(&field)?;
-        let scale = item.get("scale").map_or(Ok(1.0), |_| positive(item, "scale"))? as f32;
-        let picture = picture::read(&file).map_err(|error| unusable(&field, error))?;
-        self.warnings.extend(picture.notes);
-        let (width, height) = (picture.width, picture.height);
-        let image = Image::new(width, height, picture.pixels, None);
-        let mut warn = |problem: String| {
-            self.warnings.push(format!("{}, {}: {problem}", field.file.display(), field.path));
-        };
-        if width != 2 * height {
-            warn(format!(
-                "the image has {width} x {height} pixels, but a sky in latitude and longitude is \
-                 twice as wide as high. It is stretched over the whole sphere."
-            ));
-        }
-        if image.invalid_count() > 0 {
-            warn(format!(
-                "{} of the {} pixels are negative or not finite. They count as black.",
-                image.invalid_count(),
-                width * height
-            ));
-        }
-        Ok(Dome { image: Arc::new(image), scale })
-    }
 }
 
-/// A file of the capture's folder: a tag file from elsewhere must not have others opened.
+/// The sky of an image, with what is odd about it.
+pub(in crate::io) fn dome(item: &Field, warnings: &mut Vec<String>) -> Result<Dome, Error> {
+    let field = item.need("image")?;
+    let file = image_file(&field)?;
+    let scale = item.get("scale").map_or(Ok(1.0), |_| positive(item, "scale"))? as f32;
+    let picture = picture::read(&file).map_err(|error| unusable(&field, error))?;
+    warnings.extend(picture.notes);
+    let (width, height) = (picture.width, picture.height);
+    let image = Image::new(width, height, picture.pixels, None);
+    let mut warn = |problem: String| {
+        warnings.push(format!("{}, {}: {problem}", field.file.display(), field.path));
+    };
+    if width != 2 * height {
+        warn(format!(
+            "the image has {width} x {height} pixels, but a sky in latitude and longitude is \
+             twice as wide as high. It is stretched over the whole sphere."
+        ));
+    }
+    if image.invalid_count() > 0 {
+        warn(format!(
+            "{} of the {} pixels are negative or not finite. They count as black.",
+            image.invalid_count(),
+            width * height
+        ));
+    }
+    Ok(Dome { image: Arc::new(image), scale })
+}
+
+/// A file of the folder that the JSON file is in: a tag file from elsewhere must not have others opened.
 fn image_file(field: &Field) -> Result<PathBuf, Error> {
     let name = field.text()?.replace('\\', "/");
     let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     if !Path::new(&name).components().all(is_inside) {
         return Err(field.wrong_with(
-            &format!("\"{name}\" is not inside of the capture's folder"),
+            &format!("\"{name}\" does not lie in the folder of this file"),
             "Put the image there, and give its path from there without \"..\"",
         ));
     }
@@ -123,7 +133,7 @@ fn image_file(field: &Field) -> Result<PathBuf, Error> {
         return Err(Error::Missing(Fault::new(
             field.file,
             field.path.clone(),
-            format!("there is no image \"{name}\" in the capture's folder"),
+            format!("there is no image \"{name}\" in the folder of this file"),
             "Put it there, or correct its path, which is relative to that folder",
         )));
     }
@@ -327,7 +337,7 @@ fn angle(item: &Field, key: &str) -> Result<f32, Error> {
     Ok((value as f32).min(std::f32::consts::PI))
 }
 
-fn not_negative(field: &Field) -> Result<Rgb, Error> {
+pub(in crate::io) fn not_negative(field: &Field) -> Result<Rgb, Error> {
     let values = field.numbers::<3>()?;
     if values.iter().any(|value| *value < 0.0) {
         return Err(field.wrong("light cannot be negative"));

@@ -1,6 +1,6 @@
 //! `tags.json`: what the artist says about surfaces, lights and the photographs.
 
-mod lights;
+pub(in crate::io) mod lights;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

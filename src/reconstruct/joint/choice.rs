@@ -12,8 +12,10 @@ use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::sources::{self, Found};
+use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::joint::{gloss, held_out, relook};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::transport::HiddenLight;
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Watch;
 
@@ -52,6 +54,27 @@ impl Choice {
         Ok(Self { layout, density: Density::Fine, most_lamps: 0, background, found, held_out })
     }
 
+    /// What unseen surfaces reflect of the light that was found, and the light that goes with
+    /// that. Where no photograph looks the lights are not checked, so that this is no better a
+    /// guess than that of the fine lobes, by which the reflectances are found; but whoever lights
+    /// the scene anew with the lights that were found comes to just this.
+    pub fn reflect(&mut self, fitter: &mut Fitter, unseen: &Unseen) -> Result<HiddenLight, Error> {
+        let coupling = unseen.coupling(fitter, &self.found.model)?;
+        let mut light = HiddenLight::default();
+        for _ in 0..REFLECT_ROUNDS {
+            light = unseen.light(fitter, &coupling, &self.found.fits);
+            fitter.gathered = unseen.irradiance(fitter, &light);
+            fitter.irradiance = relook::irradiance(fitter, &self.found.model, &self.found.fits)?;
+            for model in [&mut self.background, &mut self.found.model] {
+                fitter.data.set_irradiance(&fitter.rows, model, &fitter.irradiance);
+            }
+            let (model, fits) = (&self.found.model, &self.found.fits);
+            self.found.fits =
+                fitter.fit(model, fitter.options.ridge, &fitter.weights, Some(fits))?;
+        }
+        Ok(light)
+    }
+
     /// Finds the exponents once more, and how well they are known.
     pub fn find_exponents(&mut self, fitter: &mut Fitter) -> Result<Vec<gloss::Exponents>, Error> {
         gloss::find_exponents(
@@ -73,6 +96,9 @@ impl Taught {
         (fitter.exponents, fitter.irradiance) = (self.exponents, self.irradiance);
     }
 }
+
+/// Rounds of light from reflectances and the reverse.
+const REFLECT_ROUNDS: usize = 3;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Density {
@@ -176,11 +202,11 @@ fn given_sun<'a>(fitter: &Fitter<'a>) -> Option<&'a KnownLight> {
 }
 
 /// Held-out error of a sky without lamps, with the sun that was found.
-pub fn sky_alone(fitter: &Fitter, layout: &Layout, sun: Option<Vec3>) -> Result<Rgb, Error> {
-    let mut model = background_model(fitter, layout)?;
-    if let Some(towards) = sun {
-        model = sources::sunny(fitter, &model, towards)?;
-    }
+pub fn sky_alone(fitter: &Fitter, sky: &Model, sun: Option<Vec3>) -> Result<Rgb, Error> {
+    let model = match sun {
+        Some(towards) => sources::sunny(fitter, sky, towards)?,
+        None => sky.clone(),
+    };
     let fits = fitter.fit(&model, fitter.options.ridge, &fitter.weights, None)?;
     held_out::error(fitter, &model, fitter.options.ridge, &fits)
 }
@@ -193,18 +219,17 @@ pub struct Search<'a> {
     pub sun: Option<Vec3>,
 }
 
-/// The lights of one world; the fitter stays as it was.
+/// The lights of one world over its background; the fitter stays as it was.
 pub fn choose_light(
     fitter: &mut Fitter,
     search: &Search,
-    layout: &Layout,
+    (layout, mut background): (Layout, Model),
     history: &History,
     watch: &Watch,
 ) -> Result<(Choice, Taught), Error> {
     let options = fitter.options;
     let may_find_sun = options.find_sun && given_sun(fitter).is_none();
     let before = Taught::of(fitter);
-    let mut background = background_model(fitter, layout)?;
     let report = |fitter: &Fitter, found: &Found| history.push(fitter, &found.fits);
     let lamps = (search.candidates, search.most_lamps);
     let find = |fitter: &Fitter, background: &Model| -> Result<Found, Error> {
@@ -236,7 +261,7 @@ pub fn choose_light(
     before.teach(fitter);
     watch.tick()?;
     let choice = Choice {
-        layout: *layout,
+        layout,
         density: Density::Coarse,
         most_lamps: search.most_lamps,
         background,

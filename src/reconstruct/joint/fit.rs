@@ -8,6 +8,7 @@ use crate::reconstruct::joint::diagnose::deviation;
 use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::system::{Anchor, Channel, Fit, Rows, State, Terms};
+use crate::reconstruct::joint::terms::{EXACT, ROUGH};
 use crate::scene::MaterialKind;
 use crate::solve::kernels::dot;
 use crate::watch::Watch;
@@ -122,6 +123,7 @@ impl<'a> Fitter<'a> {
             upper: &self.upper[channel],
             anchors: &[],
             robust: &self.robust,
+            fall: ROUGH,
         }
     }
 
@@ -136,7 +138,7 @@ impl<'a> Fitter<'a> {
     }
 
     /// The minimum for a light model, from an earlier fit of a model with the same first columns
-    /// or from the start.
+    /// or from the start; near enough to compare models.
     pub fn fit(
         &self,
         model: &Model,
@@ -144,7 +146,12 @@ impl<'a> Fitter<'a> {
         weights: &[f64],
         from: Option<&[Fit]>,
     ) -> Result<Fits, Error> {
-        self.fit_anchored(model, lambda, weights, from, |_| Vec::new())
+        self.fit_anchored(model, lambda, weights, from, ROUGH, |_| Vec::new())
+    }
+
+    /// The minimum itself, from a fit of the same model.
+    pub fn fit_exactly(&self, model: &Model, lambda: f64, from: &[Fit]) -> Result<Fits, Error> {
+        self.fit_anchored(model, lambda, &self.weights, Some(from), EXACT, |_| Vec::new())
     }
 
     fn fit_anchored(
@@ -153,6 +160,7 @@ impl<'a> Fitter<'a> {
         lambda: f64,
         weights: &[f64],
         from: Option<&[Fit]>,
+        fall: f64,
         anchors: impl Fn(usize) -> Vec<Anchor> + Sync,
     ) -> Result<Fits, Error> {
         let ridge = model.ridge(lambda);
@@ -172,7 +180,7 @@ impl<'a> Fitter<'a> {
                 anchors.extend(self.pin_anchors(channel));
                 let floating = model.floating;
                 let terms = self.terms(&ridge, &centre, weights, channel);
-                let terms = Terms { anchors: &anchors, floating, ..terms };
+                let terms = Terms { anchors: &anchors, floating, fall, ..terms };
                 Ok(self.channel(model, channel).fit(&terms, &state, self.watch())?)
             })
             .collect()
@@ -208,11 +216,11 @@ impl<'a> Fitter<'a> {
     /// Weighs the weak prior on the common scale against the data: the mean log reflectance a + b
     /// of a channel, a (all channels) normal about log `prior_mean`, b (of the channel) about 0.
     /// The data's word on the scale counts with `SCALE_ERROR` times the residuals' error, since
-    /// model error is no independent noise. Nothing changes where a reflectance is known.
+    /// model error is no independent noise. Where a reflectance is known there is no prior.
     pub fn settle(&self, model: &Model, lambda: f64, mut fits: Fits) -> Result<Fits, Error> {
         let count = self.measured.iter().filter(|measured| **measured).count();
         if self.has_pin() || count == 0 {
-            return Ok(fits);
+            return self.fit_exactly(model, lambda, &fits);
         }
         let share = |measured: &bool| if *measured { 1.0 / count as f64 } else { 0.0 };
         let combination: Vec<f64> = self.measured.iter().map(share).collect();
@@ -224,11 +232,12 @@ impl<'a> Fitter<'a> {
         // Mean and variance of one channel's a + b, the others' given.
         let gain = common / (2.0 * common + own);
         let variance = common + own - 2.0 * common * gain;
-        for _ in 0..PRIOR_ROUNDS {
+        for round in 1..=PRIOR_ROUNDS {
+            let fall = if round < PRIOR_ROUNDS { ROUGH } else { EXACT };
             let means: Vec<f64> =
                 fits.iter().map(|fit| dot(&combination, &fit.state.log_diffuse)).collect();
             let squares = self.mean_square(&fits);
-            fits = self.fit_anchored(model, lambda, &self.weights, Some(&fits), |c| {
+            fits = self.fit_anchored(model, lambda, &self.weights, Some(&fits), fall, |c| {
                 let others: f64 =
                     (0..CHANNELS).filter(|o| *o != c).map(|other| means[other] - mean).sum();
                 let weight = SCALE_ERROR * SCALE_ERROR * squares[c] / variance;

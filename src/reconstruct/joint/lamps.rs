@@ -80,7 +80,8 @@ const APART: f32 = 0.3;
 const FIRST_STEP: f32 = 0.12;
 const LAST_STEP: f32 = 0.006;
 
-/// Places for lamps all around, with what they would send to some of the rows.
+/// Places for lamps all around, with what they would send to some of the rows; none where no
+/// lamps are asked for.
 pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     let (views, cloud, watch) = (fitter.data.views, fitter.data.cloud, fitter.watch());
     let seed = fitter.data.options.general.seed as u64;
@@ -90,7 +91,8 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     let half_diagonal = 0.5 * (high - low).length();
     let radius_m = FIRST_RADIUS * half_diagonal;
     let mut lamps = Vec::new();
-    for k in 0..DISTANCES {
+    let shells = if fitter.options.max_lamps > 0 { DISTANCES } else { 0 };
+    for k in 0..shells {
         let part = k as f32 / (DISTANCES - 1) as f32;
         let distance = half_diagonal * NEAREST * (FARTHEST / NEAREST).powf(part);
         // Turned from shell to shell, so that no direction is left out by all.

@@ -35,6 +35,7 @@ pub mod system;
 mod terms;
 mod unseen;
 
+use faer::Mat;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
@@ -45,7 +46,7 @@ use crate::reconstruct::joint::choice::{Choice, Density, Search};
 use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::lamps::Candidates;
-use crate::reconstruct::joint::model::Data;
+use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::joint::prepare::{Fine, Prepared};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::samples::SampleCloud;
@@ -60,6 +61,8 @@ pub use options::JointOptions;
 /// The light that was found, and everything that it explains.
 pub struct Outcome {
     pub set: LightSet,
+    /// k_ij, samples × lobes.
+    pub coupling: Mat<f64>,
     /// I_s per sample, with what specular surfaces send there.
     pub irradiance: Vec<Radiance>,
     /// What known surfaces send that no photograph shows; part of I_s.
@@ -88,7 +91,8 @@ pub fn solve(
     let history = History::new(equations, on_iteration);
     let mut notes = Vec::new();
 
-    let Prepared { fine, hidden_light, mut warnings } = prepare::prepare(&mut fitter, &history)?;
+    let Prepared { room, fine, mut hidden_light, unseen, mut warnings } =
+        prepare::prepare(&mut fitter, &history)?;
     watch.tick()?;
 
     let mut candidates = lamps::candidates(&fitter)?;
@@ -98,7 +102,7 @@ pub fn solve(
         // take the place of what these send.
         candidates.clear();
     }
-    let mut choice = choose_world(&mut fitter, &candidates, &history, &mut notes, watch)?;
+    let mut choice = choose_world(&mut fitter, room, &candidates, &history, &mut notes, watch)?;
     choice = or_fine_lobes(&fitter, choice, fine, &mut notes)?;
     watch.tick()?;
     let exponents = choice.find_exponents(&mut fitter)?;
@@ -143,8 +147,11 @@ pub fn solve(
             fitter.known_specular[channel][material] = Some(mean.specular[channel][material]);
         }
     }
+    if let Some(unseen) = &unseen {
+        hidden_light = choice.reflect(&mut fitter, unseen)?;
+    }
     let model = &choice.found.model;
-    let fits = fitter.fit(model, joint.ridge, &fitter.weights, Some(&choice.found.fits))?;
+    let fits = fitter.fit_exactly(model, joint.ridge, &choice.found.fits)?;
     history.push(&fitter, &fits);
     watch.tick()?;
 
@@ -175,6 +182,7 @@ pub fn solve(
         warnings,
     };
     Ok(Outcome {
+        coupling: model.coupling(&fitter.rows),
         set: choice.found.model.set,
         irradiance: fitter.irradiance,
         hidden_light,
@@ -185,6 +193,7 @@ pub fn solve(
 /// The lights of a room or of the open sky, whichever the photographs speak for.
 fn choose_world(
     fitter: &mut Fitter,
+    mut background: Model,
     candidates: &Candidates,
     history: &History,
     notes: &mut Vec<String>,
@@ -193,10 +202,13 @@ fn choose_world(
     let environment = fitter.data.views.capture.environment;
     let room = choice::layout(fitter, World::Room, Density::Coarse, 0);
     let mut search = Search { candidates, most_lamps: fitter.options.max_lamps, sun: None };
-    let (mut choice, mut taught) = choice::choose_light(fitter, &search, &room, history, watch)?;
+    fitter.data.set_irradiance(&fitter.rows, &mut background, &fitter.irradiance);
+    let (mut choice, mut taught) =
+        choice::choose_light(fitter, &search, (room, background), history, watch)?;
     if environment != Environment::Room {
         let open = Layout { world: World::Open, ..room };
-        let promise = held_out::mean(&choice::sky_alone(fitter, &open, choice.found.sun)?);
+        let sky = choice::background_model(fitter, &open)?;
+        let promise = held_out::mean(&choice::sky_alone(fitter, &sky, choice.found.sun)?);
         let is_given = environment == Environment::Open;
         if is_given || promise < OPEN_LIMIT * choice.error() {
             // A sky that explains as much as a room with its lamps needs none.
@@ -204,7 +216,7 @@ fn choose_world(
                 search.most_lamps = 0;
             }
             search.sun = choice.found.sun;
-            (choice, taught) = choice::choose_light(fitter, &search, &open, history, watch)?;
+            (choice, taught) = choice::choose_light(fitter, &search, (open, sky), history, watch)?;
         }
         let is_open = choice.layout.world == World::Open;
         notes.push(format!(

@@ -222,6 +222,21 @@ impl Model {
         model
     }
 
+    /// k_ij, samples × columns, fixed ones with the others; every sample has a row.
+    pub fn coupling(&self, rows: &Rows) -> Mat<f64> {
+        let mut first: Vec<usize> = (0..rows.sample.len()).collect();
+        first.dedup_by_key(|row| rows.sample[*row]);
+        let mut coupling = Mat::from_fn(first.len(), self.columns(), |sample, column| {
+            self.design.diffuse[(first[sample], column)]
+        });
+        for fixed in &self.fixed {
+            for (sample, &row) in first.iter().enumerate() {
+                coupling[(sample, fixed.column)] = fixed.coupling[row];
+            }
+        }
+        coupling
+    }
+
     /// λ per column.
     pub fn ridge(&self, lambda: f64) -> Vec<f64> {
         self.ridged.iter().map(|&ridged| if ridged { lambda } else { 0.0 }).collect()

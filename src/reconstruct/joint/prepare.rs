@@ -8,7 +8,7 @@ use crate::reconstruct::joint::diagnose;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::model::Model;
-use crate::reconstruct::joint::unseen::{self, Unseen};
+use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::transport::HiddenLight;
 
 /// Lights on unseen surfaces are called for where they make the objective smaller than this part
@@ -26,8 +26,12 @@ pub struct Fine {
 }
 
 pub struct Prepared {
+    /// The coarse background of a room.
+    pub room: Model,
     pub fine: Fine,
     pub hidden_light: HiddenLight,
+    /// Surfaces that only reflect.
+    pub unseen: Option<Unseen>,
     pub warnings: Vec<String>,
 }
 
@@ -35,17 +39,20 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     let joint = fitter.options;
     let unseen = Unseen::find(fitter)?;
     let mut hidden_light = HiddenLight::default();
-    if let Some(unseen) = &unseen {
-        match reflected(fitter, unseen)? {
-            Some(light) => fitter.irradiance = unseen::irradiance(fitter, &light),
-            // What shines is a light of its own.
-            None => fitter.surfaces_shine = true,
-        }
+    let (light, room) = match &unseen {
+        Some(unseen) => reflected(fitter, unseen)?,
+        None => (None, background_model(fitter, &coarse_room(fitter))?),
+    };
+    match (&unseen, light) {
+        (Some(unseen), Some(light)) => fitter.irradiance = unseen.irradiance(fitter, &light),
+        // What shines is a light of its own.
+        (unseen, _) => fitter.surfaces_shine = unseen.is_some(),
     }
     let layout = choice::layout(fitter, World::Room, Density::Fine, 0);
     let mut model = background_model(fitter, &layout)?;
     let mut fits = fitter.fit(&model, joint.ridge, &fitter.weights, None)?;
-    if let Some(unseen) = unseen.filter(|_| !fitter.surfaces_shine) {
+    let unseen = unseen.filter(|_| !fitter.surfaces_shine);
+    if let Some(unseen) = &unseen {
         let coupling = unseen.coupling(fitter, &model)?;
         // The light that was found with too little from these surfaces stood in for them.
         for round in 0..2 {
@@ -53,7 +60,7 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
                 fits = fitter.fit(&model, joint.ridge, &fitter.weights, Some(&fits))?;
             }
             hidden_light = unseen.light(fitter, &coupling, &fits);
-            fitter.irradiance = unseen::irradiance(fitter, &hidden_light);
+            fitter.irradiance = unseen.irradiance(fitter, &hidden_light);
             fitter.data.set_irradiance(&fitter.rows, &mut model, &fitter.irradiance);
         }
         fitter.gathered.clone_from(&fitter.irradiance);
@@ -65,26 +72,32 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     if joint.robust > 0.0 {
         fitter.weigh_by_deviation(&fits, joint.robust);
     }
-    Ok(Prepared { fine: Fine { layout, model, fits }, hidden_light, warnings })
+    Ok(Prepared { room, fine: Fine { layout, model, fits }, hidden_light, unseen, warnings })
 }
 
-/// What known surfaces that no photograph shows reflect, by a coarse light; `None` where they
-/// shine: in a room that is known all around, the lamps are there.
-fn reflected(fitter: &Fitter, unseen: &Unseen) -> Result<Option<HiddenLight>, Error> {
+fn coarse_room(fitter: &Fitter) -> Layout {
+    choice::layout(fitter, World::Room, Density::Coarse, 0)
+}
+
+/// What known surfaces that no photograph shows reflect, by a coarse light, and that light;
+/// `None` where they shine: in a room that is known all around, the lamps are there.
+fn reflected(fitter: &Fitter, unseen: &Unseen) -> Result<(Option<HiddenLight>, Model), Error> {
     let ridge = fitter.options.ridge;
-    let layout = choice::layout(fitter, World::Room, Density::Coarse, 0);
-    let model = background_model(fitter, &Layout { surfaces: true, ..layout })?;
-    let shining = fitter.fit(&model, ridge, &fitter.weights, None)?;
+    let layout = coarse_room(fitter);
+    let lit = background_model(fitter, &Layout { surfaces: true, ..layout })?;
+    let shining = fitter.fit(&lit, ridge, &fitter.weights, None)?;
 
     let mut model = background_model(fitter, &layout)?;
     let coupling = unseen.coupling(fitter, &model)?;
     let mut reflecting = fitter.fit(&model, ridge, &fitter.weights, None)?;
     for _ in 0..COARSE_ROUNDS {
         let light = unseen.light(fitter, &coupling, &reflecting);
-        let irradiance = unseen::irradiance(fitter, &light);
+        let irradiance = unseen.irradiance(fitter, &light);
         fitter.data.set_irradiance(&fitter.rows, &mut model, &irradiance);
         reflecting = fitter.fit(&model, ridge, &fitter.weights, Some(&reflecting))?;
     }
-    let shines = Fitter::total(&shining) < SHINING_GAIN * Fitter::total(&reflecting);
-    Ok((!shines).then(|| unseen.light(fitter, &coupling, &reflecting)))
+    if Fitter::total(&shining) < SHINING_GAIN * Fitter::total(&reflecting) {
+        return Ok((None, lit));
+    }
+    Ok((Some(unseen.light(fitter, &coupling, &reflecting)), model))
 }

@@ -13,6 +13,7 @@ use crate::reconstruct::joint::model::{Model, Part};
 use crate::reconstruct::joint::project::Linearised;
 use crate::reconstruct::joint::sun;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::scene::Emitter;
 
 /// A model with the lights that were found, and its fit.
 #[derive(Clone)]
@@ -33,7 +34,7 @@ impl Found {
 }
 
 /// Half the angle that the sun subtends, in radians.
-const SUN_HALF_ANGLE: f32 = 0.00465;
+const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
 /// Before the others have moved, a new lamp must have this part of the gain that it needs.
 const FIRST_GAIN: f64 = 0.5;
 

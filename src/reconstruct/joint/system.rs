@@ -13,12 +13,12 @@
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
 
-use crate::reconstruct::joint::terms::{Pulls, influence, loss};
+use crate::reconstruct::joint::terms::{Pulls, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
 use crate::solve::kernels::{self, add_scaled, column_of_mut, dot};
 use crate::watch::Watch;
 
-pub use crate::reconstruct::joint::terms::{Anchor, Objective, Terms};
+pub use crate::reconstruct::joint::terms::{Anchor, EXACT, Objective, Terms};
 
 /// The rows of all channels: a diffuse sample has one, a specular sample one per photograph.
 #[derive(Clone, Debug, Default)]
@@ -79,8 +79,6 @@ const DARKEST: f64 = -7.6;
 const MAX_ITERATIONS: usize = 60;
 /// Ends when no projected slope is larger (a cosine between residuals and a column).
 const SLOPE_TOLERANCE: f64 = 1e-6;
-/// or when the objective falls by less than this part of itself: as a cosine, a millionth.
-const FALL_TOLERANCE: f64 = 1e-12;
 
 pub struct Channel<'a> {
     pub rows: &'a Rows,
@@ -190,7 +188,7 @@ impl Channel<'_> {
         let mut settled = false;
         let slope = loop {
             watch.check()?;
-            let linear = self.linearise(terms, &computed, &residuals);
+            let linear = self.linearise(terms, &computed, &residuals, curvature);
             let gradient = self.emission_gradient(terms, &norms, &state, &linear);
             let working = working(&state, &gradient, &norms);
             let tangent = self.tangent(terms, &norms, &state, &computed, &linear, &working);
@@ -219,35 +217,47 @@ impl Channel<'_> {
             let Some((next, new_computed, new_residuals, new_value)) = improved else {
                 break slope;
             };
-            settled = value - new_value <= FALL_TOLERANCE * new_value;
+            settled = value - new_value <= terms.fall * new_value;
             (state, computed, residuals, value) = (next, new_computed, new_residuals, new_value);
         };
         Ok(Fit { state, residuals, value, slope, iterations })
     }
 
-    /// Weighted residuals, and by what a change of π L̂ is multiplied to change them.
-    fn linearise(&self, terms: &Terms, computed: &Computed, residuals: &[f64]) -> Linear {
-        let mut linear = Linear { residual: Vec::new(), scale: Vec::new() };
+    /// The least-squares problem with the objective's slopes at these residuals, a residual's
+    /// second derivative being what `bend` makes of it and its material's `robust`.
+    fn linearise(
+        &self,
+        terms: &Terms,
+        computed: &Computed,
+        residuals: &[f64],
+        bend: fn(f64, f64) -> f64,
+    ) -> Linear {
+        let rows = residuals.len();
+        let mut linear = Linear { residual: vec![0.0; rows], scale: vec![0.0; rows], norm: 0.0 };
+        let mut square = 0.0;
         for (row, &residual) in residuals.iter().enumerate() {
-            if terms.weights[row] <= 0.0 {
+            let weight = terms.weights[row];
+            if weight <= 0.0 {
                 // Not even an infinity there counts.
-                linear.residual.push(0.0);
-                linear.scale.push(0.0);
                 continue;
             }
             let (value, by_log) = terms.objective.of(residual);
-            let root = (terms.weights[row]
-                * influence(value, terms.robust[self.rows.material[row]]))
-            .sqrt();
+            let robust = terms.robust[self.rows.material[row]];
+            let slope = weight * influence(value, robust);
             if residual > NOTHING_LOG {
-                linear.residual.push(root * value);
-                linear.scale.push(root * by_log / computed.value[row]);
+                let root = (weight * bend(value, robust)).sqrt();
+                linear.residual[row] = slope * value / root;
+                linear.scale[row] = root * by_log / computed.value[row];
+                square += slope * value * value;
             } else {
                 // Where nothing arrives a logarithm has no slope: the way out is that of L̂/L − 1.
-                linear.residual.push(-root);
-                linear.scale.push(root * (-self.rows.log_radiance[self.channel][row]).exp());
+                let root = slope.sqrt();
+                linear.residual[row] = -root;
+                linear.scale[row] = root * (-self.rows.log_radiance[self.channel][row]).exp();
+                square += slope;
             }
         }
+        linear.norm = square.sqrt().max(1e-300);
         linear
     }
 
@@ -370,14 +380,13 @@ impl Channel<'_> {
                 (lower[i + materials], upper[i + materials]) = (known, known);
             }
         }
-        let residual = dot(&linear.residual, &linear.residual).sqrt().max(1e-300);
         let mut slope = 0.0f64;
         for j in 0..count {
             let norm = curvature[j].sqrt();
             let outward =
                 (x[j] <= lower[j] && gradient[j] < 0.0) || (x[j] >= upper[j] && gradient[j] > 0.0);
             if norm > 0.0 && !outward {
-                slope = slope.max(gradient[j].abs() / (norm * residual));
+                slope = slope.max(gradient[j].abs() / (norm * linear.norm));
             }
         }
         Tangent { jacobian, x, lower, upper, gradient, slope }
@@ -435,7 +444,7 @@ impl Channel<'_> {
     /// of every material.
     pub fn normal(&self, terms: &Terms, fit: &Fit) -> Normal {
         let computed = self.compute(&fit.state);
-        let linear = self.linearise(terms, &computed, &fit.residuals);
+        let linear = self.linearise(terms, &computed, &fit.residuals, influence);
         let lit: Vec<usize> =
             (0..self.design.columns()).filter(|&j| fit.state.emission[j] > 0.0).collect();
         let jacobian = self.jacobian(&fit.state, &computed, &linear.scale, &lit);
@@ -455,8 +464,12 @@ pub struct Normal {
 }
 
 struct Linear {
+    /// Per row: times `scale` the objective's slope by π L̂.
     residual: Vec<f64>,
+    /// Per row the root of the second derivative by π L̂.
     scale: Vec<f64>,
+    /// √Σ w r², r being what the robust loss leaves of each residual.
+    norm: f64,
 }
 
 /// The linearised problem over the working columns, then log ρ_d and ρ_s of every material.
@@ -515,11 +528,10 @@ fn largest_outside(
     linear: &Linear,
     working: &[usize],
 ) -> f64 {
-    let residual = dot(&linear.residual, &linear.residual).sqrt().max(1e-300);
     let mut largest = 0.0f64;
     for j in 0..norms.len() {
         if state.emission[j] <= 0.0 && norms[j] > 0.0 && working.binary_search(&j).is_err() {
-            largest = largest.max(gradient[j] / (norms[j] * residual));
+            largest = largest.max(gradient[j] / (norms[j] * linear.norm));
         }
     }
     largest

@@ -50,7 +50,15 @@ pub struct Terms<'a> {
     /// Per material: residuals much larger than this count less (Cauchy's loss); ∞ is least
     /// squares.
     pub robust: &'a [f64],
+    /// A solve also ends where a step lowers the objective by less than this part of itself.
+    pub fall: f64,
 }
+
+/// [`Terms::fall`] of a solve that is only compared with others: the lamps that it chooses between
+/// differ by a thousand times as much.
+pub const ROUGH: f64 = 1e-6;
+/// [`Terms::fall`] of a result: as a cosine, a millionth.
+pub const EXACT: f64 = 1e-12;
 
 impl Objective {
     /// The residual and its derivative by log L̂, of log(L̂/L).
@@ -110,3 +118,15 @@ pub(super) fn loss(residual: f64, robust: f64) -> f64 {
 pub(super) fn influence(residual: f64, robust: f64) -> f64 {
     if robust.is_infinite() { 1.0 } else { 1.0 / (1.0 + (residual / robust).powi(2)) }
 }
+
+/// The loss's second derivative. That of Cauchy's is negative beyond `robust`; there a small part
+/// of the influence, with which a step still descends, and is not too long.
+pub(super) fn curvature(residual: f64, robust: f64) -> f64 {
+    if robust.is_infinite() {
+        return 1.0;
+    }
+    let square = (residual / robust).powi(2);
+    ((1.0 - square) / (1.0 + square)).max(LEAST_CURVATURE) / (1.0 + square)
+}
+
+const LEAST_CURVATURE: f64 = 0.2;

@@ -42,6 +42,8 @@ pub struct Unseen {
     photographed: Vec<Rgb>,
     /// Which places each place sees, and with what part of its hemisphere, in sr.
     between: Vec<Vec<(usize, f64)>>,
+    /// The place of every hidden point that a sample sees.
+    of_hidden: Vec<usize>,
 }
 
 impl Unseen {
@@ -89,7 +91,8 @@ impl Unseen {
             }
         };
         let materials = places.iter().map(material).collect();
-        Ok(Some(Self { nearest, cloud, materials, photographed, between }))
+        let of_hidden = positions.par_iter().map(|&position| nearest.to(position)).collect();
+        Ok(Some(Self { nearest, cloud, materials, photographed, between, of_hidden }))
     }
 
     /// k_ij, places × columns of a model.
@@ -136,18 +139,20 @@ impl Unseen {
         }
         HiddenLight::new(self.nearest.clone(), radiance)
     }
-}
 
-/// I_s of every sample with what hidden surfaces send there.
-pub fn irradiance(fitter: &Fitter, light: &HiddenLight) -> Vec<Radiance> {
-    let transport = fitter.data.transport;
-    (0..transport.irradiance.len())
-        .into_par_iter()
-        .map(|sample| {
-            let gathered = transport.irradiance[sample];
-            light.added_to(gathered, transport.hidden_of(sample)).map(|value| value as f32)
-        })
-        .collect()
+    /// I_s of every sample with what hidden surfaces send there.
+    pub fn irradiance(&self, fitter: &Fitter, light: &HiddenLight) -> Vec<Radiance> {
+        let transport = fitter.data.transport;
+        (0..transport.irradiance.len())
+            .into_par_iter()
+            .map(|sample| {
+                let points = transport.first_hidden[sample]..transport.first_hidden[sample + 1];
+                let seen = points
+                    .map(|point| (self.of_hidden[point], transport.hidden[point].projected_sr));
+                light.added_from(transport.irradiance[sample], seen).map(|value| value as f32)
+            })
+            .collect()
+    }
 }
 
 /// A sample that nothing was measured at.

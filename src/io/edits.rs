@@ -1,0 +1,232 @@
+//! `edits.json`: the changes to a recovered scene.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::{DMat4, DVec4, Vec3};
+
+use super::error::listed;
+use super::json::{self, Field};
+use super::tags::lights::{dome, emitter, emitter_kinds, not_negative};
+use super::{Error, Fault, obj};
+use crate::geometry::mesh::Mesh;
+use crate::math::rgb::Rgb;
+use crate::reconstruct::equations::Reflectance;
+use crate::render::edits::{AddedLight, Edits, GREY, Object, Override, Shape, Surroundings};
+use crate::scene::Capture;
+
+/// Reads edits and the files that they name, which lie beside them; with what is odd about them.
+pub fn read(file: &Path, capture: &Capture) -> Result<(Edits, Vec<String>), Error> {
+    let value = json::read(file)?;
+    let root = Field::root(file, &value)?;
+    let mut warnings = Vec::new();
+    let mut edits = Edits::default();
+    if let Some(field) = root.get("original_light") {
+        edits.original_light = at_least_0(&field)?;
+    }
+    for (index, item) in items(&root, "lights")?.iter().enumerate() {
+        edits.lights.push(light(item, index, &mut warnings)?);
+    }
+    for (index, item) in items(&root, "objects")?.iter().enumerate() {
+        edits.objects.push(object(item, index, &mut warnings)?);
+    }
+    if let Some(field) = root.get("materials") {
+        edits.materials = overrides(&field, capture)?;
+    }
+    // `null` is a word here: no surroundings.
+    match root.value.get("surroundings_albedo") {
+        None => {}
+        Some(serde_json::Value::Null) => edits.surroundings = Surroundings::Open,
+        Some(_) => {
+            let field = root.need("surroundings_albedo")?;
+            edits.surroundings = Surroundings::Albedo(part(&field, field.number()?)?);
+        }
+    }
+    Ok((edits, warnings))
+}
+
+fn items<'a>(root: &Field<'a>, key: &str) -> Result<Vec<Field<'a>>, Error> {
+    root.get(key).map_or(Ok(Vec::new()), |field| field.items())
+}
+
+fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<AddedLight, Error> {
+    let name = match item.get("name") {
+        Some(field) => field.text()?.to_owned(),
+        None => format!("light {}", index + 1),
+    };
+    let kind = item.need("kind")?;
+    if kind.text()? == "dome" {
+        let dome = dome(item, warnings)?;
+        return Ok(AddedLight { name, shape: Shape::Dome(dome), emission: [1.0; 3] });
+    }
+    let Some(emitter) = emitter(item, kind.text()?) else {
+        let kinds: Vec<&str> = emitter_kinds().chain(["dome"]).collect();
+        return Err(kind.wrong(&format!(
+            "\"{}\" is no kind of added light; the choices are {}",
+            kind.text()?,
+            listed(kinds.into_iter())
+        )));
+    };
+    let emitter = emitter?;
+    let emission = not_negative(&item.need(emitter.quantity())?)?;
+    Ok(AddedLight { name, shape: Shape::Emitter(emitter), emission })
+}
+
+fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Object, Error> {
+    let field = item.need("mesh")?;
+    let path = field.text()?;
+    let file = field.file.parent().unwrap_or(Path::new("")).join(path.replace('\\', "/"));
+    if !file.is_file() {
+        return Err(Error::Missing(Fault::new(
+            field.file,
+            field.path.clone(),
+            format!("there is no mesh {}", file.display()),
+            "Correct its path, which is relative to the folder of this file",
+        )));
+    }
+    let name = match item.get("name") {
+        Some(field) => field.text()?.to_owned(),
+        None => format!("object {}", index + 1),
+    };
+    let geometry = obj::load(&file)?;
+    warnings.extend(geometry.warnings);
+    let mut mesh = geometry.mesh;
+    if let Some(field) = item.get("world_from_object") {
+        place(&mut mesh, &field)?;
+    }
+    let given = item.get("materials");
+    let materials = given.as_ref().and_then(|field| field.value.as_object());
+    if let (Some(field), None) = (&given, materials) {
+        return Err(field.wrong("this must hold one object {…} per material of the mesh"));
+    }
+    let known = || geometry.surfaces.iter().map(|surface| surface.name.as_str());
+    for name in materials.iter().flat_map(|materials| materials.keys()) {
+        if !known().any(|surface| surface == name) {
+            let field = given.as_ref().unwrap_or(item);
+            return Err(field.wrong_with(
+                &format!("{} has no material \"{name}\"", file.display()),
+                &format!("It has {}", listed(known())),
+            ));
+        }
+    }
+    let mut reflectances = Vec::new();
+    for surface in &geometry.surfaces {
+        let field = given.as_ref().and_then(|field| field.get(&surface.name));
+        let change = field.as_ref().map(change).transpose()?.unwrap_or_else(|| {
+            warnings.push(format!(
+                "{}, {}: nothing is said of the material \"{}\"; it is a diffuse grey of {GREY}",
+                item.file.display(),
+                item.path,
+                surface.name
+            ));
+            Override::default()
+        });
+        reflectances.push(Reflectance {
+            diffuse: change.diffuse.unwrap_or([GREY; 3]),
+            specular: change.specular.unwrap_or_default(),
+            exponent: change.exponent.unwrap_or(1.0),
+        });
+    }
+    Ok(Object { name, mesh, reflectances })
+}
+
+/// Moves a mesh by a matrix of four rows.
+fn place(mesh: &mut Mesh, field: &Field) -> Result<(), Error> {
+    let rows = field.items()?;
+    if rows.len() != 4 {
+        return Err(field.wrong("a matrix has four rows of four numbers"));
+    }
+    let mut matrix = [DVec4::ZERO; 4];
+    for (row, item) in matrix.iter_mut().zip(&rows) {
+        *row = DVec4::from_array(item.numbers::<4>()?);
+    }
+    let world_from_object =
+        DMat4::from_cols_array_2d(&matrix.map(|row| row.to_array())).transpose();
+    if matrix[3] != DVec4::W {
+        return Err(field.wrong("the last row of a placement is 0 0 0 1"));
+    }
+    let linear = glam::DMat3::from_mat4(world_from_object);
+    let size = linear.x_axis.length().max(linear.y_axis.length()).max(linear.z_axis.length());
+    if linear.determinant().abs() <= 1e-9 * size.powi(3) {
+        return Err(field.wrong_with(
+            "the matrix makes the object flat: it is singular",
+            "Give a rotation with a scale that is not 0 along any axis",
+        ));
+    }
+    for position in &mut mesh.positions {
+        *position = world_from_object.transform_point3(position.as_dvec3()).as_vec3();
+    }
+    if !mesh.positions.iter().all(|position: &Vec3| position.is_finite()) {
+        return Err(field.wrong("the matrix moves the object out of all range"));
+    }
+    if linear.determinant() < 0.0 {
+        // Mirrored, triangles would turn their inner sides out.
+        for triangle in &mut mesh.triangles {
+            triangle.swap(1, 2);
+        }
+    }
+    Ok(())
+}
+
+fn overrides(field: &Field, capture: &Capture) -> Result<BTreeMap<String, Override>, Error> {
+    let Some(members) = field.value.as_object() else {
+        return Err(field.wrong("this must hold one object {…} per material"));
+    };
+    let known = || capture.materials.iter().map(|material| material.name.as_str());
+    let mut overrides = BTreeMap::new();
+    for name in members.keys() {
+        if !known().any(|material| material == name) {
+            return Err(field.wrong_with(
+                &format!("the capture has no material \"{name}\""),
+                &format!("It has {}", listed(known())),
+            ));
+        }
+        if let Some(item) = field.get(name) {
+            overrides.insert(name.clone(), change(&item)?);
+        }
+    }
+    Ok(overrides)
+}
+
+fn change(item: &Field) -> Result<Override, Error> {
+    let colour = |key: &str| -> Result<Option<Rgb>, Error> {
+        let Some(field) = item.get(key) else { return Ok(None) };
+        let values = field.numbers::<3>()?;
+        for value in values {
+            part(&field, value)?;
+        }
+        Ok(Some(values))
+    };
+    let exponent = match item.get("exponent") {
+        None => None,
+        Some(field) => Some(match field.number()? {
+            n if (0.0..=1e6).contains(&n) => n,
+            _ => return Err(field.wrong("an exponent lies between 0 and 1000000")),
+        }),
+    };
+    let change = Override { diffuse: colour("diffuse")?, specular: colour("specular")?, exponent };
+    if let (Some(diffuse), Some(specular)) = (change.diffuse, change.specular)
+        && diffuse.iter().zip(specular).any(|(d, s)| d + s > 1.0 + 1e-9)
+    {
+        return Err(item.wrong_with(
+            "diffuse and specular reflectance together are more than 1",
+            "Lower one: a surface reflects no more light than falls on it",
+        ));
+    }
+    Ok(change)
+}
+
+fn at_least_0(field: &Field) -> Result<f64, Error> {
+    let value = field.number()?;
+    if value < 0.0 {
+        return Err(field.wrong("light cannot be negative"));
+    }
+    Ok(value)
+}
+
+fn part(field: &Field, value: f64) -> Result<f64, Error> {
+    if !(0.0..=1.0).contains(&value) {
+        return Err(field.wrong("a reflectance lies between 0 and 1"));
+    }
+    Ok(value)
+}

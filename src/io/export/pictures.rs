@@ -1,0 +1,165 @@
+//! Rendered pictures as files: OpenEXR with its layers, sRGB to look at, and the composite with
+//! the photograph.
+
+use std::collections::BTreeSet;
+use std::io::Cursor;
+use std::path::Path;
+
+use super::super::{Error, atomic, exr};
+use super::file_name;
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::render::film::Film;
+use crate::scene::Image;
+
+/// One picture to be written.
+pub struct Written<'a> {
+    pub folder: &'a Path,
+    /// Of the files, without extension.
+    pub name: &'a str,
+    pub film: &'a Film,
+    /// Names of the added lights.
+    pub lights: &'a [&'a str],
+    pub png: bool,
+    /// The same view without edits, and the photograph that was taken from there.
+    pub composite: Option<(&'a Film, &'a Image)>,
+}
+
+/// The name of a picture's files: that of its frame's `file_path` without folder and extension;
+/// numbered where an earlier one has it.
+pub fn name(file_path: &str, taken: &mut BTreeSet<String>) -> String {
+    let path = file_path.replace('\\', "/");
+    let stem = Path::new(&path).file_stem().and_then(|stem| stem.to_str()).unwrap_or("picture");
+    file_name(stem, taken)
+}
+
+/// Writes `NAME.exr` with the layers direct, indirect, albedo, normal, Z (metres) and one per
+/// light, and where asked for `NAME.png` and `NAME-composite.exr`.
+pub fn write(written: &Written) -> Result<(), Error> {
+    let Written { folder, name, film, lights, png, composite } = written;
+    let (width, height) = (film.width, film.height);
+    let beauty = film.beauty();
+    let direct = film.direct();
+    let indirect: Vec<Radiance> =
+        beauty.iter().zip(&direct).map(|(b, d)| std::array::from_fn(|c| b[c] - d[c])).collect();
+    let mut layers: Vec<(String, Vec<f32>)> = vec![
+        ("A".into(), film.coverage()),
+        ("Z".into(), film.distance_m()),
+        ("object.A".into(), film.object_coverage()),
+    ];
+    let mut split = |layer: &str, channels: [&str; CHANNELS], pixels: &[Radiance]| {
+        for (c, channel) in channels.into_iter().enumerate() {
+            let values = pixels.iter().map(|pixel| pixel[c]).collect();
+            layers.push((format!("{layer}.{channel}"), values));
+        }
+    };
+    split("direct", ["R", "G", "B"], &direct);
+    split("indirect", ["R", "G", "B"], &indirect);
+    split("albedo", ["R", "G", "B"], &film.albedo());
+    split("normal", ["X", "Y", "Z"], &film.normal());
+    split("light recovered", ["R", "G", "B"], &film.layer(0));
+    let mut taken = BTreeSet::from(["recovered".to_owned()]);
+    for (index, light) in lights.iter().enumerate() {
+        // A point in a layer's name would make a layer within a layer of it.
+        let name = file_name(&light.replace('.', "_"), &mut taken);
+        split(&format!("light {name}"), ["R", "G", "B"], &film.layer(1 + index));
+    }
+    let layers: Vec<(&str, &[f32])> =
+        layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+    exr::write_rgb_with(&folder.join(format!("{name}.exr")), width, height, &beauty, &layers)?;
+    if *png {
+        write_png(&folder.join(format!("{name}.png")), width, height, &beauty)?;
+    }
+    if let Some((without, photograph)) = composite {
+        let composed = compose(film, without, photograph);
+        let file = folder.join(format!("{name}-composite.exr"));
+        let object = film.object_coverage();
+        let mut further = vec![("object.A".to_owned(), object)];
+        for (c, channel) in ["R", "G", "B"].into_iter().enumerate() {
+            let change = composed.change.iter().map(|pixel| pixel[c]).collect();
+            further.push((format!("change.{channel}"), change));
+        }
+        let further: Vec<(&str, &[f32])> =
+            further.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+        exr::write_rgb_with(&file, width, height, &composed.picture, &further)?;
+        if *png {
+            let file = folder.join(format!("{name}-composite.png"));
+            write_png(&file, width, height, &composed.picture)?;
+        }
+    }
+    Ok(())
+}
+
+/// The edits set into a photograph.
+pub struct Composed {
+    pub picture: Vec<Radiance>,
+    /// What lights, objects and materials change of the known surfaces: shadows below 0, added
+    /// light above.
+    pub change: Vec<Radiance>,
+}
+
+/// Differential rendering (Debevec 1998): where objects are, their picture; elsewhere the
+/// photograph with the difference that the edits make. Pixels of the photograph that are no
+/// measurement are taken from the picture.
+pub fn compose(with: &Film, without: &Film, photograph: &Image) -> Composed {
+    let (with_all, without_all) = (with.beauty(), without.beauty());
+    let objects = with.object_coverage();
+    let mut composed = Composed { picture: Vec::new(), change: Vec::new() };
+    for (index, (with, without)) in with_all.into_iter().zip(without_all).enumerate() {
+        let (x, y) = (index % photograph.width(), index / photograph.width());
+        let object = objects[index];
+        let measured = photograph.radiance(x, y);
+        let change: Radiance =
+            std::array::from_fn(|c| if object >= 1.0 { 0.0 } else { with[c] - without[c] });
+        composed.picture.push(std::array::from_fn(|c| {
+            // Of a pixel that an object covers in part both renderings have the background.
+            let photographed = measured.map_or(without[c], |measured| measured[c]);
+            let background = (photographed + (with[c] - without[c])).max(0.0);
+            object * with[c] + (1.0 - object) * background
+        }));
+        composed.change.push(change);
+    }
+    composed
+}
+
+/// sRGB of linear radiance; the 99th percentile becomes white.
+pub fn write_png(
+    file: &Path,
+    width: usize,
+    height: usize,
+    pixels: &[Radiance],
+) -> Result<(), Error> {
+    let white = percentile(pixels, 0.99).max(f32::MIN_POSITIVE);
+    let bytes: Vec<u8> =
+        pixels.iter().flatten().map(|value| (srgb(value / white) * 255.0 + 0.5) as u8).collect();
+    let mut encoded = Cursor::new(Vec::new());
+    let (w, h) = (width as u32, height as u32);
+    image::write_buffer_with_format(
+        &mut encoded,
+        &bytes,
+        w,
+        h,
+        image::ExtendedColorType::Rgb8,
+        image::ImageFormat::Png,
+    )
+    .map_err(|failure| Error::Write {
+        file: file.to_owned(),
+        source: std::io::Error::other(failure.to_string()),
+    })?;
+    atomic::write_bytes(file, encoded.get_ref())
+}
+
+/// The value below which a part of all channels of all pixels lies.
+pub fn percentile(pixels: &[Radiance], part: f64) -> f32 {
+    let mut values: Vec<f32> = pixels.iter().flatten().copied().filter(|v| v.is_finite()).collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let index = ((values.len() - 1) as f64 * part) as usize;
+    *values.select_nth_unstable_by(index, f32::total_cmp).1
+}
+
+/// The sRGB transfer function (IEC 61966-2-1), clipped to [0, 1].
+pub fn srgb(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}

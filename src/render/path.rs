@@ -1,0 +1,340 @@
+//! Paths from the camera into the scene.
+//!
+//! The estimator is the usual one: at every place that a path comes to, light is gathered from
+//! one of the recovered lights and from every added one, and the path goes on in a direction that
+//! the surface is likely to reflect into. Two kinds of light are kept apart, since the recovered
+//! light contains already what the unmodelled part of the room returns:
+//!
+//! - recovered light reaches what the path comes to over known surfaces and objects alone;
+//! - added light also by way of the [`Shell`](super::scene::Shell) that stands for the room.
+//!
+//! A ray that leaves the known scene meets no recovered light: that was gathered where the ray
+//! began, also for the specular lobe, which is widened by the light's size as in the solve.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use crate::geometry::bvh::Ray;
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
+use crate::render::scene::{Brdf, Met, Scene};
+use crate::scene::Site;
+
+/// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
+/// the other.
+pub struct Sequence {
+    index: u32,
+    seed: u32,
+    dimension: u32,
+    /// For what comes after the last dimension, and where points of a set would gain nothing.
+    pub random: Random,
+}
+
+/// Points of one set; the next set has another seed.
+const SET: u64 = 1 << 16;
+
+impl Sequence {
+    /// Path `index` of a pixel.
+    pub fn new(seed: u64, pixel: u64, index: u64) -> Self {
+        let mut mixed = Random::new(seed, pixel, index / SET);
+        let seed = mixed.next_u64();
+        let random = Random::new(seed, pixel, index);
+        Self { index: (index % SET) as u32, seed: seed as u32, dimension: 0, random }
+    }
+
+    fn number(&mut self) -> f32 {
+        if self.dimension >= sobol_burley::NUM_DIMENSIONS {
+            return self.random.uniform();
+        }
+        let number = sobol_burley::sample(self.index, self.dimension, self.seed);
+        self.dimension += 1;
+        number
+    }
+
+    pub fn point(&mut self) -> Vec2 {
+        Vec2::new(self.number(), self.number())
+    }
+}
+
+/// What the first place of a path is like.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct First {
+    /// Diffuse and specular reflectance together; 0 where nothing is met.
+    pub albedo: Radiance,
+    pub normal: Vec3,
+    /// Metres along the ray; 0 where nothing is met.
+    pub distance_m: f32,
+    pub is_known: bool,
+    pub is_object: bool,
+}
+
+/// Where the light of a path goes: one entry for the recovered light and one per added light.
+pub struct Gathered<'a> {
+    pub layers: &'a mut [Radiance],
+    /// What reached the first place without a detour, and what was seen to shine.
+    pub direct: &'a mut Radiance,
+}
+
+impl Gathered<'_> {
+    fn add(&mut self, layer: usize, depth: usize, light: Radiance) {
+        add(&mut self.layers[layer], light);
+        if depth == 0 {
+            add(self.direct, light);
+        }
+    }
+}
+
+/// Places that a path goes on from whatever it carries; later it ends by chance.
+const SURE_DEPTH: usize = 3;
+
+fn add(sum: &mut Radiance, light: Radiance) {
+    for (sum, value) in sum.iter_mut().zip(light) {
+        *sum += value;
+    }
+}
+
+fn times(a: Radiance, b: Radiance) -> Radiance {
+    std::array::from_fn(|c| a[c] * b[c])
+}
+
+fn scaled(a: Radiance, factor: f32) -> Radiance {
+    a.map(|value| value * factor)
+}
+
+fn largest(a: Radiance) -> f32 {
+    a[0].max(a[1]).max(a[2])
+}
+
+impl Scene<'_> {
+    /// Follows one path through at most `most` reflections.
+    pub fn trace(
+        &self,
+        ray: Ray,
+        most: usize,
+        sequence: &mut Sequence,
+        mut gathered: Gathered,
+    ) -> First {
+        let mut first = First::default();
+        let mut throughput = [1.0f32; CHANNELS];
+        let mut ray = ray;
+        // Where the ray began, and the density with which its direction was chosen; none for the
+        // camera's.
+        let mut from: Option<(Site, f32)> = None;
+        let mut by_shell = false;
+        for depth in 0..=most {
+            let hit = self.geometry.caster.closest(&ray);
+            let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            self.added_met(&ray, distance_m, from, throughput, depth, &mut gathered);
+
+            let (site, brdf) = match hit {
+                Some(hit) => {
+                    let site = self.geometry.site(&ray, &hit);
+                    let met = self.met(site, hit.triangle, (hit.u, hit.v));
+                    if depth == 0 {
+                        first = self.first(site, hit.t, &met, self.is_object(hit.triangle));
+                    }
+                    match met {
+                        Met::Surface(brdf) => (site, brdf),
+                        Met::Shining(radiance) => {
+                            if !by_shell {
+                                let depth = depth.saturating_sub(1);
+                                gathered.add(0, depth, times(throughput, radiance));
+                            }
+                            break;
+                        }
+                    }
+                }
+                None => {
+                    let Some(shell) = self.shell.filter(|_| depth > 0 && !self.added.is_empty())
+                    else {
+                        break;
+                    };
+                    by_shell = true;
+                    let grey = [shell.albedo; CHANNELS];
+                    let brdf = Brdf { diffuse: grey, specular: [0.0; CHANNELS], exponent: 1.0 };
+                    (shell.exit(ray.origin, ray.direction), brdf)
+                }
+            };
+            if depth == most {
+                break;
+            }
+            let mirror = mirrored(-ray.direction, site.normal);
+            if !by_shell {
+                self.recovered_at(site, &brdf, mirror, throughput, depth, sequence, &mut gathered);
+            } else if self.added.is_empty() {
+                break;
+            }
+            self.added_at(site, &brdf, mirror, throughput, depth, sequence, &mut gathered);
+
+            let Some((direction, weight, density)) = scatter(&brdf, site, mirror, sequence) else {
+                break;
+            };
+            throughput = times(throughput, weight);
+            let mut survives = 1.0f32;
+            if depth + 1 >= SURE_DEPTH {
+                survives = largest(throughput).min(0.95);
+                if sequence.random.uniform() >= survives {
+                    break;
+                }
+            }
+            if largest(throughput) <= 0.0 {
+                break;
+            }
+            throughput = scaled(throughput, 1.0 / survives);
+            ray = self.geometry.ray(site, direction);
+            from = Some((site, density));
+        }
+        first
+    }
+
+    fn first(&self, site: Site, distance_m: f32, met: &Met, is_object: bool) -> First {
+        let albedo = match met {
+            Met::Surface(brdf) => std::array::from_fn(|c| brdf.diffuse[c] + brdf.specular[c]),
+            Met::Shining(_) => [0.0; CHANNELS],
+        };
+        First { albedo, normal: site.normal, distance_m, is_known: true, is_object }
+    }
+
+    /// Added lights that the ray meets, which sampling them might have found as well.
+    fn added_met(
+        &self,
+        ray: &Ray,
+        distance_m: f32,
+        from: Option<(Site, f32)>,
+        throughput: Radiance,
+        depth: usize,
+        gathered: &mut Gathered,
+    ) {
+        let eye = Site { position: ray.origin, normal: ray.direction };
+        let (site, density) = from.unwrap_or((eye, f32::INFINITY));
+        for (index, added) in self.added.iter().enumerate() {
+            let Some((radiance, by_light)) = added.met(site, ray.direction, distance_m) else {
+                continue;
+            };
+            // The balance heuristic (Veach 1997); a camera looks at lights in one way only.
+            let share = if density.is_finite() { density / (density + by_light) } else { 1.0 };
+            let light = scaled(times(throughput, radiance), share);
+            gathered.add(1 + index, depth.saturating_sub(1), light);
+        }
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a place, a direction, and what the path carries"
+    )]
+    fn recovered_at(
+        &self,
+        site: Site,
+        brdf: &Brdf,
+        mirror: Vec3,
+        throughput: Radiance,
+        depth: usize,
+        sequence: &mut Sequence,
+        gathered: &mut Gathered,
+    ) {
+        if self.original_light == 0.0 || self.recovered.is_dark() {
+            return;
+        }
+        let (choice, square) = (sequence.number(), sequence.point());
+        let views = &self.geometry;
+        let found = self.recovered.sample(views, site, choice, square, &mut sequence.random);
+        let Some((arriving, light)) = found else { return };
+        let lobe = if largest(brdf.specular) > 0.0 {
+            light.lobe(site.position, mirror, f64::from(brdf.exponent)) as f32
+        } else {
+            0.0
+        };
+        let reflected = std::array::from_fn(|c| {
+            let factor = (brdf.diffuse[c] + brdf.specular[c] * lobe) / PI;
+            self.original_light * factor * arriving.irradiance[c]
+        });
+        gathered.add(0, depth, times(throughput, reflected));
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a place, a direction, and what the path carries"
+    )]
+    fn added_at(
+        &self,
+        site: Site,
+        brdf: &Brdf,
+        mirror: Vec3,
+        throughput: Radiance,
+        depth: usize,
+        sequence: &mut Sequence,
+        gathered: &mut Gathered,
+    ) {
+        for (index, added) in self.added.iter().enumerate() {
+            let square = sequence.point();
+            let Some(direct) = added.sample(&self.geometry, site, square) else { continue };
+            let reflected = brdf.value(mirror, direct.direction);
+            let share = if direct.density > 0.0 {
+                let by_surface = brdf.density(mirror, direct.direction, direct.cosine);
+                direct.density / (direct.density + by_surface)
+            } else {
+                1.0
+            };
+            let light = scaled(times(reflected, direct.light), direct.cosine * share);
+            gathered.add(1 + index, depth, times(throughput, light));
+        }
+    }
+}
+
+impl Brdf {
+    fn value(&self, mirror: Vec3, direction: Vec3) -> Radiance {
+        let cosine = mirror.dot(direction);
+        let lobe = if cosine > 0.0 && largest(self.specular) > 0.0 {
+            0.5 * (self.exponent + 2.0) * cosine.powf(self.exponent)
+        } else {
+            0.0
+        };
+        std::array::from_fn(|c| (self.diffuse[c] + self.specular[c] * lobe) / PI)
+    }
+
+    /// The part of the paths that the specular lobe sends on.
+    fn specular_part(&self) -> f32 {
+        let [diffuse, specular] = [self.diffuse, self.specular].map(|rho| rho.iter().sum::<f32>());
+        if specular > 0.0 { specular / (diffuse + specular) } else { 0.0 }
+    }
+
+    /// Density by solid angle with which [`scatter`] chooses a direction.
+    fn density(&self, mirror: Vec3, direction: Vec3, cosine: f32) -> f32 {
+        let part = self.specular_part();
+        let mut density = (1.0 - part) * cosine / PI;
+        if part > 0.0 {
+            let lobe = mirror.dot(direction).max(0.0).powf(self.exponent);
+            density += part * (self.exponent + 1.0) / (2.0 * PI) * lobe;
+        }
+        density
+    }
+}
+
+/// A direction in which light may have come, with the reflectance times cosine over its density,
+/// and that density; `None` where the lobe points into the surface, or nothing is reflected.
+fn scatter(
+    brdf: &Brdf,
+    site: Site,
+    mirror: Vec3,
+    sequence: &mut Sequence,
+) -> Option<(Vec3, Radiance, f32)> {
+    let (choice, square) = (sequence.number(), sequence.point());
+    let part = brdf.specular_part();
+    let direction = if choice < part {
+        let height = square.x.powf(1.0 / (brdf.exponent + 1.0));
+        let across = (1.0 - height * height).max(0.0).sqrt();
+        let angle = 2.0 * PI * square.y;
+        let local = Vec3::new(across * angle.cos(), across * angle.sin(), height);
+        Frame::about(mirror).to_world(local)
+    } else {
+        Frame::about(site.normal).to_world(square_to_cosine_hemisphere(square))
+    };
+    let cosine = direction.dot(site.normal);
+    if cosine <= 0.0 {
+        return None;
+    }
+    let density = brdf.density(mirror, direction, cosine);
+    let weight = scaled(brdf.value(mirror, direction), cosine / density.max(f32::MIN_POSITIVE));
+    (density > 0.0).then_some((direction, weight, density))
+}

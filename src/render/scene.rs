@@ -1,0 +1,320 @@
+//! A recovered scene with its edits, ready to be lit.
+
+use glam::{Vec2, Vec3};
+
+use crate::geometry::bvh::RayCaster;
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::equations::Reflectance;
+use crate::reconstruct::lights::{LightKind, VirtualLights};
+use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::textures::Texture;
+use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
+use crate::render::lights::{Added, Recovered};
+use crate::scene::{Capture, Emitter, Role, Site, Views};
+
+/// What a reconstruction recovered, as far as light can tell.
+#[derive(Clone, Debug, Default)]
+pub struct Solved {
+    /// Per material of the capture; `None` where no photograph shows it.
+    pub reflectances: Vec<Option<Reflectance>>,
+    pub textures: Vec<Texture>,
+    pub lights: VirtualLights,
+    pub lobes: Lobes,
+    /// E per lobe.
+    pub emission: Vec<Rgb>,
+}
+
+/// The capture's geometry with the objects that are set into it.
+pub struct Geometry {
+    pub caster: RayCaster,
+    pub normals: Vec<Vec3>,
+    /// Triangles of the capture; those of objects follow.
+    pub known: usize,
+    /// Of each object's triangle the index into `Edits::objects`, and its surface there.
+    owner: Vec<(u32, u32)>,
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Geometry {
+    pub fn new(capture: &Capture, edits: &Edits) -> Self {
+        let mesh = &capture.mesh;
+        let (mut positions, mut triangles) = (mesh.positions.clone(), mesh.triangles.clone());
+        let mut owner = Vec::new();
+        for (index, object) in edits.objects.iter().enumerate() {
+            let first = positions.len() as u32;
+            positions.extend(&object.mesh.positions);
+            triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+            owner.extend(object.mesh.surface.iter().map(|&surface| (index as u32, surface)));
+        }
+        let normal = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+            (b - a).cross(c - a).normalize_or_zero()
+        };
+        let normals = triangles.iter().map(normal).collect();
+        let corners = triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
+        let (low, high) = corners
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = if low.x <= high.x { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) };
+        let caster = RayCaster::build(&positions, &triangles);
+        Self { caster, normals, known: mesh.triangles.len(), owner, low, high }
+    }
+}
+
+/// How a surface reflects: ρ_d/π + ρ_s (n+2)/2π cosⁿγ (Eq. 12).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brdf {
+    pub diffuse: Radiance,
+    pub specular: Radiance,
+    pub exponent: f32,
+}
+
+impl From<&Reflectance> for Brdf {
+    fn from(reflectance: &Reflectance) -> Self {
+        Self {
+            diffuse: reflectance.diffuse.map(|value| value as f32),
+            specular: reflectance.specular.map(|value| value as f32),
+            exponent: reflectance.exponent as f32,
+        }
+    }
+}
+
+/// What a triangle does with light.
+#[derive(Clone, Copy, Debug)]
+enum Look {
+    Reflects(Brdf),
+    /// The same with the diffuse reflectance of `Scene::textures[index]`.
+    Textured(Brdf, usize),
+    /// Nothing is known but what the photographs show: it sends that, and reflects nothing.
+    Photographed,
+}
+
+/// What is met by a ray.
+pub enum Met {
+    Surface(Brdf),
+    /// Radiance that it is known to send.
+    Shining(Radiance),
+}
+
+/// Texture coordinates of one surface's triangles.
+struct Map<'a> {
+    texture: &'a Texture,
+    /// The triangle's entry in the unwrap, from the surface's first triangle on.
+    entry: Vec<u32>,
+    first: usize,
+}
+
+/// Everything that light meets.
+pub struct Scene<'a> {
+    /// The geometry with objects, through which nothing is seen; its `maps` are empty.
+    pub geometry: Views<'a>,
+    /// The capture alone with its photographs.
+    photographs: &'a Views<'a>,
+    known: usize,
+    looks: Vec<Look>,
+    look_of: Vec<u32>,
+    maps: Vec<Map<'a>>,
+    pub original_light: f32,
+    pub recovered: Recovered,
+    pub added: Vec<Added>,
+    pub shell: Option<Shell>,
+}
+
+/// The box that stands for the unmodelled room.
+#[derive(Clone, Copy, Debug)]
+pub struct Shell {
+    low: Vec3,
+    high: Vec3,
+    pub albedo: f32,
+}
+
+impl<'a> Scene<'a> {
+    /// `places` are points that the surroundings have to hold, such as cameras.
+    pub fn new(
+        photographs: &'a Views<'a>,
+        geometry: &'a Geometry,
+        solved: &'a Solved,
+        edits: &Edits,
+        places: &[Vec3],
+    ) -> Self {
+        let capture = photographs.capture;
+        let mean = mean(&solved.reflectances);
+        let mut looks = vec![Look::Photographed];
+        // Per surface of the capture its look; those of textured surfaces are their own.
+        let mut of_surface = Vec::with_capacity(capture.surfaces.len());
+        let mut maps = Vec::new();
+        for (index, surface) in capture.surfaces.iter().enumerate() {
+            let Role::Material(material) = surface.role else {
+                of_surface.push(0);
+                continue;
+            };
+            let mut reflectance = solved.reflectances[material].unwrap_or(mean);
+            let change = edits.materials.get(&capture.materials[material].name);
+            if let Some(change) = change {
+                reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
+                reflectance.specular = change.specular.unwrap_or(reflectance.specular);
+                reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
+            }
+            let is_repainted = change.is_some_and(|change| change.diffuse.is_some());
+            let texture = solved.textures.iter().find(|texture| texture.surface == index);
+            let brdf = Brdf::from(&reflectance);
+            of_surface.push(looks.len() as u32);
+            looks.push(match texture.filter(|_| !is_repainted) {
+                Some(texture) => {
+                    maps.push(Map::new(texture));
+                    Look::Textured(brdf, maps.len() - 1)
+                }
+                None => Look::Reflects(brdf),
+            });
+        }
+        let mut look_of: Vec<u32> =
+            capture.mesh.surface.iter().map(|&surface| of_surface[surface as usize]).collect();
+        let first: Vec<usize> = edits
+            .objects
+            .iter()
+            .map(|object| {
+                let first = looks.len();
+                looks.extend(object.reflectances.iter().map(|r| Look::Reflects(Brdf::from(r))));
+                first
+            })
+            .collect();
+        look_of.extend(
+            geometry
+                .owner
+                .iter()
+                .map(|&(object, surface)| (first[object as usize] + surface as usize) as u32),
+        );
+
+        let original_light = edits.original_light as f32;
+        let recovered = Recovered::new(capture, solved, (geometry.low, geometry.high));
+        let offset_m = photographs.offset_m;
+        let lit = Views {
+            capture,
+            caster: &geometry.caster,
+            maps: Vec::new(),
+            normals: geometry.normals.clone(),
+            offset_m,
+        };
+        let added: Vec<Added> = edits.lights.iter().map(Added::new).collect();
+        let shell = shell(solved, geometry, edits, places);
+        Self {
+            geometry: lit,
+            photographs,
+            known: geometry.known,
+            looks,
+            look_of,
+            maps,
+            original_light,
+            recovered,
+            added,
+            shell,
+        }
+    }
+
+    /// Whether a triangle belongs to an object that was set in.
+    pub fn is_object(&self, triangle: u32) -> bool {
+        triangle as usize >= self.known
+    }
+
+    /// What a hit at barycentric (u, v) on the side of `site` does with light.
+    pub fn met(&self, site: Site, triangle: u32, (u, v): (f32, f32)) -> Met {
+        match self.looks[self.look_of[triangle as usize] as usize] {
+            Look::Reflects(brdf) => Met::Surface(brdf),
+            Look::Textured(brdf, map) => {
+                let diffuse = self.maps[map].diffuse(triangle as usize, u, v);
+                Met::Surface(Brdf { diffuse, ..brdf })
+            }
+            Look::Photographed => {
+                let radiance = self.photographs.radiance(site).unwrap_or_default();
+                Met::Shining(radiance.map(|value| value * self.original_light))
+            }
+        }
+    }
+}
+
+impl<'a> Map<'a> {
+    fn new(texture: &'a Texture) -> Self {
+        let triangles = &texture.unwrap.triangles;
+        let first = triangles.iter().copied().min().unwrap_or(0);
+        let last = triangles.iter().copied().max().unwrap_or(0);
+        let mut entry = vec![0; last + 1 - first];
+        for (index, &triangle) in triangles.iter().enumerate() {
+            entry[triangle - first] = index as u32;
+        }
+        Self { texture, entry, first }
+    }
+
+    /// Bilinear; texels beyond the edge repeat it.
+    fn diffuse(&self, triangle: usize, u: f32, v: f32) -> Radiance {
+        let unwrap = &self.texture.unwrap;
+        let [a, b, c] = unwrap.corners[self.entry[triangle - self.first] as usize];
+        let uv = a * (1.0 - u - v) + b * u + c * v;
+        let size = Vec2::new(unwrap.width as f32, unwrap.height as f32);
+        let place = Vec2::new(uv.x, 1.0 - uv.y) * size - 0.5;
+        let (low, part) = (place.floor(), place - place.floor());
+        let texel = |x: f32, y: f32| {
+            let x = x.clamp(0.0, size.x - 1.0) as usize;
+            let y = y.clamp(0.0, size.y - 1.0) as usize;
+            Vec3::from(self.texture.texels[y * unwrap.width + x])
+        };
+        let top = texel(low.x, low.y).lerp(texel(low.x + 1.0, low.y), part.x);
+        let bottom = texel(low.x, low.y + 1.0).lerp(texel(low.x + 1.0, low.y + 1.0), part.x);
+        top.lerp(bottom, part.y).to_array()
+    }
+}
+
+/// What surfaces reflect that no photograph shows: the mean of the others.
+fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
+    let mut sum = [0.0; CHANNELS];
+    let mut count = 0.0f64;
+    for reflectance in reflectances.iter().flatten() {
+        for (sum, value) in sum.iter_mut().zip(reflectance.diffuse) {
+            *sum += value;
+        }
+        count += 1.0;
+    }
+    Reflectance::diffuse(sum.map(|sum| if count > 0.0 { sum / count } else { GREY }))
+}
+
+/// Room that the surroundings leave around what they hold, in diagonals.
+const MARGIN: f32 = 0.02;
+
+fn shell(solved: &Solved, geometry: &Geometry, edits: &Edits, places: &[Vec3]) -> Option<Shell> {
+    let is_open = solved.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
+        || edits.lights.iter().any(|light| matches!(light.shape, Shape::Dome(_)));
+    let albedo = match edits.surroundings {
+        Surroundings::Open => return None,
+        Surroundings::Auto if is_open => return None,
+        Surroundings::Auto => GREY,
+        Surroundings::Albedo(albedo) => albedo,
+    };
+    let lights = edits.lights.iter().flat_map(|AddedLight { shape, .. }| match shape {
+        Shape::Emitter(Emitter::Rectangle { corners, .. }) => corners.to_vec(),
+        Shape::Emitter(Emitter::Sphere { center, radius_m }) => {
+            vec![center - *radius_m, center + *radius_m]
+        }
+        Shape::Emitter(Emitter::Point { position } | Emitter::Spot { position, .. }) => {
+            vec![*position]
+        }
+        Shape::Emitter(Emitter::Sun { .. }) | Shape::Dome(_) => Vec::new(),
+    });
+    let places = places.iter().copied().chain(lights);
+    let (low, high) =
+        places.fold((geometry.low, geometry.high), |(low, high), p| (low.min(p), high.max(p)));
+    let margin = MARGIN * (high - low).length();
+    Some(Shell { low: low - margin, high: high + margin, albedo: albedo as f32 })
+}
+
+impl Shell {
+    /// Where a ray from within leaves, on the inner side.
+    pub fn exit(&self, origin: Vec3, direction: Vec3) -> Site {
+        let far = Vec3::select(direction.cmpgt(Vec3::ZERO), self.high, self.low);
+        let along = (far - origin) / direction;
+        // Along axes that the ray does not move on the quotient is infinite, or NaN on a face.
+        let along = along.to_array().map(|t| if t.is_nan() { f32::INFINITY } else { t.max(0.0) });
+        let axis = (0..3).min_by(|&a, &b| along[a].total_cmp(&along[b])).unwrap_or(0);
+        let mut normal = Vec3::ZERO;
+        normal[axis] = -direction[axis].signum();
+        Site { position: origin + direction * along[axis], normal }
+    }
+}

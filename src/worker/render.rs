@@ -1,0 +1,92 @@
+//! Renders a recovered scene, to be shown or written.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::geometry::bvh::RayCaster;
+use crate::io;
+use crate::io::export::pictures::{self, Written};
+use crate::render::edits::Edits;
+use crate::render::film::Film;
+use crate::render::scene::{Geometry, Scene, Solved};
+use crate::render::{RenderOptions, render};
+use crate::scene::{Camera, Capture, Views};
+use crate::watch::Watch;
+use crate::worker::event::Happening;
+
+/// Pictures to be made of a recovered scene.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    pub capture: Arc<Capture>,
+    pub solved: Arc<Solved>,
+    pub edits: Arc<Edits>,
+    pub frames: Vec<Frame>,
+    pub options: RenderOptions,
+    /// Where to; `None` to have every pass told as [`Happening::Picture`].
+    pub files: Option<Files>,
+}
+
+/// A picture's camera.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    pub name: String,
+    pub camera: Camera,
+    /// Index into the capture's photographs, where one was taken from there.
+    pub photograph: Option<usize>,
+}
+
+/// Which files are written.
+#[derive(Clone, Debug)]
+pub struct Files {
+    pub folder: PathBuf,
+    /// Also an sRGB picture of each.
+    pub png: bool,
+    /// Also the edits set into the photographs.
+    pub composite: bool,
+}
+
+pub(super) fn perform(
+    rendering: &Rendering,
+    watch: &Watch,
+    emit: &(dyn Fn(Happening) + Sync),
+) -> Result<Happening, io::Error> {
+    let Rendering { capture, solved, edits, frames, options, files } = rendering;
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    let places: Vec<_> = frames.iter().map(|frame| frame.camera.position.as_vec3()).collect();
+    let geometry = Geometry::new(capture, edits);
+    let scene = Scene::new(&views, &geometry, solved, edits, &places);
+    let composite = files.as_ref().is_some_and(|files| files.composite);
+    let bare = Edits::default();
+    let bare_geometry = composite.then(|| Geometry::new(capture, &bare));
+    let bare_scene =
+        bare_geometry.as_ref().map(|geometry| Scene::new(&views, geometry, solved, &bare, &places));
+    let lights: Vec<&str> = edits.lights.iter().map(|light| light.name.as_str()).collect();
+
+    let mut taken = BTreeSet::new();
+    for (index, frame) in frames.iter().enumerate() {
+        let show = |film: &Film| {
+            if files.is_none() {
+                emit(Happening::Picture { frame: index, film: Arc::new(film.clone()) });
+            }
+        };
+        let film = render(&scene, &frame.camera, options, watch, &show)?;
+        let Some(files) = files else { continue };
+        let photograph = frame.photograph.and_then(|p| capture.photographs[p].image.as_ref());
+        let without = match (&bare_scene, photograph) {
+            (Some(scene), Some(_)) => Some(render(scene, &frame.camera, options, watch, &|_| ())?),
+            _ => None,
+        };
+        watch.check()?;
+        pictures::write(&Written {
+            folder: &files.folder,
+            name: &pictures::name(&frame.name, &mut taken),
+            film: &film,
+            lights: &lights,
+            png: files.png,
+            composite: without.as_ref().zip(photograph.map(Arc::as_ref)),
+        })?;
+    }
+    Ok(Happening::Rendered(files.as_ref().map(|files| files.folder.clone())))
+}
