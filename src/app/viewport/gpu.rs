@@ -125,7 +125,8 @@ impl Pipelines {
                 flat(wgpu::TextureSampleType::Uint),
                 array(float),
                 sampler,
-                array(wgpu::TextureSampleType::Depth),
+                // As numbers: OpenGL cannot read single texels of what is declared as depth.
+                array(wgpu::TextureSampleType::Float { filterable: false }),
             ],
         );
         let fragment = wgpu::ShaderStages::FRAGMENT;

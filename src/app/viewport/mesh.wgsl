@@ -3,7 +3,7 @@
 @group(1) @binding(0) var surfaces: texture_2d<u32>;
 @group(1) @binding(1) var photographs: texture_2d_array<f32>;
 @group(1) @binding(2) var smooth_sampler: sampler;
-@group(1) @binding(3) var depths: texture_depth_2d_array;
+@group(1) @binding(3) var depths: texture_2d_array<f32>;
 
 const SELECTED: u32 = 1u;
 const HIDDEN: u32 = 2u;
@@ -71,7 +71,7 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
             var depth = 1.0;
             for (var k = 0; k < 9; k++) {
                 let beside = clamp(texel + vec2<i32>(k % 3, k / 3) - 1, vec2<i32>(0), size - 1);
-                depth = min(depth, textureLoad(depths, beside, layer, 0));
+                depth = min(depth, textureLoad(depths, beside, layer, 0).x);
             }
             let near = photograph.range.x;
             let far = photograph.range.y;

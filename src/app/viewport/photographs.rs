@@ -53,7 +53,7 @@ impl Layers {
                 size: wgpu::Extent3d {
                     width: size[0] as u32,
                     height: size[1] as u32,
-                    depth_or_array_layers: photographs.len().max(1) as u32,
+                    depth_or_array_layers: layers(photographs.len(), size),
                 },
                 mip_level_count: 1,
                 sample_count: 1,
@@ -174,6 +174,13 @@ impl Layers {
     }
 }
 
+/// Layers for so many photographs. On OpenGL one layer would become a plain texture, and squares in
+/// multiples of six a cube, neither of which binds as an array.
+fn layers(photographs: usize, [width, height]: [usize; 2]) -> u32 {
+    let count = photographs.max(2) as u32;
+    if width == height && count.is_multiple_of(6) { count + 1 } else { count }
+}
+
 /// Distances from an eye between which the scene lies.
 pub fn range(eye: Vec3, (center, radius): (Vec3, f32)) -> Range {
     let far = eye.distance(center) + 3.0 * radius;
@@ -236,4 +243,16 @@ fn write(
         },
         wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_are_never_taken_for_a_plain_texture_or_a_cube() {
+        assert_eq!([0, 1, 2, 6].map(|count| layers(count, [640, 480])), [2, 2, 2, 6]);
+        assert_eq!([5, 6, 7, 12].map(|count| layers(count, [512, 512])), [5, 7, 7, 13]);
+        assert!(layers(MOST_LAYERS, [512, 512]) as usize <= MOST_LAYERS);
+    }
 }
