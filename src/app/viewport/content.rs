@@ -29,6 +29,13 @@ pub struct Content {
     pub selected_photograph: Option<usize>,
 }
 
+impl Content {
+    /// The capture whose materials samples and solution number.
+    pub fn of_results(&self) -> Option<&Arc<Capture>> {
+        self.result_capture.as_ref().or(self.capture.as_ref())
+    }
+}
+
 /// What the hand did in the viewport.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ViewportEvent {

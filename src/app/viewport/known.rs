@@ -33,6 +33,7 @@ pub struct Known {
 
 pub struct Surfaces {
     capture: Arc<Capture>,
+    result_capture: Option<Arc<Capture>>,
     solution: Option<Arc<Solution>>,
     selected: BTreeSet<usize>,
     hidden: BTreeSet<usize>,
@@ -42,6 +43,7 @@ impl Surfaces {
     pub fn of(capture: &Arc<Capture>, content: &Content) -> Self {
         Self {
             capture: capture.clone(),
+            result_capture: content.result_capture.clone(),
             solution: content.solution.clone(),
             selected: content.selected_surfaces.clone(),
             hidden: content.hidden_surfaces.clone(),
@@ -50,6 +52,7 @@ impl Surfaces {
 
     pub fn hold(&self, capture: &Arc<Capture>, content: &Content) -> bool {
         Arc::ptr_eq(&self.capture, capture)
+            && same(self.result_capture.as_ref(), content.result_capture.as_ref())
             && same(self.solution.as_ref(), content.solution.as_ref())
             && self.selected == content.selected_surfaces
             && self.hidden == content.hidden_surfaces

@@ -6,6 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::{Viewport, palette};
+use crate::scene::{Capture, Role};
 
 const BAR: egui::Vec2 = vec2(176.0, 10.0);
 const GAP: f32 = 4.0;
@@ -30,7 +31,7 @@ enum Entry {
 }
 
 pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
-    let entries = entries(view, content);
+    let entries = entries(view, content, MOST_NAMES);
     if entries.is_empty() {
         return;
     }
@@ -105,7 +106,7 @@ fn draw(
     }
 }
 
-fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
+fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> {
     let settings = &view.settings;
     let Some(capture) = &content.capture else { return Vec::new() };
     let mut entries = Vec::new();
@@ -113,24 +114,28 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
     let shows_radiance = settings.shading == Shading::Photograph
         || view.is_looking_through().is_some()
         || (shows_samples && settings.sample_color == SampleColor::Radiance);
-    let names_materials = settings.shading == Shading::Material
-        || (shows_samples && settings.sample_color == SampleColor::Material);
-    if names_materials {
-        for (index, material) in capture.materials.iter().take(MOST_NAMES).enumerate() {
-            entries.push(Entry::Patch {
-                name: material.name.clone(),
-                color: palette::material_color(index),
-            });
-        }
-        let more = capture.materials.len().saturating_sub(MOST_NAMES);
-        if more > 0 {
-            entries.push(Entry::Text(format!("and {more} more")));
-        }
-        let untagged = capture.surfaces.iter().any(|s| s.role == crate::scene::Role::Untagged);
-        if untagged && settings.shading == Shading::Material {
+    let names = |capture: &Capture| -> Vec<String> {
+        capture.materials.iter().map(|material| material.name.clone()).collect()
+    };
+    let of_surfaces = (settings.shading == Shading::Material).then(|| names(capture));
+    // Samples keep the materials of their run, which the tags of now may number otherwise.
+    let of_samples = content
+        .of_results()
+        .filter(|_| shows_samples && settings.sample_color == SampleColor::Material)
+        .map(|of| names(of))
+        .filter(|names| of_surfaces.as_ref() != Some(names));
+    if let Some(names) = &of_surfaces {
+        name_materials(&mut entries, names, most_names);
+        if capture.surfaces.iter().any(|surface| surface.role == Role::Untagged) {
             let color = Color32::from_rgb(176, 110, 164);
             entries.push(Entry::Patch { name: "striped: no material".to_owned(), color });
         }
+    }
+    if let Some(names) = &of_samples {
+        if of_surfaces.is_some() {
+            entries.push(Entry::Text("Samples, as their run had it".to_owned()));
+        }
+        name_materials(&mut entries, names, most_names);
     }
     if settings.shading == Shading::Reflectance {
         let title = if content.solution.is_some() {
@@ -199,6 +204,17 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
         entries.push(Entry::Text("Errors are unknown before a result".to_owned()));
     }
     entries
+}
+
+fn name_materials(entries: &mut Vec<Entry>, names: &[String], most: usize) {
+    for (index, name) in names.iter().take(most).enumerate() {
+        entries.push(Entry::Patch { name: name.clone(), color: palette::material_color(index) });
+    }
+    match names.len().saturating_sub(most) {
+        0 => {}
+        more if most == 0 => entries.push(Entry::Text(format!("{more} materials"))),
+        more => entries.push(Entry::Text(format!("and {more} more"))),
+    }
 }
 
 /// Linear light as the screen shows it.

@@ -193,7 +193,7 @@ impl Scene {
         }
         let rows = surfaces::rows(
             capture,
-            content.solution.as_deref(),
+            content.of_results().map(|of| &**of).zip(content.solution.as_deref()),
             &content.selected_surfaces,
             &content.hidden_surfaces,
         );

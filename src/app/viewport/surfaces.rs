@@ -17,9 +17,11 @@ const UNASSIGNED: u32 = 4;
 const UNKNOWN_REFLECTANCE: u32 = 8;
 
 /// One texel per surface: material colour, reflectance, flags.
+/// `found` numbers materials as the capture beside it does, which may not be `capture`: tags may
+/// have been edited since.
 pub fn rows(
     capture: &Capture,
-    solution: Option<&Solution>,
+    found: Option<(&Capture, &Solution)>,
     selected: &BTreeSet<usize>,
     hidden: &BTreeSet<usize>,
 ) -> Vec<[u32; 4]> {
@@ -30,29 +32,31 @@ pub fn rows(
         .map(|(index, surface)| {
             let mut flags = if selected.contains(&index) { SELECTED } else { 0 };
             flags |= if hidden.contains(&index) { HIDDEN } else { 0 };
-            let mut reflectance = palette::UNKNOWN;
             let color = match surface.role {
-                Role::Material(material) => {
-                    match solution.and_then(|s| s.reflectances.get(material)?.as_ref()) {
-                        Some(found) => {
-                            let [r, g, b] = found.diffuse.map(encoded);
-                            reflectance = egui::Color32::from_rgb(r, g, b);
-                        }
-                        None => flags |= UNKNOWN_REFLECTANCE,
-                    }
-                    palette::material_color(material)
-                }
-                Role::Luminaire(_) => {
-                    reflectance = palette::LUMINAIRE;
-                    palette::LUMINAIRE
-                }
+                Role::Material(material) => palette::material_color(material),
+                Role::Luminaire(_) => palette::LUMINAIRE,
                 Role::Untagged => {
-                    flags |= UNASSIGNED | UNKNOWN_REFLECTANCE;
+                    flags |= UNASSIGNED;
                     palette::UNKNOWN
                 }
             };
+            let role = found.and_then(|(of, _)| of.surfaces.get(index)).unwrap_or(surface).role;
+            let reflectance = match (role, found) {
+                (Role::Luminaire(_), _) => Some(palette::LUMINAIRE),
+                (Role::Material(material), Some((_, solution))) => {
+                    let found = solution.reflectances.get(material).and_then(Option::as_ref);
+                    found.map(|found| {
+                        let [r, g, b] = found.diffuse.map(encoded);
+                        egui::Color32::from_rgb(r, g, b)
+                    })
+                }
+                _ => None,
+            };
+            if reflectance.is_none() {
+                flags |= UNKNOWN_REFLECTANCE;
+            }
             let pack = |c: egui::Color32| u32::from_le_bytes(c.to_array());
-            [pack(color), pack(reflectance), flags, 0]
+            [pack(color), pack(reflectance.unwrap_or(palette::UNKNOWN)), flags, 0]
         })
         .collect();
     rows.resize(rows.len().max(1).next_multiple_of(WIDTH), [0; 4]);
