@@ -122,9 +122,6 @@ fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
     if plain(Key::B) {
         view.boxing = Boxing::Armed;
     }
-    if view.boxing != Boxing::Off && plain(Key::Escape) {
-        view.boxing = Boxing::Off;
-    }
 }
 
 /// Looking through photographs; tells which one.
@@ -150,16 +147,30 @@ pub fn photograph_keys(
     }
     // Elsewhere Tab moves the focus, as everywhere.
     if let Some(now) = view.through {
-        if pressed(Modifiers::NONE, Key::Tab) {
-            wanted = Some((now + 1) % count);
-        } else if pressed(Modifiers::SHIFT, Key::Tab) {
+        // With shift first: a plain Tab is also within Shift+Tab.
+        if pressed(Modifiers::SHIFT, Key::Tab) {
             wanted = Some((now + count - 1) % count);
+        } else if pressed(Modifiers::NONE, Key::Tab) {
+            wanted = Some((now + 1) % count);
         }
     }
     if let Some(photograph) = wanted {
         view.look_through(Some(photograph));
         events.push(ViewportEvent::PickPhotograph(photograph));
     }
+}
+
+/// While a photograph is looked through, the viewport has the focus and keeps Tab to itself: egui
+/// reads Tab before any widget does, and would move the focus on.
+pub fn keep_tab(view: &Viewport, ui: &Ui, response: &Response) {
+    let tab = view.through.is_some();
+    if tab && has_keys(ui, response) && !response.has_focus() {
+        response.request_focus();
+        // The filter can be set from the next frame on.
+        ui.ctx().request_repaint();
+    }
+    let filter = egui::EventFilter { tab, ..egui::EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
 }
 
 /// Goes on from the photograph's place with the free view.
@@ -203,7 +214,16 @@ pub fn select(
         .zip(view.scene.caster.as_ref())
         .map(|(capture, caster)| Picker { capture, caster, hidden: &content.hidden_surfaces });
     if view.boxing != Boxing::Off {
-        ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+        if response.contains_pointer() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+        }
+        // Wherever the cursor is: nothing else may take it while a box is under way.
+        if !ui.ctx().text_edit_focused()
+            && ui.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape))
+        {
+            view.boxing = Boxing::Off;
+            return;
+        }
         if response.drag_started_by(PointerButton::Primary)
             && let Some(start) = ui.input(|i| i.pointer.press_origin())
         {

@@ -122,6 +122,7 @@ impl Viewport {
         if content.capture.is_some() {
             input::navigate(self, ui, &response, content);
             input::photograph_keys(self, ui, &response, content, &mut events);
+            input::keep_tab(self, ui, &response);
         }
         self.frame(content, size);
         let projection = self.projection(size);
@@ -157,6 +158,11 @@ impl Viewport {
 
     pub fn is_looking_through(&self) -> Option<usize> {
         self.through
+    }
+
+    /// Whether a box is about to be dragged, or is.
+    pub fn is_boxing(&self) -> bool {
+        self.boxing != Boxing::Off
     }
 
     /// The free view.
