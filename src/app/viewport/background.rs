@@ -33,6 +33,11 @@ pub enum Done {
     },
 }
 
+/// Hands a result over; `None` once nobody wants any more.
+type Deliver<'a> = dyn Fn(Done) -> Option<()> + 'a;
+/// Whether anybody still wants the results.
+type IsWanted<'a> = dyn Fn() -> bool + Sync + 'a;
+
 /// A running thread.
 pub struct Background {
     results: Receiver<Done>,
@@ -53,14 +58,15 @@ impl Background {
         size: [usize; 2],
         ctx: egui::Context,
     ) -> Self {
-        Self::run(ctx, move |send| {
+        Self::run(ctx, move |send, is_wanted| {
             send(Done::Corners(corners(&capture.mesh)))?;
             let bright = texels::bright(&capture);
             send(Done::Bright(bright))?;
             let mesh = &capture.mesh;
             send(Done::Caster(Arc::new(RayCaster::build(&mesh.positions, &mesh.triangles))))?;
             for photograph in layers {
-                let texels = texels::of(&capture.photographs[photograph], size, bright);
+                let texels =
+                    texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
                 send(Done::Layer { photograph, texels })?;
             }
             Some(())
@@ -75,30 +81,29 @@ impl Background {
         limit: usize,
         ctx: egui::Context,
     ) -> Self {
-        Self::run(ctx, move |send| {
+        Self::run(ctx, move |send, is_wanted| {
             let camera = &capture.photographs[photograph].camera;
             let size = texels::within([camera.width, camera.height], limit);
-            let texels = texels::of(&capture.photographs[photograph], size, bright);
+            let texels = texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
             send(Done::Picture { photograph, size, texels })
         })
     }
 
     fn run(
         ctx: egui::Context,
-        work: impl FnOnce(&dyn Fn(Done) -> Option<()>) -> Option<()> + Send + 'static,
+        work: impl FnOnce(&Deliver, &IsWanted) -> Option<()> + Send + 'static,
     ) -> Self {
         let (sender, results) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let job = move || {
-            work(&|done| {
-                if stopped.load(Relaxed) {
-                    return None;
-                }
-                sender.send(done).ok()?;
+            let is_wanted = || !stopped.load(Relaxed);
+            let send = |done| {
+                sender.send(done).ok().filter(|_| is_wanted())?;
                 ctx.request_repaint();
                 Some(())
-            });
+            };
+            work(&send, &is_wanted);
         };
         // Without a thread the mesh does not appear; the machine has worse troubles then.
         let _ = std::thread::Builder::new().name("viewport".to_owned()).spawn(job);

@@ -40,32 +40,34 @@ pub fn within([width, height]: [usize; 2], limit: usize) -> [usize; 2] {
 }
 
 /// The photograph as its camera would see without distortion, in units of `bright`, resampled to
-/// a size: four half floats a texel. Empty where it is no measurement.
-pub fn of(photograph: &Photograph, [width, height]: [usize; 2], bright: f32) -> Vec<u16> {
-    let Some(image) = &photograph.image else { return Vec::new() };
+/// a size: four half floats a texel. Empty where it is no measurement; `None` once it is no longer
+/// wanted, which is asked for every row.
+pub fn of(
+    photograph: &Photograph,
+    [width, height]: [usize; 2],
+    bright: f32,
+    is_wanted: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<u16>> {
+    let Some(image) = &photograph.image else { return Some(Vec::new()) };
     let camera = &photograph.camera;
     let scale =
         DVec2::new(camera.width as f64 / width as f64, camera.height as f64 / height as f64);
     // Where the texture is smaller than the photograph, each texel is a mean.
     let taps = (scale.max_element().ceil() as usize).clamp(1, 8);
     let exact = scale == DVec2::ONE && camera.distortion.is_none();
-    let rows: Vec<Vec<u16>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            let mut row = Vec::with_capacity(4 * width);
-            for x in 0..width {
-                let texel = if exact {
-                    pixel(image, x as i64, y as i64)
-                } else {
-                    mean(image, camera, DVec2::new(x as f64, y as f64), scale, taps)
-                };
-                let [r, g, b, seen] = texel;
-                row.extend([r / bright, g / bright, b / bright, seen].map(half));
-            }
-            row
-        })
-        .collect();
-    rows.concat()
+    let mut texels = vec![0; 4 * width * height];
+    texels.par_chunks_exact_mut(4 * width).enumerate().try_for_each(|(y, row)| {
+        for (x, texel) in row.chunks_exact_mut(4).enumerate() {
+            let [r, g, b, seen] = if exact {
+                pixel(image, x as i64, y as i64)
+            } else {
+                mean(image, camera, DVec2::new(x as f64, y as f64), scale, taps)
+            };
+            texel.copy_from_slice(&[r / bright, g / bright, b / bright, seen].map(half));
+        }
+        is_wanted().then_some(())
+    })?;
+    Some(texels)
 }
 
 fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
@@ -190,7 +192,8 @@ mod tests {
             .collect();
         let image = Some(Arc::new(Image::new(width, height, pixels, None)));
         let photograph = Photograph { name: String::new(), camera, image };
-        let texels = of(&photograph, [width, height], 64.0);
+        let texels = of(&photograph, [width, height], 64.0, &|| true).unwrap();
+        assert!(of(&photograph, [width, height], 64.0, &|| false).is_none());
         let value = |bits: u16| {
             let exponent = i32::from(bits >> 10 & 31);
             (1.0 + f32::from(bits & 1023) / 1024.0) * 2f32.powi(exponent - 15) * 64.0
