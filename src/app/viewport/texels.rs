@@ -20,6 +20,8 @@ pub fn bright(capture: &Capture) -> f32 {
     let mut seen = Vec::new();
     for (_, _, image) in capture.measurements() {
         let width = image.width().max(1);
+        // A step that shares a factor with the width would see some columns of pixels only.
+        let step = (step..).find(|step| are_coprime(*step, width)).unwrap_or(step);
         seen.extend((0..image.pixels().len()).step_by(step).filter_map(|index| {
             let radiance = image.radiance(index % width, index / width)?;
             Some(radiance.iter().copied().fold(0.0, f32::max))
@@ -28,6 +30,13 @@ pub fn bright(capture: &Capture) -> f32 {
     seen.sort_unstable_by(f32::total_cmp);
     let bright = seen.get(seen.len() * 9 / 10).copied().unwrap_or(1.0);
     if bright.is_finite() && bright > 0.0 { bright } else { 1.0 }
+}
+
+fn are_coprime(mut a: usize, mut b: usize) -> bool {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a == 1
 }
 
 /// A size of the same shape with neither side above a limit.
@@ -207,6 +216,25 @@ mod tests {
             assert!((f64::from(value(texel[1])) - pixel.y).abs() < 0.1);
             assert_eq!(texel[3], half(1.0));
         }
+    }
+
+    fn pinhole(width: usize, height: usize) -> Camera {
+        let size = DVec2::new(width as f64, height as f64);
+        let distortion = Distortion::default();
+        Camera::new((width, height), size, 0.5 * size, distortion, DMat3::IDENTITY, DVec3::ZERO)
+    }
+
+    #[test]
+    fn exposure_is_judged_from_all_columns() {
+        // 400,000 pixels, one in twenty of which are looked at; each twentieth column is dark.
+        let (width, height) = (1000, 400);
+        let value = |i: usize| if i % width % 20 == 0 { 0.1 } else { 5.0 };
+        let pixels = (0..width * height).map(|i| [value(i); 3]).collect();
+        let image = Some(Arc::new(Image::new(width, height, pixels, None)));
+        let photograph = Photograph { name: String::new(), camera: pinhole(width, height), image };
+        let capture = Capture { photographs: vec![photograph], ..Capture::default() };
+        assert_eq!(bright(&capture), 5.0);
+        assert_eq!(bright(&Capture::default()), 1.0);
     }
 
     #[test]
