@@ -156,7 +156,7 @@ pub fn close_anyway(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
-    state.viewport.look_through(None);
+    state.viewport.clear();
     if let Some(recovery) = &state.recovery {
         recovery.forget();
     }

@@ -65,8 +65,7 @@ impl Background {
             let mesh = &capture.mesh;
             send(Done::Caster(Arc::new(RayCaster::build(&mesh.positions, &mesh.triangles))))?;
             for photograph in layers {
-                let texels =
-                    texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
+                let texels = texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
                 send(Done::Layer { photograph, texels })?;
             }
             Some(())

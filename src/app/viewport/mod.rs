@@ -160,6 +160,18 @@ impl Viewport {
         self.through
     }
 
+    /// Gives back what a capture took: its photographs, ray tree and textures.
+    pub fn clear(&mut self) {
+        self.scene.clear();
+        self.through = None;
+        self.boxing = Boxing::Off;
+        self.hovered = None;
+        self.selected_before = None;
+        // Pictures of the size that the window may have no more.
+        self.targets = None;
+        self.drawn = Drawn::default();
+    }
+
     /// Whether a box is about to be dragged, or is.
     pub fn is_boxing(&self) -> bool {
         self.boxing != Boxing::Off

@@ -56,6 +56,10 @@ pub struct Scene {
 impl Scene {
     pub fn new(device: wgpu::Device, queue: wgpu::Queue, window: wgpu::TextureFormat) -> Self {
         let pipelines = Arc::new(Pipelines::new(&device, window));
+        Self::empty(device, queue, pipelines)
+    }
+
+    fn empty(device: wgpu::Device, queue: wgpu::Queue, pipelines: Arc<Pipelines>) -> Self {
         let (globals_buffer, globals) = pipelines.globals(&device);
         let layers = Layers::new(&device, &Capture::default());
         let surface_rows =
@@ -93,6 +97,12 @@ impl Scene {
         }
     }
 
+    /// Gives everything back that was made from a capture.
+    pub fn clear(&mut self) {
+        let empty = Self::empty(self.device.clone(), self.queue.clone(), self.pipelines.clone());
+        *self = Self { version: self.version + 1, ..empty };
+    }
+
     /// The ball around everything.
     pub fn ball(&self) -> (Vec3, f32) {
         let (low, high) = self.bounds;
@@ -124,12 +134,14 @@ impl Scene {
         if same(self.capture.as_ref(), capture) {
             return false;
         }
+        let Some(capture) = capture else {
+            self.clear();
+            return true;
+        };
         self.version += 1;
-        let before = std::mem::replace(&mut self.capture, capture.cloned());
+        let before = self.capture.replace(capture.clone());
         // An edit of the tags gives a new capture with the same geometry and photographs.
-        if let (Some(before), Some(capture)) = (&before, capture)
-            && is_same_world(before, capture)
-        {
+        if before.is_some_and(|before| is_same_world(&before, capture)) {
             return false;
         }
         self.background = None;
@@ -138,10 +150,6 @@ impl Scene {
         self.mesh = None;
         self.caster = None;
         self.known.lines = None;
-        let Some(capture) = capture else {
-            self.layers = Layers::new(&self.device, &Capture::default());
-            return true;
-        };
         self.bounds = bounds(capture);
         self.layers = Layers::new(&self.device, capture);
         self.mesh_group =
