@@ -1,6 +1,7 @@
 //! Mouse and keys in the viewport.
 
 use eframe::egui;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobelia::app::viewport::{ViewCamera, ViewportEvent};
 
 use crate::viewport::{SIZE, Window, bare, keep, picture, surface, window};
@@ -132,4 +133,47 @@ fn the_hand_turns_the_view() {
     let camera = window.state().viewport.camera();
     assert!((camera.elevation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
     assert!((camera.target - start.target).length() < 1e-4);
+}
+
+/// The window as a whole, with the example and the cursor over the view.
+fn studio() -> crate::Window {
+    let mut window = crate::Window::with_example();
+    let middle = window.node("Viewport").rect().center();
+    window.harness.hover_at(middle);
+    window.step();
+    window
+}
+
+#[test]
+fn tab_goes_round_the_photographs_and_back() {
+    let mut window = studio();
+    let middle = window.node("Viewport").rect().center();
+    // A click gives the viewport the focus, from which Tab would go on to the toolbar.
+    for pressed in [true, false] {
+        let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+        let event = egui::Event::PointerButton { pos: middle, button, pressed, modifiers };
+        window.harness.event(event);
+        window.step();
+    }
+    window.key(egui::Modifiers::NONE, egui::Key::Num0);
+    let mut seen = vec![looked_through(&window)];
+    for _ in 0..6 {
+        window.key(egui::Modifiers::NONE, egui::Key::Tab);
+        seen.push(looked_through(&window));
+    }
+    assert_eq!(seen[6], seen[0], "{seen:?}");
+    assert_eq!(seen.iter().collect::<std::collections::BTreeSet<_>>().len(), 6, "{seen:?}");
+    for expected in seen.iter().rev().skip(1) {
+        window.key(egui::Modifiers::SHIFT, egui::Key::Tab);
+        assert_eq!(looked_through(&window), *expected);
+    }
+    window.key(egui::Modifiers::NONE, egui::Key::Num0);
+    assert!(!window.has(&seen[0]), "0 goes back to the free view");
+}
+
+/// The name of the photograph that is looked through, as the toolbar has it.
+fn looked_through(window: &crate::Window) -> String {
+    let found = window.harness.query_all_by_label_contains(" ×").next();
+    let node = found.expect("a photograph is looked through");
+    node.accesskit_node().label().unwrap_or_default()
 }

@@ -126,6 +126,23 @@ fn without_a_capture_it_says_what_to_do() {
 }
 
 #[test]
+fn a_cleared_view_gives_the_capture_back() {
+    let own = Arc::new(Capture::clone(&capture()));
+    let held = Arc::downgrade(&own);
+    let mut window = window(Content { capture: Some(own), ..Content::default() });
+    window.state_mut().content = Content::default();
+    window.state_mut().viewport.clear();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while held.strong_count() > 0 {
+        assert!(Instant::now() < deadline, "something keeps it");
+        picture(&mut window);
+    }
+    let empty = picture(&mut window);
+    let background = *empty.get_pixel(5, 5);
+    assert!(part(&empty, |pixel| pixel != background.0) < 0.1);
+}
+
+#[test]
 fn the_geometry_wears_the_photographs() {
     let mut window = window(bare());
     window.state_mut().viewport.settings.wireframe = false;

@@ -97,3 +97,41 @@ fn encoded(value: f64) -> u8 {
     let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (255.0 * v).round() as u8
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::equations::Reflectance;
+    use crate::reconstruct::solution::Stopped;
+    use crate::scene::Surface;
+
+    #[test]
+    fn a_surface_keeps_the_reflectance_that_was_found_for_it() {
+        let capture = |roles: [Role; 2]| Capture {
+            surfaces: roles
+                .map(|role| Surface { name: String::new(), role, has_texcoords: false })
+                .to_vec(),
+            ..Capture::default()
+        };
+        let solution = Solution {
+            reflectances: [0.2, 0.6].map(|d| Some(Reflectance::diffuse([d; 3]))).to_vec(),
+            emission: Vec::new(),
+            iterations: Vec::new(),
+            stopped: Stopped::NothingToSolve,
+            computed: Vec::new(),
+            certainty: None,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let none = BTreeSet::new();
+        let run = capture([Role::Material(0), Role::Material(1)]);
+        // The first material has lost its surface, so that the second is now the first.
+        let edited = capture([Role::Untagged, Role::Material(0)]);
+        let before = rows(&run, Some((&run, &solution)), &none, &none);
+        let after = rows(&edited, Some((&run, &solution)), &none, &none);
+        assert_ne!(before[0][1], before[1][1]);
+        assert_eq!([after[0][1], after[1][1]], [before[0][1], before[1][1]]);
+        assert_eq!([after[0][2], after[1][2]], [UNASSIGNED, 0]);
+        assert_eq!(rows(&edited, None, &none, &none)[1][2], UNKNOWN_REFLECTANCE);
+    }
+}
