@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, channel};
 
 use crate::app::viewport::gpu::Corner;
+use crate::app::viewport::projection::window;
 use crate::app::viewport::texels;
 use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
@@ -82,7 +83,8 @@ impl Background {
     ) -> Self {
         Self::run(ctx, move |send, is_wanted| {
             let camera = &capture.photographs[photograph].camera;
-            let size = texels::within([camera.width, camera.height], limit);
+            let (low, high) = window(camera);
+            let size = texels::within((high - low).to_array().map(|side| side as usize), limit);
             let texels = texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
             send(Done::Picture { photograph, size, texels })
         })

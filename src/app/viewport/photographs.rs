@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::app::viewport::gpu::{Candidate, Globals, Pipelines, bind};
 use crate::app::viewport::paint::DepthMap;
-use crate::app::viewport::projection::{Projection, Range};
+use crate::app::viewport::projection::{Projection, Range, window};
 use crate::app::viewport::targets::DEPTH;
 use crate::app::viewport::texels;
 use crate::scene::Capture;
@@ -158,7 +158,8 @@ impl Layers {
             let camera = &capture.photographs[self.photographs[layer]].camera;
             let eye = camera.position.as_vec3();
             let range = range(eye, scene);
-            let pixel_m = camera.height as f64 / (camera.focal_px.y * self.size[1] as f64);
+            let (low, high) = window(camera);
+            let pixel_m = (high.y - low.y) / (camera.focal_px.y * self.size[1] as f64);
             *slot = Candidate {
                 clip_from_world: Projection::image(camera, range).matrix().to_cols_array_2d(),
                 eye: eye.extend(layer as f32).to_array(),

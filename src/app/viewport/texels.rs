@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::app::viewport::projection::window;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::{Camera, Capture, Image, Photograph};
 
@@ -48,8 +49,8 @@ pub fn within([width, height]: [usize; 2], limit: usize) -> [usize; 2] {
     [width, height].map(|side| (side * limit / longest).max(1))
 }
 
-/// The photograph as its camera would see without distortion, in units of `bright`, resampled to
-/// a size: four half floats a texel. Empty where it is no measurement; `None` once it is no longer
+/// The photograph's [`window`] as its camera would see without distortion, in units of `bright`,
+/// resampled to a size: four half floats a texel. Empty where it is no measurement; `None` once it is no longer
 /// wanted, which is asked for every row.
 pub fn of(
     photograph: &Photograph,
@@ -59,8 +60,8 @@ pub fn of(
 ) -> Option<Vec<u16>> {
     let Some(image) = &photograph.image else { return Some(Vec::new()) };
     let camera = &photograph.camera;
-    let scale =
-        DVec2::new(camera.width as f64 / width as f64, camera.height as f64 / height as f64);
+    let (low, high) = window(camera);
+    let scale = (high - low) / DVec2::new(width as f64, height as f64);
     // Where the texture is smaller than the photograph, each texel is a mean.
     let taps = (scale.max_element().ceil() as usize).clamp(1, 8);
     let exact = scale == DVec2::ONE && camera.distortion.is_none();
@@ -70,7 +71,8 @@ pub fn of(
             let [r, g, b, seen] = if exact {
                 pixel(image, x as i64, y as i64)
             } else {
-                mean(image, camera, DVec2::new(x as f64, y as f64), scale, taps)
+                let corner = low + DVec2::new(x as f64, y as f64) * scale;
+                mean(image, camera, corner, scale, taps)
             };
             texel.copy_from_slice(&[r / bright, g / bright, b / bright, seen].map(half));
         }
@@ -87,12 +89,13 @@ fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
     [r, g, b, if valid { VALID } else { INVALID }]
 }
 
-fn mean(image: &Image, camera: &Camera, texel: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
+/// The mean over a texel, from its upper left corner on.
+fn mean(image: &Image, camera: &Camera, corner: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
     let mut sum: Radiance = [0.0; CHANNELS];
     let (mut seen, mut valid) = (0, true);
     for tap in 0..taps * taps {
         let inside = DVec2::new((tap % taps) as f64 + 0.5, (tap / taps) as f64 + 0.5) / taps as f64;
-        let Some(place) = distorted(camera, (texel + inside) * scale) else { continue };
+        let Some(place) = distorted(camera, corner + inside * scale) else { continue };
         let [r, g, b, alpha] = interpolated(image, place);
         for (sum, value) in sum.iter_mut().zip([r, g, b]) {
             *sum += value;
@@ -203,12 +206,14 @@ mod tests {
         let photograph = Photograph { name: String::new(), camera, image };
         let texels = of(&photograph, [width, height], 64.0, &|| true).unwrap();
         assert!(of(&photograph, [width, height], 64.0, &|| false).is_none());
+        let (low, high) = window(&camera);
         let value = |bits: u16| {
             let exponent = i32::from(bits >> 10 & 31);
             (1.0 + f32::from(bits & 1023) / 1024.0) * 2f32.powi(exponent - 15) * 64.0
         };
         for (x, y) in [(80, 60), (40, 30), (120, 100), (20, 90)] {
-            let pinhole = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let texel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let pinhole = low + texel * (high - low) / DVec2::new(width as f64, height as f64);
             let p = (pinhole - camera.principal_px) / camera.focal_px;
             let (pixel, _) = camera.project(DVec3::new(p.x, -p.y, -1.0)).unwrap();
             let texel = &texels[4 * (y * width + x)..][..4];
