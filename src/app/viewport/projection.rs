@@ -204,11 +204,15 @@ mod tests {
     const RANGE: Range = Range { near: 0.01, far: 100.0 };
 
     fn camera() -> Camera {
+        lens(Distortion::default())
+    }
+
+    fn lens(distortion: Distortion) -> Camera {
         Camera::new(
             (640, 480),
             DVec2::new(500.0, 510.0),
             DVec2::new(310.0, 245.0),
-            Distortion::default(),
+            distortion,
             DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(1.1),
             DVec3::new(1.0, -2.0, 0.5),
         )
@@ -242,7 +246,7 @@ mod tests {
     #[test]
     fn a_window_holds_the_rim_that_a_lens_drew_in() {
         let barrel = Distortion { radial: [-0.2, 0.05, 0.0, 0.0], ..Distortion::default() };
-        let camera = Camera { distortion: barrel, ..camera() };
+        let camera = lens(barrel);
         let (low, high) = window(&camera);
         assert!(low.max_element() < 0.0 && high.cmpgt(DVec2::new(640.0, 480.0)).all());
         let p = Projection::image(&camera, RANGE);
