@@ -126,7 +126,7 @@ fn the_hand_turns_the_view() {
     window.key_press(egui::Key::Num5);
     window.run_steps(1);
     assert!(window.state().viewport.camera().orthographic);
-    window.key_press(egui::Key::Home);
+    window.state_mut().viewport.frame_all();
     window.key_press(egui::Key::Num7);
     window.run_steps(1);
     keep(&picture(&mut window), "orthographic");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::app::derived::Derived;
 use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -22,6 +23,8 @@ pub struct Content {
     pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
     /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.
     pub solution: Option<Arc<Solution>>,
+    /// The numbers of each sample, once they have been worked out.
+    pub derived: Option<Arc<Derived>>,
     pub selected_surfaces: BTreeSet<usize>,
     pub hidden_surfaces: BTreeSet<usize>,
     pub selected_sample: Option<usize>,
@@ -121,7 +124,7 @@ impl SampleColor {
         match self {
             Self::Radiance => "Radiance that the photographs measured at each sample",
             Self::Material => "The material that each sample lies on",
-            Self::Error => "Computed over measured radiance, as a logarithm; grey without a result",
+            Self::Error => "ln (computed / measured radiance), as in the tables; grey without a result",
             Self::Weight => "1 / radiance over the mean: what an error weighs if taken relatively",
             Self::Views => "Number of photographs that see each sample",
         }

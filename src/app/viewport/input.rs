@@ -7,7 +7,7 @@ use crate::app::viewport::camera::Side;
 use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Framing, Viewport, marks};
+use crate::app::viewport::{Boxing, Viewport, marks};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -92,12 +92,6 @@ fn fly(view: &mut Viewport, ui: &Ui, drag: Vec2, content: &Content) {
 fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
     let pressed = |modifiers, key| ui.input_mut(|i| i.consume_key(modifiers, key));
     let plain = |key| pressed(Modifiers::NONE, key);
-    if plain(Key::F) {
-        view.framing = Some(Framing::Selection);
-    }
-    if plain(Key::Home) {
-        view.framing = Some(Framing::All);
-    }
     for (key, side, other) in [
         (Key::Num1, Side::Front, Side::Back),
         (Key::Num3, Side::Right, Side::Left),

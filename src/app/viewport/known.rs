@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::app::derived::Derived;
 use crate::app::viewport::content::{Content, SampleColor};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -60,29 +61,26 @@ impl Surfaces {
 }
 
 pub struct Samples {
-    capture: Arc<Capture>,
     cloud: Arc<SampleCloud>,
     color: SampleColor,
-    solution: Option<Arc<Solution>>,
+    derived: Option<Arc<Derived>>,
 }
 
 impl Samples {
     pub fn of(
-        capture: &Arc<Capture>,
         cloud: &Arc<SampleCloud>,
         color: SampleColor,
-        solution: Option<&Arc<Solution>>,
+        derived: Option<&Arc<Derived>>,
     ) -> Self {
-        Self { capture: capture.clone(), cloud: cloud.clone(), color, solution: solution.cloned() }
+        Self { cloud: cloud.clone(), color, derived: derived.cloned() }
     }
 
-    /// Only errors depend on the solution and on which materials are glossy.
+    /// Only errors depend on what was worked out.
     pub fn hold(&self, now: &Self) -> bool {
         Arc::ptr_eq(&self.cloud, &now.cloud)
             && self.color == now.color
             && (now.color != SampleColor::Error
-                || (same(self.solution.as_ref(), now.solution.as_ref())
-                    && Arc::ptr_eq(&self.capture, &now.capture)))
+                || same(self.derived.as_ref(), now.derived.as_ref()))
     }
 }
 

@@ -37,7 +37,9 @@ pub use camera::{Side, ViewCamera};
 pub use content::{
     Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
-pub use palette::{magnitude, material_color, signed};
+pub use palette::material_color;
+
+pub use crate::app::derived::Derived;
 
 use paint::Drawn;
 use picking::Picker;

@@ -217,7 +217,7 @@ impl Scene {
     }
 
     fn sync_samples(&mut self, content: &Content, settings: &ViewSettings) {
-        let (Some(capture), Some(cloud)) = (&self.capture, &content.samples) else {
+        let Some(cloud) = content.samples.as_ref().filter(|_| self.capture.is_some()) else {
             if self.known.samples.take().is_some() {
                 self.version += 1;
                 (self.points, self.sample_scale) = (None, None);
@@ -225,11 +225,11 @@ impl Scene {
             return;
         };
         let color = settings.sample_color;
-        let now = known::Samples::of(capture, cloud, color, content.solution.as_ref());
+        let now = known::Samples::of(cloud, color, content.derived.as_ref());
         if self.known.samples.as_ref().is_some_and(|known| known.hold(&now)) {
             return;
         }
-        let (points, scale) = samples::points(capture, cloud, content.solution.as_deref(), color);
+        let (points, scale) = samples::points(cloud, content.derived.as_deref(), color);
         self.points = upload(&self.device, &points);
         self.sample_scale = scale;
         self.version += 1;
