@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::app::derived::Derived;
+use crate::app::project::Focus;
 use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -25,6 +26,8 @@ pub struct Content {
     pub solution: Option<Arc<Solution>>,
     /// The numbers of each sample, once they have been worked out.
     pub derived: Option<Arc<Derived>>,
+    /// Which of the selections was made last.
+    pub focus: Focus,
     pub selected_surfaces: BTreeSet<usize>,
     pub hidden_surfaces: BTreeSet<usize>,
     pub selected_sample: Option<usize>,

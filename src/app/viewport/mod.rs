@@ -40,7 +40,9 @@ pub use content::{
 pub use palette::material_color;
 
 pub use crate::app::derived::Derived;
+pub use crate::app::project::Focus;
 
+use crate::scene::Capture;
 use paint::Drawn;
 use picking::Picker;
 use projection::{Placement, Projection};
@@ -287,22 +289,26 @@ impl Viewport {
     }
 }
 
-/// The box around what is selected.
-fn selected_box(capture: &crate::scene::Capture, content: &Content) -> Option<(Vec3, Vec3)> {
-    let mesh = &capture.mesh;
-    let corners = (0..mesh.triangles.len())
-        .filter(|&triangle| content.selected_surfaces.contains(&(mesh.surface[triangle] as usize)))
-        .flat_map(|triangle| mesh.corners(triangle));
-    let sample = content
-        .samples
-        .as_ref()
-        .zip(content.selected_sample)
-        .and_then(|(cloud, index)| Some(cloud.samples.get(index)?.position));
-    let light =
-        content.lights.as_ref().zip(content.selected_light).and_then(|((lights, _), index)| {
-            Some(marks::placed(Some(capture), lights, lights.lights.get(index)?).0)
-        });
-    let mut points = corners.chain(sample).chain(light);
-    let first = points.next()?;
-    Some(points.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
+/// The box around what was selected last; other selections may be left from before.
+fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
+    let point = match content.focus {
+        Focus::Nothing => return None,
+        Focus::Surfaces | Focus::Material => {
+            let (mesh, selected) = (&capture.mesh, &content.selected_surfaces);
+            let mut corners = (0..mesh.triangles.len())
+                .filter(|&triangle| selected.contains(&(mesh.surface[triangle] as usize)))
+                .flat_map(|triangle| mesh.corners(triangle));
+            let first = corners.next()?;
+            return Some(corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p))));
+        }
+        Focus::Sample => content.samples.as_ref()?.samples.get(content.selected_sample?)?.position,
+        Focus::Light => {
+            let (lights, _) = content.lights.as_ref()?;
+            marks::placed(Some(capture), lights, lights.lights.get(content.selected_light?)?).0
+        }
+        Focus::Photograph => {
+            capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()
+        }
+    };
+    Some((point, point))
 }
