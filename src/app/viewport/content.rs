@@ -197,6 +197,8 @@ pub struct Hovered {
     /// In metres.
     pub position: Vec3,
     pub material: Option<usize>,
-    /// Radiance in a photograph that sees the place, with that photograph's index.
+    /// Radiance in the photograph that is drawn there, with that photograph's index.
     pub radiance: Option<(Radiance, usize)>,
+    /// That photograph where it shows the place, but as no measurement: saturated or invalid.
+    pub no_measurement: Option<usize>,
 }

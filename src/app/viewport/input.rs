@@ -7,7 +7,7 @@ use crate::app::viewport::camera::Side;
 use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Viewport, marks};
+use crate::app::viewport::{Boxing, Viewport};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -259,9 +259,7 @@ pub fn select(
         }
     }
     if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights) {
-        let places =
-            lights.lights.iter().map(|light| marks::placed(Some(picker.capture), lights, light).0);
-        if let Some(light) = picker.nearest(projection, position, places) {
+        if let Some(light) = picker.light(projection, position, lights) {
             events.push(ViewportEvent::PickLight(light));
             return;
         }

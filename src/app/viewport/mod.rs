@@ -252,8 +252,15 @@ impl Viewport {
         };
         let picker = Picker { capture, caster, hidden: &content.hidden_surfaces };
         let local = position - response.rect.min;
+        let layers = self.ranked(capture, content, projection);
+        let photographs = layers.iter().map(|layer| self.scene.layers.photographs[*layer]);
+        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), photographs);
+    }
+
+    /// The layers that colour the mesh and are read under the cursor, in the order of trying.
+    fn ranked(&self, capture: &Capture, content: &Content, projection: &Projection) -> Vec<usize> {
         let preferred = self.through.or(content.selected_photograph);
-        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), preferred);
+        self.scene.layers.ranked(capture, projection, self.scene.ball(), preferred)
     }
 
     /// What lies over the picture.

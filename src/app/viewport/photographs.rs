@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use eframe::wgpu;
 use glam::Vec3;
 
-use crate::app::viewport::gpu::{Candidate, Globals, Pipelines, bind};
+use crate::app::viewport::gpu::{CANDIDATES, Candidate, Globals, Pipelines, bind};
 use crate::app::viewport::paint::DepthMap;
 use crate::app::viewport::projection::{Projection, Range, window};
 use crate::app::viewport::targets::DEPTH;
@@ -128,16 +128,15 @@ impl Layers {
         self.is_filled.iter().all(|done| *done) && self.depth_maps() == self.has_depth.len()
     }
 
-    /// The photographs that may colour the mesh in a view, the likeliest first: the preferred
-    /// one, then those taken from near the eye in the same direction.
-    pub fn candidates(
+    /// The layers of the photographs that may colour the mesh in a view, the likeliest first: the
+    /// preferred one, then those taken from near the eye in the same direction.
+    pub fn ranked(
         &self,
         capture: &Capture,
         projection: &Projection,
         scene: (Vec3, f32),
         preferred: Option<usize>,
-        candidates: &mut [Candidate],
-    ) -> usize {
+    ) -> Vec<usize> {
         let mut ranked: Vec<(f32, usize)> = Vec::new();
         for (layer, photograph) in self.photographs.iter().enumerate() {
             if !self.is_filled[layer] {
@@ -153,8 +152,19 @@ impl Layers {
             ranked.push((score, layer));
         }
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let count = ranked.len().min(candidates.len());
-        for (slot, (_, layer)) in candidates.iter_mut().zip(ranked) {
+        ranked.truncate(CANDIDATES);
+        ranked.into_iter().map(|(_, layer)| layer).collect()
+    }
+
+    /// What the shader has to know of layers.
+    pub fn candidates(
+        &self,
+        capture: &Capture,
+        scene: (Vec3, f32),
+        layers: &[usize],
+        candidates: &mut [Candidate],
+    ) {
+        for (slot, &layer) in candidates.iter_mut().zip(layers) {
             let camera = &capture.photographs[self.photographs[layer]].camera;
             let eye = camera.position.as_vec3();
             let range = range(eye, scene);
@@ -171,7 +181,6 @@ impl Layers {
                 ],
             };
         }
-        count
     }
 }
 
