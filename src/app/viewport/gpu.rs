@@ -225,6 +225,17 @@ pub fn upload<T: Pod>(device: &wgpu::Device, items: &[T]) -> Option<(wgpu::Buffe
     Some((buffer, count))
 }
 
+/// The mesh in as many buffers as it takes: the largest that a device allows may hold a part only.
+pub fn upload_mesh(device: &wgpu::Device, corners: &[Corner]) -> Vec<(wgpu::Buffer, u32)> {
+    let most = corners_in(device.limits().max_buffer_size);
+    corners.chunks(most).filter_map(|part| upload(device, part)).collect()
+}
+
+/// Corners of the whole triangles that fit into a number of bytes.
+fn corners_in(bytes: u64) -> usize {
+    3 * (bytes / (3 * size_of::<Corner>() as u64)).clamp(1, u64::from(u32::MAX / 3)) as usize
+}
+
 /// Binds resources in their order.
 pub fn bind(
     device: &wgpu::Device,
@@ -370,4 +381,17 @@ fn pipeline(
         multiview_mask: None,
         cache: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_mesh_are_whole_triangles_within_the_limit() {
+        for bytes in [256 << 20, 1 << 20, 100] {
+            let corners = corners_in(bytes);
+            assert!(corners.is_multiple_of(3) && corners * size_of::<Corner>() <= bytes as usize);
+        }
+    }
 }

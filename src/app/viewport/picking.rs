@@ -159,7 +159,7 @@ impl Picker<'_> {
     /// The pixel in which a photograph shows a side of a place; `None` where it does not see it.
     fn pixel(&self, photograph: usize, place: Vec3, normal: Vec3) -> Option<(&Image, [usize; 2])> {
         let photograph = self.capture.photographs.get(photograph)?;
-        let image = photograph.image.as_ref()?;
+        let image = photograph.image.as_deref()?;
         let towards = photograph.camera.position.as_vec3() - place;
         if towards.dot(normal) <= 0.0 {
             return None;

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::app::viewport::background::{Background, Done};
 use crate::app::viewport::content::{Content, ViewSettings};
-use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload};
+use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload, upload_mesh};
 use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
@@ -39,7 +39,7 @@ pub struct Scene {
     picture_job: Option<Background>,
     surface_rows: Vec<[u32; 4]>,
     surface_texture: wgpu::Texture,
-    pub mesh: Batch,
+    pub mesh: Vec<(wgpu::Buffer, u32)>,
     pub mesh_group: wgpu::BindGroup,
     pub points: Batch,
     pub sample_scale: Option<Scale>,
@@ -83,7 +83,7 @@ impl Scene {
             picture_job: None,
             surface_rows,
             surface_texture,
-            mesh: None,
+            mesh: Vec::new(),
             mesh_group,
             points: None,
             sample_scale: None,
@@ -147,7 +147,7 @@ impl Scene {
         self.background = None;
         self.picture = None;
         self.picture_job = None;
-        self.mesh = None;
+        self.mesh.clear();
         self.caster = None;
         self.known.lines = None;
         self.bounds = bounds(capture);
@@ -173,7 +173,7 @@ impl Scene {
         for done in ready {
             self.version += 1;
             match done {
-                Done::Corners(corners) => self.mesh = upload(&self.device, &corners),
+                Done::Corners(corners) => self.mesh = upload_mesh(&self.device, &corners),
                 Done::Caster(caster) => self.caster = Some(caster),
                 Done::Bright(bright) => self.bright = bright,
                 Done::Layer { photograph, texels } => {
@@ -301,10 +301,11 @@ impl Scene {
         self.layers.is_complete()
     }
 
-    /// A photograph's depth map that is still to be drawn; needs the mesh.
+    /// A photograph's depth map that is still to be drawn; needs the mesh, which comes before the
+    /// ray tree.
     pub fn next_depth_map(&self) -> Option<DepthMap> {
         let capture = self.capture.as_ref()?;
-        self.mesh.as_ref()?;
+        self.caster.as_ref()?;
         let (device, queue) = (&self.device, &self.queue);
         self.layers.next_depth_map(device, queue, &self.pipelines, capture, self.ball())
     }
