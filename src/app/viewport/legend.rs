@@ -6,7 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::{Viewport, palette};
-use crate::scene::{Capture, Role};
+use crate::scene::{Capture, Role, Surface};
 
 const BAR: egui::Vec2 = vec2(176.0, 10.0);
 const GAP: f32 = 4.0;
@@ -31,10 +31,6 @@ enum Entry {
 }
 
 pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
-    let entries = entries(view, content, MOST_NAMES);
-    if entries.is_empty() {
-        return;
-    }
     let painter = ui.painter_at(rect);
     let font = TextStyle::Small.resolve(ui.style());
     let text = ui.visuals().text_color();
@@ -44,16 +40,28 @@ pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
         Entry::Bar { .. } => 2.0 * line + BAR.y + 2.0 * GAP,
         Entry::Patch { .. } | Entry::Text(_) => line + GAP,
     };
+    let height_of_all = |entries: &[Entry]| entries.iter().map(height_of).sum::<f32>();
+    let room = rect.height() - 102.0;
+    // Where there is no room for all, names go first and numbers stay.
+    let mut names = MOST_NAMES;
+    let mut entries = entries(view, content, names);
+    while height_of_all(&entries) > room && names > 0 {
+        names -= 1;
+        entries = self::entries(view, content, names);
+    }
+    if height_of_all(&entries) > room {
+        entries.retain(|entry| matches!(entry, Entry::Bar { .. }));
+    }
+    let height = height_of_all(&entries);
+    if entries.is_empty() || height > room {
+        return;
+    }
     let width = entries.iter().fold(BAR.x, |width, entry| match entry {
         Entry::Bar { title, .. } => width.max(lay(title).size().x),
         Entry::Patch { name, .. } => width.max(lay(name).size().x + 16.0),
         Entry::Text(words) => width.max(lay(words).size().x),
     });
-    let height: f32 = entries.iter().map(height_of).sum();
     let size = vec2(width + 16.0, height + 12.0);
-    if size.y > rect.height() - 90.0 {
-        return;
-    }
     let low = pos2(rect.left() + 8.0, rect.bottom() - 8.0 - size.y);
     let fill = ui.visuals().window_fill.gamma_multiply(0.88);
     painter.rect_filled(Rect::from_min_size(low, size), 4.0, fill);
@@ -114,6 +122,7 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
     let shows_radiance = settings.shading == Shading::Photograph
         || view.is_looking_through().is_some()
         || (shows_samples && settings.sample_color == SampleColor::Radiance);
+    let patch = |name: &str, color| Entry::Patch { name: name.to_owned(), color };
     let names = |capture: &Capture| -> Vec<String> {
         capture.materials.iter().map(|material| material.name.clone()).collect()
     };
@@ -127,8 +136,7 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
     if let Some(names) = &of_surfaces {
         name_materials(&mut entries, names, most_names);
         if capture.surfaces.iter().any(|surface| surface.role == Role::Untagged) {
-            let color = Color32::from_rgb(176, 110, 164);
-            entries.push(Entry::Patch { name: "striped: no material".to_owned(), color });
+            entries.push(patch("striped: no material", Color32::from_rgb(176, 110, 164)));
         }
     }
     if let Some(names) = &of_samples {
@@ -137,7 +145,16 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
         }
         name_materials(&mut entries, names, most_names);
     }
+    let is_luminaire = |surface: &Surface| matches!(surface.role, Role::Luminaire(_));
+    if matches!(settings.shading, Shading::Material | Shading::Reflectance)
+        && capture.surfaces.iter().any(is_luminaire)
+    {
+        entries.push(patch("luminaire", palette::LUMINAIRE));
+    }
     if settings.shading == Shading::Reflectance {
+        if view.scene.has_unknown_reflectance() {
+            entries.push(patch("striped: none found", Color32::from_gray(117)));
+        }
         let title = if content.solution.is_some() {
             "Diffuse reflectance per channel"
         } else {
@@ -159,10 +176,7 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
                 high: number(white * 4.0),
                 color: palette::magnitude,
             });
-            entries.push(Entry::Patch {
-                name: "no measurement (saturated or invalid)".to_owned(),
-                color: palette::INVALID,
-            });
+            entries.push(patch("no measurement (saturated or invalid)", palette::INVALID));
         } else {
             let (high, color): (_, fn(f32) -> Color32) = match settings.tone_mapping {
                 ToneMapping::Filmic => (8.0 * white, filmic),

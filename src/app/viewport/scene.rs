@@ -216,6 +216,11 @@ impl Scene {
         self.known.surfaces = Some(known::Surfaces::of(capture, content));
     }
 
+    /// Whether some surface is drawn as one of which no reflectance is known.
+    pub fn has_unknown_reflectance(&self) -> bool {
+        self.surface_rows.iter().any(|row| row[2] & surfaces::UNKNOWN_REFLECTANCE != 0)
+    }
+
     fn sync_samples(&mut self, content: &Content, settings: &ViewSettings) {
         let Some(cloud) = content.samples.as_ref().filter(|_| self.capture.is_some()) else {
             if self.known.samples.take().is_some() {

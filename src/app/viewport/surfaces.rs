@@ -14,7 +14,7 @@ const WIDTH: usize = 1024;
 const SELECTED: u32 = 1;
 const HIDDEN: u32 = 2;
 const UNASSIGNED: u32 = 4;
-const UNKNOWN_REFLECTANCE: u32 = 8;
+pub const UNKNOWN_REFLECTANCE: u32 = 8;
 
 /// One texel per surface: material colour, reflectance, flags.
 /// `found` numbers materials as the capture beside it does, which may not be `capture`: tags may
