@@ -283,6 +283,14 @@ impl Viewport {
             let stroke = egui::Stroke::new(1.0, accent);
             painter.rect_stroke(dragged, 0.0, stroke, egui::StrokeKind::Inside);
         }
+        let shown = self.through.and_then(|index| content.capture.as_ref()?.photographs.get(index));
+        if shown.is_some_and(|photograph| photograph.image.is_none()) {
+            let text = egui::RichText::new("Not shown: this photograph holds no radiance")
+                .background_color(ui.visuals().window_fill.gamma_multiply(0.88));
+            let line = egui::vec2(rect.width(), 24.0);
+            let place = egui::Align2::CENTER_BOTTOM.align_size_within_rect(line, rect);
+            ui.put(place, egui::Label::new(text).selectable(false));
+        }
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
         if has_toolbar_room {
             toolbar::show(self, ui, rect, content);
