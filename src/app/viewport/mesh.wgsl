@@ -65,8 +65,8 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
         }
         let uv = clip.xy / clip.w * vec2<f32>(0.5, -0.5) + 0.5;
         let layer = i32(photograph.eye.w);
+        let texel = min(vec2<i32>(uv * vec2<f32>(size)), size - 1);
         if photograph.range.z > 0.5 {
-            let texel = vec2<i32>(uv * vec2<f32>(size));
             // Pixels beside a silhouette mix what is before it with what is behind.
             var depth = 1.0;
             for (var k = 0; k < 9; k++) {
@@ -81,9 +81,14 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
                 continue;
             }
         }
-        let seen = textureSampleLevel(photographs, smooth_sampler, uv, layer, 0.0);
-        if seen.a < 0.25 {
+        let nearest = textureLoad(photographs, texel, layer, 0);
+        if nearest.a < 0.25 {
             continue;
+        }
+        var seen = textureSampleLevel(photographs, smooth_sampler, uv, layer, 0.0);
+        // A mean over pixels that are photographed and others that are not is neither.
+        if abs(seen.a - nearest.a) > 0.01 {
+            seen = nearest;
         }
         return vec4<f32>(seen.rgb * globals.screen.w, select(0.5, 1.0, seen.a > 0.75));
     }
