@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, channel};
 
-use crate::app::viewport::gpu::Corner;
+use crate::app::viewport::gpu::{Corner, SURFACE_BITS};
 use crate::app::viewport::projection::window;
 use crate::app::viewport::texels;
 use crate::geometry::bvh::RayCaster;
@@ -147,7 +147,8 @@ pub fn corners(mesh: &Mesh) -> Vec<Corner> {
     }
     let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
     for (index, flags) in flags.iter().enumerate() {
-        let tagged = mesh.surface[index] & 0x3ff_ffff | u32::from(*flags) << 26;
+        let surface = mesh.surface[index] & ((1 << SURFACE_BITS) - 1);
+        let tagged = surface | u32::from(*flags) << SURFACE_BITS;
         corners.extend(
             mesh.corners(index).map(|position| Corner { position: position.to_array(), tagged }),
         );
@@ -172,10 +173,10 @@ mod tests {
             texcoords: Vec::new(),
         };
         let flags: Vec<u32> =
-            corners(&mesh).iter().step_by(3).map(|corner| corner.tagged >> 26).collect();
+            corners(&mesh).iter().step_by(3).map(|corner| corner.tagged >> SURFACE_BITS).collect();
         // Sides 0–1 and 1–2 are edges of the square, 2–0 is its diagonal.
         assert_eq!(flags, [0b011_011, 0b110_110, 0b111_111]);
-        assert!(corners(&mesh).iter().all(|corner| corner.tagged & 0x3ff_ffff == 5));
+        assert!(corners(&mesh).iter().all(|corner| corner.tagged << 6 == 5 << 6));
         assert!(corners(&Mesh::default()).is_empty());
     }
 }

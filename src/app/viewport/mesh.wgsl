@@ -5,11 +5,6 @@
 @group(1) @binding(2) var smooth_sampler: sampler;
 @group(1) @binding(3) var depths: texture_2d_array<f32>;
 
-const SELECTED: u32 = 1u;
-const HIDDEN: u32 = 2u;
-const UNASSIGNED: u32 = 4u;
-const UNKNOWN_REFLECTANCE: u32 = 8u;
-
 struct Corner {
     @builtin(position) @invariant clip: vec4<f32>,
     @location(0) world: vec3<f32>,
@@ -20,7 +15,7 @@ struct Corner {
 }
 
 fn known_of(surface: u32) -> vec4<u32> {
-    return textureLoad(surfaces, vec2<i32>(i32(surface & 1023u), i32(surface >> 10u)), 0);
+    return textureLoad(surfaces, vec2<u32>(surface % ROW, surface / ROW), 0);
 }
 
 @vertex
@@ -31,8 +26,8 @@ fn corner(
 ) -> Corner {
     var out: Corner;
     out.world = position;
-    out.surface = tagged & 0x3ffffffu;
-    out.edges = tagged >> 26u;
+    out.surface = extractBits(tagged, 0u, SURFACE_BITS);
+    out.edges = tagged >> SURFACE_BITS;
     let which = index % 3u;
     out.heights = vec3<f32>(f32(which == 0u), f32(which == 1u), f32(which == 2u));
     out.clip = globals.clip_from_world * vec4<f32>(position, 1.0);
@@ -112,22 +107,22 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
     let light = 0.62 + 0.2 * dot(normal, eye) + 0.14 * normal.z + 0.05 * (normal.x - normal.y);
     var color = vec3<f32>(0.72) * light;
     let shading = globals.choice.x;
-    if shading == 0u {
+    if shading == BY_PHOTOGRAPH {
         let seen = photographed(in.world, normal);
-        if seen.w > 0.75 || (seen.w > 0.25 && globals.choice.y != 2u) {
+        if seen.w > 0.75 || (seen.w > 0.25 && globals.choice.y != FALSE_COLOR) {
             color = display(seen.rgb);
         } else if seen.w > 0.25 {
             color = INVALID;
         } else {
             color = vec3<f32>(0.4) * light;
         }
-    } else if shading == 1u {
+    } else if shading == BY_MATERIAL {
         color = unpack4x8unorm(known.x).rgb * light;
         if (known.z & UNASSIGNED) != 0u {
             color = stripes(in.clip.xy, vec3<f32>(0.58, 0.54, 0.58), vec3<f32>(0.74, 0.4, 0.68))
                 * light;
         }
-    } else if shading == 2u {
+    } else if shading == BY_REFLECTANCE {
         color = unpack4x8unorm(known.y).rgb;
         if (known.z & UNKNOWN_REFLECTANCE) != 0u {
             color = stripes(in.clip.xy, vec3<f32>(0.42), vec3<f32>(0.5)) * light;

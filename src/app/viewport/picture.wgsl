@@ -29,7 +29,7 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
         seen = nearest;
     }
     var color = display(seen.rgb * globals.screen.w);
-    if seen.a < 0.75 && globals.choice.y == 2u {
+    if seen.a < 0.75 && globals.choice.y == FALSE_COLOR {
         color = INVALID;
     }
     return vec4<f32>(color, globals.forward.w);

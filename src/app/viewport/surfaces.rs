@@ -8,12 +8,12 @@ use crate::app::viewport::palette;
 use crate::reconstruct::solution::Solution;
 use crate::scene::{Capture, Role};
 
-/// Surfaces in a row of the texture; as in `mesh.wgsl`.
-const WIDTH: usize = 1024;
+/// Surfaces in a row of the texture.
+pub const WIDTH: usize = 1024;
 
-const SELECTED: u32 = 1;
-const HIDDEN: u32 = 2;
-const UNASSIGNED: u32 = 4;
+pub const SELECTED: u32 = 1;
+pub const HIDDEN: u32 = 2;
+pub const UNASSIGNED: u32 = 4;
 pub const UNKNOWN_REFLECTANCE: u32 = 8;
 
 /// One texel per surface: material colour, reflectance, flags.
