@@ -10,7 +10,7 @@ use super::numbers::{rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
-use crate::app::viewport::material_color;
+use crate::app::viewport::{INVALID, material_color};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::samples::View;
@@ -24,7 +24,9 @@ const SHOWN: f32 = 62.0;
 /// What is worked out for the selection that is shown, until it changes.
 #[derive(Default)]
 pub struct CropCache {
-    of: Option<(usize, usize)>,
+    of: Option<(usize, usize, u32)>,
+    /// Factor from radiance to the screen's 0 to 1, as in the 3D view.
+    pub exposure: f32,
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
     extent: Option<(BTreeSet<usize>, usize, f64)>,
@@ -54,17 +56,19 @@ impl CropCache {
     fn fill(&mut self, ctx: &egui::Context, project: &Project, sample: usize, views: &[View]) {
         let whole = project.products.whole.as_ref();
         let identity = whole.map_or(0, |whole| Arc::as_ptr(whole) as usize);
-        if self.of == Some((sample, identity)) {
+        let of = Some((sample, identity, self.exposure.to_bits()));
+        if self.of == of {
             return;
         }
-        self.of = Some((sample, identity));
+        self.of = of;
         self.crops = views
             .iter()
             .take(24)
             .filter_map(|view| {
                 let image = project.loaded.photographs.get(view.photograph)?.image.as_ref()?;
                 let name = format!("crop {sample} {}", view.photograph);
-                let texture = ctx.load_texture(name, crop(image, view), TextureOptions::NEAREST);
+                let crop = crop(image, view, self.exposure);
+                let texture = ctx.load_texture(name, crop, TextureOptions::NEAREST);
                 Some((view.photograph, texture))
             })
             .collect();
@@ -175,13 +179,10 @@ fn share(ui: &mut egui::Ui, part: f64, name: impl FnOnce(&mut egui::Ui)) {
     });
 }
 
-/// The pixels around a view, as the screen shows them; those that are no measurement in magenta.
-fn crop(image: &Image, view: &View) -> ColorImage {
+/// The pixels around a view at an exposure; those that are no measurement in their own colour.
+fn crop(image: &Image, view: &View, exposure: f32) -> ColorImage {
     let [x, y] = view.pixel.map(|value| value as isize);
     let side = (2 * AROUND + 1) as usize;
-    let largest = view.radiance.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-    // The sample itself comes out at about two thirds of white.
-    let scale = 0.4 / largest;
     let mut pixels = Vec::with_capacity(side * side);
     for row in y - AROUND..=y + AROUND {
         for column in x - AROUND..=x + AROUND {
@@ -191,9 +192,9 @@ fn crop(image: &Image, view: &View) -> ColorImage {
                 && (column as usize) < image.width();
             pixels.push(match inside.then(|| image.radiance(column as usize, row as usize)) {
                 None => Color32::BLACK,
-                Some(None) => Color32::from_rgb(255, 0, 255),
+                Some(None) => INVALID,
                 Some(Some(radiance)) => {
-                    let [r, g, b] = radiance.map(|value| (value * scale).min(1.0));
+                    let [r, g, b] = radiance.map(|value| (value * exposure).min(1.0));
                     egui::Rgba::from_rgb(r, g, b).into()
                 }
             });
