@@ -60,6 +60,9 @@ impl CropCache {
         if self.of == of {
             return;
         }
+        if self.of.is_none_or(|before| (before.0, before.1) != (sample, identity)) {
+            self.sources = whole.map(|whole| irradiance_of(whole, sample));
+        }
         self.of = of;
         self.crops = views
             .iter()
@@ -72,7 +75,6 @@ impl CropCache {
                 Some((view.photograph, texture))
             })
             .collect();
-        self.sources = whole.map(|whole| irradiance_of(whole, sample));
     }
 }
 

@@ -1,4 +1,5 @@
-// What every shader shares, after the constants and structures of gpu.rs: the view, and the way from radiance to a colour on screen.
+// What every shader shares, after the constants and structures of gpu.rs: the way from radiance to a
+// colour on screen.
 
 @group(0) @binding(0) var<uniform> globals: Globals;
 

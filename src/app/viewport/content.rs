@@ -127,7 +127,9 @@ impl SampleColor {
         match self {
             Self::Radiance => "Radiance that the photographs measured at each sample",
             Self::Material => "The material that each sample lies on",
-            Self::Error => "ln (computed / measured radiance), as in the tables; grey without a result",
+            Self::Error => {
+                "ln (computed / measured radiance), as in the tables; grey without a result"
+            }
             Self::Weight => "1 / radiance over the mean: what an error weighs if taken relatively",
             Self::Views => "Number of photographs that see each sample",
         }

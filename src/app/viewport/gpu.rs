@@ -5,8 +5,8 @@ use eframe::wgpu;
 use wgpu::util::DeviceExt as _;
 
 use crate::app::viewport::content::{Shading, ToneMapping};
-use crate::app::viewport::{palette, surfaces};
 use crate::app::viewport::targets::{COLOR, DEPTH, SAMPLES};
+use crate::app::viewport::{palette, surfaces};
 
 /// Photographs that a fragment may ask for its colour.
 pub const CANDIDATES: usize = 32;

@@ -145,9 +145,8 @@ impl Picker<'_> {
         let mut photographs = photographs;
         let seen = photographs
             .find_map(|photograph| Some((self.pixel(photograph, place, normal)?, photograph)));
-        let radiance = seen.and_then(|((image, [x, y]), photograph)| {
-            Some((image.radiance(x, y)?, photograph))
-        });
+        let radiance = seen
+            .and_then(|((image, [x, y]), photograph)| Some((image.radiance(x, y)?, photograph)));
         let material = match self.capture.surfaces[surface].role {
             Role::Material(material) => Some(material),
             _ => None,
