@@ -6,10 +6,11 @@ use std::path::PathBuf;
 
 use eframe::egui;
 
-use super::dialogs::{self, Asked, Palette, Then};
+use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
 use super::layout::{Pane, Workspace};
+use super::leaving::{Then, go_on, leave};
 use super::project::{Focus, Project, Selection};
 use super::state::State;
 use super::theme;
@@ -22,7 +23,11 @@ pub enum Action {
     CancelOpening,
     Locate(PathBuf),
     Save,
-    SaveTo(PathBuf),
+    /// `replace` where another file of that name may go.
+    SaveTo {
+        file: PathBuf,
+        replace: bool,
+    },
     ExportTo(PathBuf),
     Close,
     Quit,
@@ -32,6 +37,8 @@ pub enum Action {
     },
     Recover(PathBuf),
     Discard(PathBuf),
+    /// Offers what can be recovered at the next start again.
+    NotNow(PathBuf),
     ForgetRecent(PathBuf),
     Undo,
     Redo,
@@ -95,10 +102,10 @@ impl Mode {
 pub fn apply(state: &mut State, action: Action) {
     match action {
         Action::Ask(asked) => dialogs::ask_path(state, asked),
-        Action::Open(path) => files::open(state, &path),
+        Action::Open(path) => leave(state, Then::Open(path)),
         Action::OpenExample => {
             if let Some(path) = state.example.clone() {
-                files::open(state, &path);
+                leave(state, Then::Open(path));
             }
         }
         Action::CancelOpening => state.jobs.cancel_opening(),
@@ -106,8 +113,8 @@ pub fn apply(state: &mut State, action: Action) {
         Action::Save => {
             files::save(state);
         }
-        Action::SaveTo(file) => {
-            if files::save_to(state, &file)
+        Action::SaveTo { file, replace } => {
+            if files::save_to(state, &file, replace)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
                 go_on(state, then);
@@ -131,7 +138,8 @@ pub fn apply(state: &mut State, action: Action) {
                 go_on(state, then);
             }
         }
-        Action::Recover(file) => files::recover(state, &file),
+        Action::Recover(file) => leave(state, Then::Recover(file)),
+        Action::NotNow(file) => files::not_now(state, &file),
         Action::Discard(file) => files::discard(state, &file),
         Action::ForgetRecent(path) => {
             state.settings.recent.retain(|other| *other != path);
@@ -216,8 +224,13 @@ fn change_project(state: &mut State, change: &Change) {
     let Some(project) = &mut state.project else { return };
     match project.change(change) {
         Ok(()) => {
-            if let Change::NewMaterial { .. } = change {
-                let material = project.edit().materials.len() - 1;
+            let materials = &project.edit().materials;
+            let shown = match change {
+                Change::NewMaterial { .. } => Some(materials.len() - 1),
+                Change::Merge { from, into } => Some(into - usize::from(into > from)),
+                _ => None,
+            };
+            if let Some(material) = shown {
                 select(project, Select::Material(material));
             }
         }
@@ -228,29 +241,6 @@ fn change_project(state: &mut State, change: &Change) {
 fn tell(state: &mut State, word: &str, step: impl FnOnce(&mut Project) -> Option<String>) {
     if let Some(name) = state.project.as_mut().and_then(step) {
         state.messages.notice(format!("{word}: {name}"));
-    }
-}
-
-/// Leaves the project, after asking where work would be lost.
-fn leave(state: &mut State, then: Then) {
-    if state.project.as_ref().is_some_and(Project::is_changed) {
-        state.dialogs.unsaved = Some(then);
-    } else {
-        go_on(state, then);
-    }
-}
-
-fn go_on(state: &mut State, then: Then) {
-    match then {
-        Then::Open(path) => files::open_anyway(state, &path),
-        Then::Close => files::close_anyway(state),
-        Then::Quit => {
-            state.settings.layout = state.layout.value();
-            files::save_settings(state);
-            files::close_anyway(state);
-            state.quitting = true;
-            state.ctx.send_viewport_cmd(egui::ViewportCommand::Close);
-        }
     }
 }
 

@@ -16,7 +16,7 @@ impl Studio {
         let path = launch.path.clone();
         let mut state = State::new(cc, launch)?;
         if let Some(path) = path {
-            files::open(&mut state, &path);
+            files::open_anyway(&mut state, &path);
         }
         Ok(Self { state })
     }
@@ -42,8 +42,10 @@ impl eframe::App for Studio {
         dialogs::poll(state, &mut actions);
         files::autosave(state);
         dropped(&ctx, &mut actions);
-        close_requested(&ctx, state, &mut actions);
-        commands::pressed(&ctx, state, &mut actions);
+        // What is being typed comes before what is then done with it.
+        let mut last = Vec::new();
+        close_requested(&ctx, state, &mut last);
+        commands::pressed(&ctx, state, &mut last);
 
         panels::menu::menu_ui(ui, state, &mut actions);
         panels::status::status_ui(ui, state, &mut actions);
@@ -56,9 +58,10 @@ impl eframe::App for Studio {
         panels::questions::questions_ui(&ctx, state, &mut actions);
         panels::palette::palette_ui(&ctx, state, &mut actions);
 
-        for action in actions {
+        for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
+        state.was_typing = ctx.text_edit_focused();
         title(&ctx, state);
         if let Some(soon) = state.messages.expire() {
             ctx.request_repaint_after(soon);
@@ -76,6 +79,7 @@ fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
 fn close_requested(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     if ctx.input(|input| input.viewport().close_requested()) && !state.quitting {
         ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+        commands::end_typing(ctx);
         actions.push(Action::Quit);
     }
 }

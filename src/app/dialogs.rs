@@ -17,11 +17,14 @@ use rfd::AsyncFileDialog;
 
 use super::actions::Action;
 use super::files::Opening;
+use super::leaving::Then;
 use super::state::State;
-use crate::io::project::EXTENSION;
+use crate::io::project::{EXTENSION, is_project};
 
 /// An answer faster than this came from no hand.
 const NO_HAND: Duration = Duration::from_millis(250);
+/// Who asks again after this long sees no dialog.
+const NO_DIALOG: Duration = Duration::from_secs(5);
 
 /// What a path is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,18 +36,11 @@ pub enum Asked {
     Locate,
 }
 
-/// What to do once unsaved work has been dealt with.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Then {
-    Open(PathBuf),
-    Close,
-    Quit,
-}
-
 /// A project whose capture is not where it was.
 pub struct Locate {
     pub opening: Opening,
     pub text: String,
+    pub focused: bool,
 }
 
 /// Our own field for a path.
@@ -58,14 +54,18 @@ pub struct PathField {
 
 pub(super) struct Picking {
     asked: Asked,
-    answer: Receiver<Option<PathBuf>>,
+    /// What was picked, and how long that took.
+    answer: Receiver<(Option<PathBuf>, Duration)>,
     began: Instant,
 }
 
 #[derive(Default)]
 pub struct Dialogs {
     pub path: Option<PathField>,
+    /// What comes after the question about unsaved work.
     pub unsaved: Option<Then>,
+    /// A file that saving would replace.
+    pub replace: Option<PathBuf>,
     pub locate: Option<Locate>,
     pub palette: Option<Palette>,
     pub shortcuts: bool,
@@ -88,11 +88,22 @@ impl Dialogs {
     pub fn is_open(&self) -> bool {
         self.path.is_some()
             || self.unsaved.is_some()
+            || self.replace.is_some()
             || self.locate.is_some()
             || self.palette.is_some()
             || self.shortcuts
             || self.about
             || self.assign
+    }
+
+    /// What was asked about a project goes with it.
+    pub fn forget_project(&mut self) {
+        let of_project = |asked: Asked| matches!(asked, Asked::SaveAs | Asked::Export);
+        self.picking.take_if(|picking| of_project(picking.asked));
+        self.path.take_if(|field| of_project(field.asked));
+        self.unsaved = None;
+        self.replace = None;
+        self.assign = false;
     }
 }
 
@@ -107,10 +118,11 @@ impl Asked {
         }
     }
 
-    pub fn action(self, path: PathBuf) -> Action {
+    /// What to do with the path; `replace` where a file that is there may go.
+    pub fn action(self, path: PathBuf, replace: bool) -> Action {
         match self {
             Self::OpenCapture | Self::OpenProject => Action::Open(path),
-            Self::SaveAs => Action::SaveTo(path),
+            Self::SaveAs => Action::SaveTo { file: path, replace },
             Self::Export => Action::ExportTo(path),
             Self::Locate => Action::Locate(path),
         }
@@ -119,7 +131,12 @@ impl Asked {
 
 /// Asks for a path by the system's dialog, or by our own where there is none.
 pub fn ask_path(state: &mut State, asked: Asked) {
-    if state.dialogs.picking.is_some() {
+    if let Some(picking) = &state.dialogs.picking {
+        if picking.began.elapsed() >= NO_DIALOG {
+            state.dialogs.picking = None;
+            let notice = "The system's file dialog has not answered. Type or paste the path here.";
+            show_field(state, asked, Some(notice));
+        }
         return;
     }
     if state.dialogs.own_only {
@@ -141,6 +158,7 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     }
     let (sender, answer) = channel();
     let ctx = state.ctx.clone();
+    let began = Instant::now();
     let wait = move || {
         let picked = match asked {
             Asked::OpenProject => block_on(dialog.pick_file()),
@@ -148,11 +166,11 @@ pub fn ask_path(state: &mut State, asked: Asked) {
             _ => block_on(dialog.pick_folder()),
         };
         // The window may be gone.
-        let _ = sender.send(picked.map(|file| file.path().to_owned()));
+        let _ = sender.send((picked.map(|file| file.path().to_owned()), began.elapsed()));
         ctx.request_repaint();
     };
     match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
-        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began: Instant::now() }),
+        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began }),
         Err(_) => show_field(state, asked, None),
     }
 }
@@ -161,16 +179,19 @@ pub fn ask_path(state: &mut State, asked: Asked) {
 pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     let Some(picking) = &state.dialogs.picking else { return };
     let asked = picking.asked;
-    let answer = match picking.answer.try_recv() {
+    let (answer, took) = match picking.answer.try_recv() {
         Ok(answer) => answer,
         Err(std::sync::mpsc::TryRecvError::Empty) => return,
-        Err(std::sync::mpsc::TryRecvError::Disconnected) => None,
+        Err(std::sync::mpsc::TryRecvError::Disconnected) => (None, Duration::ZERO),
     };
-    let in_no_time = picking.began.elapsed() < NO_HAND;
     state.dialogs.picking = None;
     match answer {
-        Some(path) => actions.push(asked.action(path)),
-        None if in_no_time => {
+        Some(path) => {
+            // The system has asked about a file of this very name.
+            let replace = is_project(&path);
+            actions.push(asked.action(path, replace));
+        }
+        None if took < NO_HAND => {
             let notice =
                 "This system offers no file dialog here, so please type or paste the path.";
             show_field(state, asked, Some(notice));

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::dialogs::{Locate, Then};
+use super::dialogs::Locate;
 use super::edit::Edit;
+use super::leaving::{Stake, Then};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
@@ -27,18 +28,12 @@ pub struct Opening {
     pub file: Option<PathBuf>,
     /// It is unsaved work that a crash left.
     pub recovered: Option<PathBuf>,
+    /// What the user agreed to lose for it.
+    pub agreed: Stake,
     pub began: Instant,
 }
 
-/// Opens a capture's folder or a project file; asks first where work would be lost.
-pub fn open(state: &mut State, path: &Path) {
-    if state.project.as_ref().is_some_and(Project::is_changed) {
-        state.dialogs.unsaved = Some(Then::Open(path.to_owned()));
-    } else {
-        open_anyway(state, path);
-    }
-}
-
+/// Opens a capture's folder or a project file.
 pub fn open_anyway(state: &mut State, path: &Path) {
     if project::is_project(path) {
         open_project(state, path, None);
@@ -50,6 +45,7 @@ pub fn open_anyway(state: &mut State, path: &Path) {
             project: None,
             file: None,
             recovered: None,
+            agreed: Stake::of(state, false),
             began: Instant::now(),
         });
     }
@@ -67,6 +63,8 @@ fn capture_folder(path: &Path) -> PathBuf {
 }
 
 fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
+    // A recovered project names its file for windows that run elsewhere.
+    let path = &path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let read = match project::read(path) {
         Ok(read) => read,
         Err(error) => {
@@ -81,13 +79,14 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         project: Some(Box::new(read)),
         file,
         recovered,
+        agreed: Stake::of(state, false),
         began: Instant::now(),
     };
     if opening.folder.is_dir() {
         state.jobs.open(opening);
     } else {
         let text = opening.folder.display().to_string();
-        state.dialogs.locate = Some(Locate { opening, text });
+        state.dialogs.locate = Some(Locate { opening, text, focused: false });
     }
 }
 
@@ -99,19 +98,32 @@ pub fn located(state: &mut State, folder: &Path) {
     }
 }
 
-/// Unsaved work of a window that crashed.
-pub fn recover(state: &mut State, file: &Path) {
-    state.left_behind.retain(|other| other != file);
+/// Opens unsaved work of a window that crashed.
+pub fn recover_anyway(state: &mut State, file: &Path) {
     open_project(state, file, Some(file.to_owned()));
 }
 
 pub fn discard(state: &mut State, file: &Path) {
     settings::discard(file);
-    state.left_behind.retain(|other| other != file);
+    not_now(state, file);
 }
 
-/// A capture has been read: it takes the place of the open project.
+/// Offers unsaved work no more until the next start.
+pub fn not_now(state: &mut State, file: &Path) {
+    state.left_behind.retain(|other| other.file != file);
+}
+
+/// A capture has been read: it takes the place of the open project, unless work was done there
+/// meanwhile that nobody agreed to lose.
 pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
+    if Stake::of(state, false).is_within(&opening.agreed) {
+        show(state, opening, capture);
+    } else {
+        state.dialogs.unsaved = Some(Then::Show(Box::new(opening), capture));
+    }
+}
+
+pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     close_anyway(state);
     let secs = opening.began.elapsed().as_secs_f64();
     for warning in &capture.warnings {
@@ -128,27 +140,35 @@ pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     project.file = opening.file;
     if let Some(stored) = opening.project {
         let (materials, warnings) = project::materials(&stored.tags, &project.loaded);
-        for warning in warnings {
-            state.messages.warning(warning);
-        }
         project.set_edit(Arc::new(Edit { materials, options: stored.options }));
-        if opening.recovered.is_none() && !moved {
+        // Saving would write the capture's new place, or forget for good what does not fit it.
+        if opening.recovered.is_some() || moved || !warnings.is_empty() {
+            project.mark_unsaved();
+        } else {
             project.mark_saved();
+        }
+        if !warnings.is_empty() {
+            let text = warnings.join("\n");
+            state.messages.error("The capture has changed since the project was saved", text);
         }
         view_file::apply(&stored.view, &mut state.viewport.settings);
         state.layout.restore(&stored.layout);
     }
+    state.project = Some(project);
+    state.viewport.frame_all();
+    state.panels.forget();
     if let Some(left) = opening.recovered {
-        settings::discard(&left);
+        autosave_now(state);
+        // What the crash left goes only once this window keeps it.
+        if state.kept.is_some() {
+            discard(state, &left);
+        }
         state.messages.notice("Unsaved work was recovered. Save it to keep it.");
     } else {
         let path = opening.path.canonicalize().unwrap_or(opening.path);
         state.settings.remember(&path);
         save_settings(state);
     }
-    state.viewport.frame_all();
-    state.project = Some(project);
-    state.panels.forget();
 }
 
 /// Leaves the project without asking.
@@ -157,10 +177,19 @@ pub fn close_anyway(state: &mut State) {
         state.jobs.cancel(&mut project);
     }
     state.viewport.clear();
-    if let Some(recovery) = &state.recovery {
-        recovery.forget();
-    }
+    state.dialogs.forget_project();
+    forget_kept(state);
+}
+
+/// Nothing is to be recovered any more.
+fn forget_kept(state: &mut State) {
     state.kept = None;
+    if let Some(recovery) = state.recovery.clone() {
+        state.writer.send(move || {
+            recovery.forget();
+            Ok(())
+        });
+    }
 }
 
 fn file_of(state: &State, project: &Project) -> ProjectFile {
@@ -177,7 +206,7 @@ fn file_of(state: &State, project: &Project) -> ProjectFile {
 /// Saves to the project's file; says whether that worked. Without a file it asks for one.
 pub fn save(state: &mut State) -> bool {
     match state.project.as_ref().map(|project| project.file.clone()) {
-        Some(Some(file)) => save_to(state, &file),
+        Some(Some(file)) => save_to(state, &file, true),
         Some(None) => {
             super::dialogs::ask_path(state, super::dialogs::Asked::SaveAs);
             false
@@ -186,13 +215,20 @@ pub fn save(state: &mut State) -> bool {
     }
 }
 
-pub fn save_to(state: &mut State, file: &Path) -> bool {
+/// Saves to a file; one that is there already, and not the project's own, is replaced only when
+/// that was agreed to.
+pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
     let Some(project) = &state.project else { return false };
     let file = if project::is_project(file) {
         file.to_owned()
     } else {
         file.with_added_extension(project::EXTENSION)
     };
+    let is_own = || file.canonicalize().ok().as_ref() == project.file.as_ref();
+    if !replace && file.exists() && !is_own() {
+        state.dialogs.replace = Some(file);
+        return false;
+    }
     if let Err(error) = project::write(&file, &file_of(state, project)) {
         state.messages.error("The project cannot be saved", error.to_string());
         return false;
@@ -202,10 +238,7 @@ pub fn save_to(state: &mut State, file: &Path) -> bool {
         project.file = Some(file.clone());
         project.mark_saved();
     }
-    if let Some(recovery) = &state.recovery {
-        recovery.forget();
-    }
-    state.kept = None;
+    forget_kept(state);
     state.settings.remember(&file);
     save_settings(state);
     state.messages.notice(format!("Saved {}", file.display()));
@@ -214,8 +247,16 @@ pub fn save_to(state: &mut State, file: &Path) -> bool {
 
 /// Keeps unsaved work now and then, for recovery.
 pub fn autosave(state: &mut State) {
+    let problems = state.writer.problems();
+    if !problems.is_empty() {
+        // It is tried again at the next half minute.
+        state.kept = None;
+    }
+    for problem in problems {
+        state.messages.warning(problem);
+    }
     if state.autosaved.elapsed() >= AUTOSAVE {
-        autosave_now(state);
+        keep(state);
     }
     if state.project.as_ref().is_some_and(Project::is_changed) {
         // An idle window draws no frames of its own.
@@ -223,30 +264,37 @@ pub fn autosave(state: &mut State) {
     }
 }
 
+/// Keeps unsaved work at once, and waits for it.
 pub fn autosave_now(state: &mut State) {
+    keep(state);
+    state.writer.wait();
+    for problem in state.writer.problems() {
+        state.kept = None;
+        state.messages.warning(problem);
+    }
+}
+
+fn keep(state: &mut State) {
     state.autosaved = Instant::now();
     let (Some(recovery), Some(project)) = (&state.recovery, &state.project) else { return };
     if !project.is_changed() {
-        if state.kept.take().is_some() {
-            recovery.forget();
+        if state.kept.is_some() {
+            forget_kept(state);
         }
         return;
     }
     if state.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, project.edit())) {
         return;
     }
-    let kept = project.edit().clone();
+    let recovery = recovery.clone();
     let file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
-    match recovery.keep(&file) {
-        Ok(()) => state.kept = Some(kept),
-        Err(error) => state.messages.warning(format!("Autosave: {error}")),
-    }
+    state.kept = Some(project.edit().clone());
+    state.writer.send(move || recovery.keep(&file).map_err(|error| format!("Autosave: {error}")));
 }
 
 /// Preferences are written when they change; a failure costs only them.
 pub fn save_settings(state: &mut State) {
-    let Some(home) = &state.home else { return };
-    if let Err(error) = state.settings.write(home) {
-        state.messages.warning(error.to_string());
-    }
+    let Some(home) = state.home.clone() else { return };
+    let settings = state.settings.clone();
+    state.writer.send(move || settings.write(&home).map_err(|error| error.to_string()));
 }

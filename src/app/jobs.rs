@@ -14,7 +14,7 @@ use super::derived::{self, Derived};
 use super::files::{self, Opening};
 use super::project::{Products, Project, Run};
 use super::state::State;
-use crate::reconstruct::Update;
+use crate::reconstruct::{Reconstruction, Update};
 use crate::worker::{Command, Event, Happening, Job, Worker};
 
 /// How often progress is looked at while something runs.
@@ -25,7 +25,8 @@ pub struct Jobs {
     runner: Worker,
     ctx: egui::Context,
     pub opening: Option<(Job, Opening)>,
-    pub exporting: Option<(Job, PathBuf)>,
+    /// The export under way, and what it writes.
+    pub exporting: Option<(Job, Arc<Reconstruction>)>,
     derived: Option<Receiver<Arc<Derived>>>,
 }
 
@@ -88,11 +89,11 @@ impl Jobs {
         let job = self.runner.send(Command::Export {
             capture,
             options: Box::new(edit.options.clone()),
-            reconstruction: whole,
+            reconstruction: whole.clone(),
             load_secs: project.load_secs,
-            folder: folder.clone(),
+            folder,
         });
-        self.exporting = Some((job, folder));
+        self.exporting = Some((job, whole));
     }
 
     fn derive(&mut self, project: &Project) {
@@ -148,18 +149,20 @@ fn loader_event(state: &mut State, event: Event) {
 }
 
 fn runner_event(state: &mut State, event: Event) {
-    if state.jobs.exporting.as_ref().is_some_and(|(job, _)| *job == event.job) {
+    if let Some((_, exported)) = state.jobs.exporting.take_if(|(job, _)| *job == event.job) {
         match event.happening {
             Happening::Exported(folder) => {
-                state.jobs.exporting = None;
+                if let Some(Project { products, .. }) = &mut state.project {
+                    let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
+                    products.exported |= products.whole.as_ref().is_some_and(is_shown);
+                }
                 state.messages.notice(format!("Results written to {}", folder.display()));
             }
             Happening::Failed(text) => {
-                state.jobs.exporting = None;
                 state.messages.error("The results cannot be written", text);
             }
-            Happening::Cancelled => state.jobs.exporting = None,
-            _ => {}
+            Happening::Cancelled => {}
+            _ => state.jobs.exporting = Some((event.job, exported)),
         }
         return;
     }

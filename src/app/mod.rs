@@ -14,6 +14,7 @@ mod edit;
 mod files;
 mod jobs;
 mod layout;
+mod leaving;
 mod messages;
 mod panels;
 mod project;
@@ -22,6 +23,7 @@ mod theme;
 mod undo;
 mod view_file;
 pub mod viewport;
+mod writer;
 
 use std::path::PathBuf;
 

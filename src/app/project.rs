@@ -29,8 +29,9 @@ pub struct Project {
     /// As it would be reconstructed now.
     pub capture: Arc<Capture>,
     edit: Arc<Edit>,
-    /// The state that the project file holds, or that needs none.
-    saved: Arc<Edit>,
+    /// The state that the project file holds, or that needs none; `None` where no file holds what
+    /// was opened.
+    saved: Option<Arc<Edit>>,
     pub history: History,
     pub selection: Selection,
     pub products: Products,
@@ -76,6 +77,8 @@ pub struct Products {
     pub solution: Option<Arc<Solution>>,
     pub iterations: Vec<Iteration>,
     pub whole: Option<Arc<Reconstruction>>,
+    /// `whole` was written into a folder.
+    pub exported: bool,
     /// Sample by sample, once it has been worked out.
     pub derived: Option<Arc<Derived>>,
     /// Log errors of the run before, to compare with.
@@ -103,7 +106,7 @@ impl Project {
             capture: loaded.clone(),
             loaded,
             load_secs,
-            saved: edit.clone(),
+            saved: Some(edit.clone()),
             edit,
             history: History::default(),
             selection: Selection::default(),
@@ -133,8 +136,16 @@ impl Project {
         if edit.materials != self.edit.materials {
             self.capture = Arc::new(edit.capture(&self.loaded));
         }
-        if self.selection.material.is_some_and(|index| index >= edit.materials.len()) {
-            self.selection.material = None;
+        // Materials that come and go renumber the others.
+        let selection = &mut self.selection;
+        if edit.materials.len() != self.edit.materials.len() {
+            selection.material = selection.material.and_then(|index| {
+                let name = &self.edit.materials.get(index)?.name;
+                edit.materials.iter().position(|material| material.name == *name)
+            });
+            if selection.material.is_none() && selection.focus == Focus::Material {
+                selection.focus = Focus::Nothing;
+            }
         }
         self.edit = edit;
     }
@@ -152,11 +163,15 @@ impl Project {
     }
 
     pub fn mark_saved(&mut self) {
-        self.saved = self.edit.clone();
+        self.saved = Some(self.edit.clone());
+    }
+
+    pub fn mark_unsaved(&mut self) {
+        self.saved = None;
     }
 
     pub fn is_changed(&self) -> bool {
-        self.edit != self.saved
+        self.saved.as_ref() != Some(&self.edit)
     }
 
     /// The name for the title: of the project file, or of the capture.

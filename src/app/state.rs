@@ -16,7 +16,8 @@ use super::panels::PanelState;
 use super::project::Project;
 use super::theme;
 use super::viewport::Viewport;
-use crate::io::settings::{self, Recovery, Settings};
+use super::writer::Writer;
+use crate::io::settings::{self, LeftBehind, Recovery, Settings};
 
 pub struct State {
     pub ctx: egui::Context,
@@ -26,9 +27,10 @@ pub struct State {
     pub settings: Settings,
     /// The user's folder for settings; `None` where there is none.
     pub home: Option<PathBuf>,
-    pub recovery: Option<Recovery>,
+    pub recovery: Option<Arc<Recovery>>,
     /// Unsaved work of windows that crashed.
-    pub left_behind: Vec<PathBuf>,
+    pub left_behind: Vec<LeftBehind>,
+    pub writer: Writer,
     pub autosaved: Instant,
     /// The state that was last kept for recovery.
     pub kept: Option<Arc<Edit>>,
@@ -40,14 +42,17 @@ pub struct State {
     /// The graphics adapter in use.
     pub adapter: String,
     pub quitting: bool,
+    /// Whether a text field had the focus at the end of the frame before.
+    pub was_typing: bool,
 }
 
 impl State {
     pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
         let ctx = &cc.egui_ctx;
         let render = cc.wgpu_render_state.as_ref().ok_or("no graphics adapter was found")?;
-        let jobs =
-            Jobs::start(ctx).map_err(|error| format!("no thread can be started: {error}"))?;
+        let no_thread = |error| format!("no thread can be started: {error}");
+        let jobs = Jobs::start(ctx).map_err(no_thread)?;
+        let writer = Writer::start().map_err(no_thread)?;
         let settings = launch.home.as_deref().map(Settings::read).unwrap_or_default();
         theme::install(ctx);
         theme::apply(ctx, &settings.theme, settings.scale);
@@ -56,6 +61,7 @@ impl State {
         let left_behind = launch.home.as_deref().map(settings::left_behind).unwrap_or_default();
         // Without a place to keep it, unsaved work is not kept; all else works.
         let recovery = launch.home.as_deref().and_then(|home| Recovery::claim(home).ok());
+        let recovery = recovery.map(Arc::new);
         Ok(Self {
             ctx: ctx.clone(),
             project: None,
@@ -65,6 +71,7 @@ impl State {
             home: launch.home,
             recovery,
             left_behind,
+            writer,
             autosaved: Instant::now(),
             kept: None,
             dialogs: Dialogs { own_only: launch.own_dialogs, ..Dialogs::default() },
@@ -74,6 +81,7 @@ impl State {
             example: example(),
             adapter: adapter(render),
             quitting: false,
+            was_typing: false,
         })
     }
 

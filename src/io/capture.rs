@@ -53,7 +53,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         .collect();
     Ok(Capture {
         name: folder_name(folder),
-        mesh: geometry.mesh,
+        mesh: Arc::new(geometry.mesh),
         surfaces,
         photographs,
         materials: tags.materials,

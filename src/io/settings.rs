@@ -1,8 +1,9 @@
 //! What the window remembers between sessions, in the user's own folder: settings, recent
 //! projects, and unsaved work for recovery after a crash.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -96,11 +97,13 @@ impl Recovery {
         loop {
             let file = folder.join(format!("unsaved-{number}.{}", project::EXTENSION));
             let lock = File::create(lock_file(&file))?;
-            // A file without an owner is somebody's unsaved work, still to be offered.
-            if lock.try_lock().is_ok() && !file.exists() {
-                return Ok(Self { file, lock: Some(lock) });
+            match lock.try_lock() {
+                // A file without an owner is somebody's unsaved work, still to be offered.
+                Ok(()) if !file.exists() => return Ok(Self { file, lock: Some(lock) }),
+                Ok(()) | Err(TryLockError::WouldBlock) => number += 1,
+                // Where nothing can be locked there is no free place to be found.
+                Err(TryLockError::Error(error)) => return Err(error),
             }
-            number += 1;
         }
     }
 
@@ -118,17 +121,23 @@ impl Recovery {
 
 impl Drop for Recovery {
     fn drop(&mut self) {
-        // A panic that unwinds through here leaves the work to be recovered.
-        if !std::thread::panicking() {
-            self.forget();
-            self.lock = None;
-            let _ = std::fs::remove_file(lock_file(&self.file));
-        }
+        // What is still kept was neither saved nor given up: it is left to be recovered.
+        self.lock = None;
+        let _ = std::fs::remove_file(lock_file(&self.file));
     }
 }
 
+/// Unsaved work that can be recovered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftBehind {
+    pub file: PathBuf,
+    /// The project file or capture that it is a state of.
+    pub of: PathBuf,
+    pub kept: Option<SystemTime>,
+}
+
 /// Unsaved work whose owner is gone.
-pub fn left_behind(folder: &Path) -> Vec<PathBuf> {
+pub fn left_behind(folder: &Path) -> Vec<LeftBehind> {
     let entries = std::fs::read_dir(recovery_folder(folder)).into_iter().flatten().flatten();
     let mut files: Vec<PathBuf> = entries
         .map(|entry| entry.path())
@@ -139,7 +148,14 @@ pub fn left_behind(folder: &Path) -> Vec<PathBuf> {
         })
         .collect();
     files.sort();
-    files
+    let describe = |file: PathBuf| {
+        let read = project::read(&file).ok();
+        // What cannot be read is offered too: opening it says why.
+        let of = read.map_or_else(|| file.clone(), |read| read.original.unwrap_or(read.capture));
+        let kept = std::fs::metadata(&file).and_then(|metadata| metadata.modified()).ok();
+        LeftBehind { file, of, kept }
+    };
+    files.into_iter().map(describe).collect()
 }
 
 /// Removes unsaved work that was recovered or is not wanted.
@@ -181,16 +197,23 @@ mod tests {
         let project = ProjectFile { capture: folder.path().to_owned(), ..Default::default() };
         let living = Recovery::claim(folder.path()).unwrap();
         living.keep(&project).unwrap();
-        assert_eq!(left_behind(folder.path()), [] as [PathBuf; 0]);
-        let mut crashed = Recovery::claim(folder.path()).unwrap();
+        let offered = || -> Vec<PathBuf> {
+            left_behind(folder.path()).into_iter().map(|left| left.file).collect()
+        };
+        assert_eq!(offered(), [] as [PathBuf; 0]);
+        let crashed = Recovery::claim(folder.path()).unwrap();
         crashed.keep(&project).unwrap();
-        crashed.lock = None;
-        assert_eq!(left_behind(folder.path()), [crashed.file.clone()]);
+        let file = crashed.file.clone();
+        drop(crashed);
+        let left = left_behind(folder.path());
+        assert_eq!((&left[0].file, left.len()), (&file, 1));
+        assert!(left[0].of == folder.path().canonicalize().unwrap() && left[0].kept.is_some());
         // A new window takes a place of its own beside it.
         let next = Recovery::claim(folder.path()).unwrap();
-        assert!(next.file != crashed.file && next.file != living.file);
-        discard(&crashed.file);
-        drop((living, crashed, next));
-        assert_eq!(left_behind(folder.path()), [] as [PathBuf; 0]);
+        assert!(next.file != file && next.file != living.file);
+        discard(&file);
+        living.forget();
+        drop((living, next));
+        assert_eq!(offered(), [] as [PathBuf; 0]);
     }
 }

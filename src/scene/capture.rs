@@ -11,7 +11,8 @@ use crate::scene::{Camera, Dome, Emitter, Image};
 pub struct Capture {
     /// The folder's name.
     pub name: String,
-    pub mesh: Mesh,
+    /// Shared by all states of the tags.
+    pub mesh: Arc<Mesh>,
     /// One per `usemtl` group, indexed by `Mesh::surface`.
     pub surfaces: Vec<Surface>,
     pub photographs: Vec<Photograph>,
@@ -29,6 +30,16 @@ pub struct Surface {
     pub role: Role,
     /// The file gave texture coordinates for every polygon of the surface.
     pub has_texcoords: bool,
+}
+
+impl Surface {
+    /// The material that it reflects as.
+    pub fn material(&self) -> Option<usize> {
+        match self.role {
+            Role::Material(index) => Some(index),
+            Role::Luminaire(_) | Role::Untagged => None,
+        }
+    }
 }
 
 /// What a surface is to the reconstruction.

@@ -10,6 +10,7 @@ pub struct Image {
     pixels: Vec<Radiance>,
     /// Finite, not negative and below saturation in every channel.
     valid: Vec<bool>,
+    invalid: usize,
 }
 
 impl Image {
@@ -26,11 +27,12 @@ impl Image {
     ) -> Self {
         assert_eq!(pixels.len(), width * height);
         let limit = saturation.unwrap_or(f32::INFINITY);
-        let valid = pixels
+        let valid: Vec<bool> = pixels
             .iter()
             .map(|pixel| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit))
             .collect();
-        Self { width, height, pixels, valid }
+        let invalid = valid.iter().filter(|valid| !**valid).count();
+        Self { width, height, pixels, valid, invalid }
     }
 
     pub fn width(&self) -> usize {
@@ -54,7 +56,7 @@ impl Image {
 
     /// The number of pixels that are no measurement.
     pub fn invalid_count(&self) -> usize {
-        self.valid.iter().filter(|valid| !**valid).count()
+        self.invalid
     }
 
     /// Multiplies the radiance of every pixel by `gain(x, y)`, leaving validity as it was

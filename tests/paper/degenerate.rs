@@ -1,6 +1,8 @@
 //! Captures with little, nothing or nonsense in them: an error or a warning that helps, never a
 //! panic or a number that is none.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use lobelia::math::rgb::Radiance;
 use lobelia::reconstruct::{Error, Reconstruction};
@@ -250,7 +252,7 @@ fn tiny_and_huge_scenes_and_scenes_far_off() {
         room.square(floor, 1.0, 0.0);
         room.open_box(sides, DVec3::new(-0.3, -0.2, 0.0), DVec3::new(0.25, 0.3, 0.5));
         let shift = DVec3::new(shift, -shift, 0.0);
-        for p in &mut room.capture.mesh.positions {
+        for p in &mut Arc::make_mut(&mut room.capture.mesh).positions {
             *p = *p * scale as f32 + shift.as_vec3();
         }
         for eye in [DVec3::new(1.6, -1.8, 1.4), DVec3::new(-1.7, -1.2, 1.5)] {

@@ -68,7 +68,7 @@ impl Room {
 
     /// A planar convex polygon, counter-clockwise seen from outside.
     pub fn polygon(&mut self, surface: usize, corners: &[DVec3]) {
-        let mesh = &mut self.capture.mesh;
+        let mesh = Arc::make_mut(&mut self.capture.mesh);
         let base = mesh.positions.len() as u32;
         mesh.positions.extend(corners.iter().map(|corner| corner.as_vec3()));
         for k in 1..corners.len() as u32 - 1 {
@@ -111,13 +111,14 @@ impl Room {
         triangles: &[[usize; 3]],
         surface_of: impl Fn([DVec3; 3]) -> usize,
     ) {
-        let base = self.capture.mesh.positions.len();
-        self.capture.mesh.positions.extend(positions.iter().map(|p| p.as_vec3()));
+        let mesh = Arc::make_mut(&mut self.capture.mesh);
+        let base = mesh.positions.len();
+        mesh.positions.extend(positions.iter().map(|p| p.as_vec3()));
         for &triangle in triangles {
             let surface = surface_of(triangle.map(|vertex| positions[vertex]));
-            self.capture.mesh.triangles.push(triangle.map(|vertex| (base + vertex) as u32));
-            self.capture.mesh.surface.push(surface as u32);
-            self.capture.mesh.polygon.push(self.polygons);
+            mesh.triangles.push(triangle.map(|vertex| (base + vertex) as u32));
+            mesh.surface.push(surface as u32);
+            mesh.polygon.push(self.polygons);
             self.polygons += 1;
         }
     }

@@ -2,6 +2,7 @@
 //! where irradiance is π times that radiance everywhere.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2};
 use lobelia::math::rgb::Rgb;
@@ -42,7 +43,7 @@ fn photograph(room: &mut Room, pattern: impl Fn(f64, f64) -> Rgb + Sync) {
 
 /// One texture coordinate per corner of the floor, given as a map from the plane.
 fn give_texcoords(room: &mut Room, uv: impl Fn(f64, f64) -> (f64, f64)) {
-    let mesh = &mut room.capture.mesh;
+    let mesh = Arc::make_mut(&mut room.capture.mesh);
     mesh.texcoords = (0..mesh.triangles.len())
         .map(|triangle| match mesh.surface[triangle] {
             0 => mesh.corners(triangle).map(|p| {

@@ -20,7 +20,6 @@ use lobelia::app::{Launch, Studio};
 /// A window with settings in a folder of its own.
 struct Window {
     harness: Harness<'static, Studio>,
-    home: PathBuf,
     _folder: Option<tempfile::TempDir>,
 }
 
@@ -49,7 +48,7 @@ impl Window {
             .with_max_steps(60)
             .wgpu()
             .build_eframe(move |cc| Studio::new(cc, launch).expect("the window opens"));
-        Self { harness, home: home.to_owned(), _folder: None }
+        Self { harness, _folder: None }
     }
 
     /// A window with the example open.

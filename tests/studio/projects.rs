@@ -80,12 +80,14 @@ fn work_that_a_crash_left_is_offered() {
     window.harness.state_mut().autosave();
     // As a crash leaves it: kept, and locked by nobody.
     let kept = home.join("recovery/unsaved-0.lobelia");
-    let contents = fs::read(&kept).unwrap();
-    assert_eq!(window.home, home);
+    // The loop of events may end without a question, by a crash or an error of the system.
     drop(window);
-    assert!(!kept.exists(), "a window that closes leaves nothing");
-    fs::write(&kept, contents).unwrap();
+    assert!(kept.exists(), "work that nobody gave up is lost");
 
+    let mut window = Window::at(&home, Some(&example()));
+    window.wait_for("Photographs (6)");
+    assert!(window.has_part("Its work on \"corner\" was kept, just now"), "beside a project");
+    drop(window);
     let mut window = Window::at(&home, None);
     window.step();
     window.click("Recover");
@@ -95,4 +97,86 @@ fn work_that_a_crash_left_is_offered() {
     assert!(!kept.exists());
     window.menu("File", "Close project");
     assert!(window.has("Save changes?"), "recovered work is not saved yet");
+}
+
+#[test]
+fn leaving_for_good_leaves_nothing_to_recover() {
+    let folder = tempfile::tempdir().unwrap();
+    let home = folder.path().join("home");
+    let mut window = Window::at(&home, Some(&example()));
+    window.wait_for("Photographs (6)");
+    make_floor_specular(&mut window);
+    window.harness.state_mut().autosave();
+    assert!(home.join("recovery/unsaved-0.lobelia").exists());
+    window.menu("File", "Quit");
+    window.click("Don't save");
+    drop(window);
+    assert_eq!(fs::read_dir(home.join("recovery")).unwrap().count(), 0);
+}
+
+#[test]
+fn another_project_of_that_name_is_not_replaced_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("room.lobelia");
+    fs::write(&file, "last week's").unwrap();
+    let mut window = Window::with_example();
+    make_floor_specular(&mut window);
+    for answer in ["Cancel", "Replace"] {
+        assert_eq!(fs::read_to_string(&file).unwrap(), "last week's");
+        window.key(egui::Modifiers::COMMAND, egui::Key::S);
+        // Without the extension, which is added.
+        window.write("Path", folder.path().join("room").to_str().unwrap());
+        window.click("Save");
+        assert!(window.has("Replace the file?"));
+        window.click(answer);
+    }
+    assert!(fs::read_to_string(&file).unwrap().contains("specular"));
+    window.click("Diffuse");
+    window.key(egui::Modifiers::COMMAND, egui::Key::S);
+    assert!(!window.has("Replace the file?"), "its own file is not asked about");
+}
+
+#[test]
+fn work_done_while_another_capture_is_read_is_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("room");
+    copy_example(&capture);
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.click("floor (1)");
+    window.menu("File", "Open capture…");
+    window.write("Path", capture.to_str().unwrap());
+    // Both in one frame: the capture cannot have been read by then.
+    window.node("Specular").click();
+    window.click_front("Open");
+    window.wait_for("Save changes?");
+    window.click("Cancel");
+    assert!(window.has("specular"), "the work is still there");
+}
+
+#[test]
+fn tags_that_the_capture_lacks_are_told_and_not_saved_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("old.lobelia");
+    let project = serde_json::json!({
+        "version": 1,
+        "capture": example(),
+        "materials": [{"name": "rug", "specular": false, "surfaces": ["rug", "floor"]}],
+    });
+    fs::write(&file, project.to_string()).unwrap();
+    let mut window = Window::at(&folder.path().join("home"), Some(&file));
+    window.wait_for("Photographs (6)");
+    assert!(window.has("The capture has changed since the project was saved"));
+    assert!(window.has_part("no surface \"rug\" any more"));
+    window.menu("File", "Close project");
+    assert!(window.has("Save changes?"), "closing must not seem free of loss");
+}
+
+#[test]
+fn deleting_a_material_selects_no_other() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.click("floor (1)");
+    window.click("Delete");
+    assert!(!window.has("floor (1)") && !window.has("Delete"));
 }

@@ -63,9 +63,15 @@ fn a_run_is_cancelled_and_nothing_stays_behind() {
     window.wait_for("Photographs (6)");
     window.click("Reconstruct");
     window.click("Run reconstruction");
-    window.wait("a stage", |window| window.has_part("Stage "));
+    // Status bar and panel name the stage; before it there is "Stage starting".
+    window.wait("the first stage", |window| window.has("Stage samples"));
+    window.click("Edit");
+    window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    assert!(window.harness.state().is_busy(), "Escape closes the menu first");
     window.key(egui::Modifiers::NONE, egui::Key::Escape);
     window.wait("the cancelled run", |window| !window.harness.state().is_busy());
     assert!(window.has("The run was cancelled."));
     assert!(window.has("Run reconstruction"));
+    window.click("Inspect");
+    assert!(window.has("Samples are placed by the first stage of a run."));
 }

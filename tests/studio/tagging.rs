@@ -17,6 +17,7 @@ fn the_floor_becomes_specular_and_back_and_again() {
     window.harness.run_steps(5);
     assert!(window.has_part("Undo make specular"));
     window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    assert!(!window.has_part("Undo make specular"), "Escape closes a menu");
     window.key(egui::Modifiers::COMMAND, egui::Key::Z);
     assert!(!window.has("specular"));
     window.key(egui::Modifiers::COMMAND | egui::Modifiers::SHIFT, egui::Key::Z);
@@ -50,4 +51,32 @@ fn a_known_reflectance_and_a_name_are_given() {
     window.key(egui::Modifiers::NONE, egui::Key::Enter);
     assert!(window.has("plaster (1)"));
     window.harness.run();
+}
+
+#[test]
+fn keys_belong_to_the_field_that_is_typed_in() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.click("box1 (1)");
+    window.click("Specular");
+    window.node("Name").focus();
+    window.step();
+    window.node("Name").type_text("y");
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert!(window.has("specular"), "Ctrl+Z takes text back, not a tag");
+    window.key(egui::Modifiers::COMMAND, egui::Key::W);
+    assert!(window.has("Photographs (6)"), "Ctrl+W deletes a word");
+    window.write("Name", "plaster");
+    window.key(egui::Modifiers::COMMAND, egui::Key::S);
+    assert!(window.has("plaster (1)"), "what was typed is saved, too");
+}
+
+#[test]
+fn alt_and_a_letter_is_not_the_letter() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    window.key(egui::Modifiers::NONE, egui::Key::A);
+    assert!(!window.has("Select surfaces to assign them"));
+    window.key(egui::Modifiers::ALT, egui::Key::A);
+    assert!(window.has("Select surfaces to assign them"));
 }

@@ -91,15 +91,18 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let dialog = state.dialogs.is_open();
     // The viewport flies with letters while the right button is held.
     let flying = ctx.input(|input| input.pointer.secondary_down());
-    let mut commands = all();
-    // The longer combinations first: Ctrl+Z is also within Ctrl+Shift+Z.
-    commands.sort_by_key(|command| {
-        std::cmp::Reverse(command.key.map_or(0, |key| u8::from(key.modifiers.shift)))
-    });
-    for command in commands {
+    // Escape first closes menus, leaves the field that was typed in, or gives up a box. egui has
+    // taken the focus away already, so what counts is where it was in the frame before.
+    let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !state.viewport.is_boxing();
+    for command in specific_first() {
         let Some(key) = command.key else { continue };
         let plain = !key.modifiers.command;
         if plain && (typing || dialog || flying) || dialog && command.action != Action::Quit {
+            continue;
+        }
+        if typing && is_for_text(&command.action)
+            || command.action == Action::Cancel && !(escape && command.is_enabled(state))
+        {
             continue;
         }
         let pressed = ctx.input_mut(|input| {
@@ -110,13 +113,39 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
                 input.consume_shortcut(&key)
             }
         });
-        if pressed && command.is_enabled(state) {
+        // A run that cannot begin says why not.
+        if pressed && (command.is_enabled(state) || command.action == Action::Run) {
+            if typing {
+                end_typing(ctx);
+            }
             actions.push(command.action);
-        } else if pressed && command.action == Action::Run {
-            // It says why not.
-            actions.push(Action::Run);
         }
     }
+}
+
+/// Takes the focus from a field, which makes its panel tell what was typed in this frame.
+pub fn end_typing(ctx: &egui::Context) {
+    ctx.memory_mut(|memory| {
+        if let Some(field) = memory.focused() {
+            memory.surrender_focus(field);
+        }
+    });
+}
+
+/// What these keys do, text fields do to their text: undo, redo, delete a word.
+fn is_for_text(action: &Action) -> bool {
+    matches!(action, Action::Undo | Action::Redo | Action::Close)
+}
+
+/// All commands, the combinations of most keys first: egui finds Ctrl+Z within Ctrl+Shift+Z, too,
+/// and A within Alt+A.
+fn specific_first() -> Vec<Command> {
+    let mut commands = all();
+    commands.sort_by_key(|command| {
+        let modifiers = command.key.map(|key| key.modifiers).unwrap_or_default();
+        std::cmp::Reverse([modifiers.shift, modifiers.alt].into_iter().filter(|held| *held).count())
+    });
+    commands
 }
 
 #[cfg(test)]
@@ -130,6 +159,19 @@ mod tests {
             for b in &commands[index + 1..] {
                 assert!(a.key.is_none() || a.key != b.key, "{} and {}", a.name, b.name);
                 assert_ne!(a.name, b.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_combination_is_asked_for_before_those_within_it() {
+        let commands = specific_first();
+        for (index, first) in commands.iter().enumerate() {
+            for later in &commands[index + 1..] {
+                let (Some(a), Some(b)) = (first.key, later.key) else { continue };
+                let takes =
+                    a.logical_key == b.logical_key && b.modifiers.matches_logically(a.modifiers);
+                assert!(!takes, "{} takes the keys of {}", first.name, later.name);
             }
         }
     }

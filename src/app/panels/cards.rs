@@ -2,8 +2,10 @@
 
 use eframe::egui::{self, Align2};
 
+use super::numbers::ago;
 use crate::app::actions::Action;
 use crate::app::state::State;
+use crate::io::settings::LeftBehind;
 
 pub fn cards_ui(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let screen = ctx.content_rect();
@@ -21,7 +23,10 @@ pub fn cards_ui(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
             }
         });
     }
-    if !messages.errors.is_empty() {
+    // The start page shows them itself.
+    let left_behind = state.left_behind.as_slice();
+    let left_behind = if state.project.is_some() { left_behind } else { &[] };
+    if !(messages.errors.is_empty() && left_behind.is_empty()) {
         area("errors", Align2::RIGHT_BOTTOM, -12.0).show(ctx, |ui| {
             ui.set_max_width(width);
             if messages.errors.len() > 3 {
@@ -29,6 +34,12 @@ pub fn cards_ui(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
             }
             for (index, card) in messages.errors.iter().enumerate().rev().take(3) {
                 error_card(ui, index, card, width, actions);
+            }
+            for left in left_behind.iter().take(3) {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_width(width);
+                    left_behind_ui(ui, left, actions);
+                });
             }
         });
     }
@@ -63,5 +74,25 @@ fn error_card(
                 actions.push(Action::DismissError(index));
             }
         });
+    });
+}
+
+/// Offers unsaved work of a window that crashed.
+pub fn left_behind_ui(ui: &mut egui::Ui, left: &LeftBehind, actions: &mut Vec<Action>) {
+    let name = left.of.file_name().unwrap_or(left.of.as_os_str()).to_string_lossy();
+    let kept = left.kept.and_then(|kept| kept.elapsed().ok());
+    let when = kept.map_or_else(String::new, |kept| format!(", {}", ago(kept)));
+    ui.label(format!("A window closed without saving. Its work on \"{name}\" was kept{when}."))
+        .on_hover_text(left.of.display().to_string());
+    ui.horizontal(|ui| {
+        for (text, help, action) in [
+            ("Recover", "Open the work that was kept", Action::Recover(left.file.clone())),
+            ("Not now", "Offer it again at the next start", Action::NotNow(left.file.clone())),
+            ("Discard", "Delete it for good", Action::Discard(left.file.clone())),
+        ] {
+            if ui.button(text).on_hover_text(help).clicked() {
+                actions.push(action);
+            }
+        }
     });
 }

@@ -1,5 +1,7 @@
 //! How numbers, colours and names are shown, the same in every panel.
 
+use std::time::Duration;
+
 use eframe::egui::{self, Color32, Sense, Stroke, StrokeKind, vec2};
 
 use crate::app::project::Project;
@@ -30,12 +32,25 @@ pub fn rgb(values: Rgb) -> String {
 
 /// Seconds as a person says them.
 pub fn duration(secs: f64) -> String {
-    if secs < 10.0 {
+    // Rounded first: 119.7 s are two minutes, not 1 min 60 s.
+    let whole = secs.round() as u64;
+    if secs < 9.95 {
         format!("{secs:.1} s")
-    } else if secs < 100.0 {
-        format!("{secs:.0} s")
+    } else if whole < 100 {
+        format!("{whole} s")
     } else {
-        format!("{:.0} min {:02.0} s", (secs / 60.0).floor(), secs % 60.0)
+        format!("{} min {:02} s", whole / 60, whole % 60)
+    }
+}
+
+/// How long ago something was.
+pub fn ago(elapsed: Duration) -> String {
+    let minutes = elapsed.as_secs() / 60;
+    match minutes {
+        0 => "just now".to_owned(),
+        1..60 => format!("{} ago", counted(minutes as usize, "minute", "minutes")),
+        60..1440 => format!("{} ago", counted(minutes as usize / 60, "hour", "hours")),
+        _ => format!("{} ago", counted(minutes as usize / 1440, "day", "days")),
     }
 }
 
@@ -145,5 +160,11 @@ mod tests {
         );
         assert_eq!([7, 1234, 1234567].map(count), ["7", "1\u{a0}234", "1\u{a0}234\u{a0}567"]);
         assert_eq!([3.12, 42.0, 125.0].map(duration), ["3.1 s", "42 s", "2 min 05 s"]);
+        assert_eq!([9.97, 99.6, 119.7].map(duration), ["10 s", "1 min 40 s", "2 min 00 s"]);
+        let ago = |secs| ago(Duration::from_secs(secs));
+        assert_eq!(
+            [5, 60, 7300, 200_000].map(ago),
+            ["just now", "1 minute ago", "2 hours ago", "2 days ago"]
+        );
     }
 }

@@ -10,11 +10,14 @@ use crate::app::actions::Action;
 use crate::app::commands;
 use crate::app::dialogs::{Asked, PathField};
 use crate::app::edit::Change;
+use crate::app::leaving::{Stake, Then};
 use crate::app::state::State;
 
 pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     if state.dialogs.path.is_some() {
         path_ui(ctx, state, actions);
+    } else if state.dialogs.replace.is_some() {
+        replace_ui(ctx, state, actions);
     } else if state.dialogs.unsaved.is_some() {
         unsaved_ui(ctx, state, actions);
     } else if state.dialogs.locate.is_some() {
@@ -55,13 +58,7 @@ fn path_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
         if let Some(notice) = notice {
             ui.label(*notice);
         }
-        let label = ui.label("Path");
-        let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY);
-        let response = ui.add(field).on_hover_text("A path on this computer").labelled_by(label.id);
-        if !std::mem::replace(focused, true) {
-            response.request_focus();
-        }
-        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        let entered = path_field(ui, text, focused, "A path on this computer");
         ui.add_space(6.0);
         buttons(ui, accept(asked), !text.trim().is_empty(), entered)
     });
@@ -69,12 +66,23 @@ fn path_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
         Some(true) => {
             let path = PathBuf::from(text.trim());
             state.dialogs.path = None;
-            actions.push(asked.action(path));
+            actions.push(asked.action(path, false));
         }
         Some(false) => leave_path(state),
         None if left => leave_path(state),
         None => {}
     }
+}
+
+/// A field for a path, ready to be typed in; says whether Enter was pressed there.
+fn path_field(ui: &mut egui::Ui, text: &mut String, focused: &mut bool, help: &str) -> bool {
+    let label = ui.label("Path");
+    let field = egui::TextEdit::singleline(text).desired_width(f32::INFINITY);
+    let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
+    if !std::mem::replace(focused, true) {
+        response.request_focus();
+    }
+    response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
 /// Not saving leaves what was to come after it undone.
@@ -104,32 +112,69 @@ fn buttons(ui: &mut egui::Ui, accept: &str, enabled: bool, entered: bool) -> Opt
     .inner
 }
 
+fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(file) = state.dialogs.replace.clone() else { return };
+    let (answer, left) = ask(ctx, "Replace the file?", 420.0, |ui| {
+        ui.label(format!("{} is there already. What it holds would be lost.", file.display()));
+        ui.add_space(6.0);
+        buttons(ui, "Replace", true, false)
+    });
+    if answer.is_some() || left {
+        state.dialogs.replace = None;
+        if answer == Some(true) {
+            actions.push(Action::SaveTo { file, replace: true });
+        } else {
+            leave_path(state);
+        }
+    }
+}
+
 fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
-    let (answer, left) = ask(ctx, "Save changes?", 420.0, |ui| {
-        ui.label(format!("Tags or options of \"{name}\" were changed and not saved."));
+    let stake = Stake::of(state, matches!(state.dialogs.unsaved, Some(Then::Quit)));
+    let is_changed = stake.edit.is_some();
+    let title = if is_changed { "Save changes?" } else { "Leave the project?" };
+    let mut choices = Vec::new();
+    if is_changed {
+        choices.push(("Save", "Save the project first", Some(Action::Unsaved { save: true })));
+    }
+    if stake.results.is_some() {
+        choices.push(("Export…", "Write the results first", Some(Action::Ask(Asked::Export))));
+    }
+    choices.push(match is_changed {
+        true => (
+            "Don't save",
+            "Lose what was changed since the last save",
+            Some(Action::Unsaved { save: false }),
+        ),
+        false => ("Leave", "Go on all the same", Some(Action::Unsaved { save: false })),
+    });
+    choices.push(("Cancel", "Stay here (Esc)", None));
+    let (answer, left) = ask(ctx, title, 420.0, |ui| {
+        for (is_lost, text) in [
+            (is_changed, format!("Tags or options of \"{name}\" were changed and not saved.")),
+            (stake.run.is_some(), "The reconstruction that runs would be cancelled.".to_owned()),
+            (stake.results.is_some(), "The results were not exported: they would be lost.".into()),
+            (stake.export.is_some(), "Results are being written: that would stop.".to_owned()),
+        ] {
+            if is_lost {
+                ui.label(text);
+            }
+        }
         ui.add_space(6.0);
         ui.horizontal(|ui| {
-            let mut answer = None;
-            for (text, help, action) in [
-                ("Save", "Save the project first", Some(true)),
-                ("Don't save", "Lose what was changed since the last save", Some(false)),
-                ("Cancel", "Stay here (Esc)", None),
-            ] {
-                if ui.button(text).on_hover_text(help).clicked() {
-                    answer = Some(action);
-                }
-            }
-            answer
+            let clicked = |(text, help, action): (&str, &str, Option<Action>)| {
+                ui.button(text).on_hover_text(help).clicked().then_some(action)
+            };
+            choices.into_iter().filter_map(clicked).last()
         })
         .inner
     });
-    match answer {
-        Some(Some(save)) => actions.push(Action::Unsaved { save }),
-        Some(None) => state.dialogs.unsaved = None,
-        None if left => state.dialogs.unsaved = None,
-        None => {}
+    let is_answer = |action: &Action| matches!(action, Action::Unsaved { .. });
+    if left || answer.as_ref().is_some_and(|action| !action.as_ref().is_some_and(is_answer)) {
+        state.dialogs.unsaved = None;
     }
+    actions.extend(answer.flatten());
 }
 
 fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
@@ -137,14 +182,12 @@ fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
     let (answer, left) = ask(ctx, "Find the capture", 560.0, |ui| {
         ui.label("The capture of this project is not where it was. Where is its folder now?");
         ui.weak(locate.opening.folder.display().to_string());
-        let label = ui.label("Path");
-        let field = egui::TextEdit::singleline(&mut locate.text).desired_width(f32::INFINITY);
-        ui.add(field).on_hover_text("The capture's folder").labelled_by(label.id);
+        let entered = path_field(ui, &mut locate.text, &mut locate.focused, "The capture's folder");
         if ui.button("Browse…").on_hover_text("Choose the folder").clicked() {
             actions.push(Action::Ask(Asked::Locate));
         }
         ui.add_space(6.0);
-        buttons(ui, "Use", !locate.text.trim().is_empty(), false)
+        buttons(ui, "Use", !locate.text.trim().is_empty(), entered)
     });
     match answer {
         Some(true) => actions.push(Action::Locate(PathBuf::from(locate.text.trim()))),

@@ -1,9 +1,8 @@
 //! The page before anything is open.
 
-use std::path::Path;
-
 use eframe::egui;
 
+use super::cards::left_behind_ui;
 use crate::app::actions::Action;
 use crate::app::dialogs::Asked;
 use crate::app::state::State;
@@ -40,8 +39,9 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         });
         ui.add_space(8.0);
     }
-    for file in &state.left_behind {
-        left_behind(ui, file, actions);
+    for left in &state.left_behind {
+        egui::Frame::group(ui.style()).show(ui, |ui| left_behind_ui(ui, left, actions));
+        ui.add_space(8.0);
     }
     ui.horizontal_wrapped(|ui| {
         let size = egui::vec2(0.0, 30.0);
@@ -69,21 +69,6 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
     ui.weak("Or drop a folder or a project file onto this window.");
     ui.add_space(20.0);
     recent(ui, state, actions);
-}
-
-fn left_behind(ui: &mut egui::Ui, file: &Path, actions: &mut Vec<Action>) {
-    egui::Frame::group(ui.style()).show(ui, |ui| {
-        ui.horizontal_wrapped(|ui| {
-            ui.label("A window closed without saving. Its work was kept.");
-            if ui.button("Recover").on_hover_text("Open the work that was kept").clicked() {
-                actions.push(Action::Recover(file.to_owned()));
-            }
-            if ui.button("Discard").on_hover_text("Delete it for good").clicked() {
-                actions.push(Action::Discard(file.to_owned()));
-            }
-        });
-    });
-    ui.add_space(8.0);
 }
 
 fn recent(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {

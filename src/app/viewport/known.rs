@@ -121,10 +121,7 @@ pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
             .iter()
             .zip(&b.photographs)
             .all(|(a, b)| a.camera == b.camera && same(a.image.as_ref(), b.image.as_ref()))
-        && a.mesh.triangles == b.mesh.triangles
-        && a.mesh.surface == b.mesh.surface
-        && a.mesh.polygon == b.mesh.polygon
-        && a.mesh.positions == b.mesh.positions
+        && Arc::ptr_eq(&a.mesh, &b.mesh)
 }
 
 /// The corners of the box around the geometry and the cameras.

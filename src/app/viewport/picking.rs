@@ -184,6 +184,8 @@ impl Picker<'_> {
 mod tests {
     use super::*;
     use crate::app::viewport::camera::{Side, ViewCamera};
+    use std::sync::Arc;
+
     use crate::geometry::mesh::Mesh;
     use crate::scene::Surface;
 
@@ -195,13 +197,13 @@ mod tests {
         let surface =
             |name: &str| Surface { name: name.into(), role: Role::Untagged, has_texcoords: false };
         Capture {
-            mesh: Mesh {
+            mesh: Arc::new(Mesh {
                 positions: [square(0.0), square(1.0)].concat(),
                 triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
                 surface: vec![0, 0, 1, 1],
                 polygon: vec![0, 0, 1, 1],
                 texcoords: Vec::new(),
-            },
+            }),
             surfaces: vec![surface("low"), surface("high")],
             ..Capture::default()
         }

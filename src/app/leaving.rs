@@ -1,0 +1,92 @@
+//! Leaving a project: what that would lose, the question about it, and what comes after.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui;
+
+use super::edit::Edit;
+use super::files::{self, Opening};
+use super::state::State;
+use crate::reconstruct::Reconstruction;
+use crate::scene::Capture;
+use crate::worker::Job;
+
+/// What to do once it is settled what becomes of unsaved work.
+pub enum Then {
+    Open(PathBuf),
+    /// Unsaved work of a window that crashed.
+    Recover(PathBuf),
+    /// A capture that has been read while the project before it went on changing.
+    Show(Box<Opening>, Arc<Capture>),
+    Close,
+    Quit,
+}
+
+/// What would be lost; nothing where all of it is kept elsewhere.
+#[derive(Clone, Default)]
+pub struct Stake {
+    /// Tags and options that are not saved.
+    pub edit: Option<Arc<Edit>>,
+    pub run: Option<Job>,
+    /// Results that were not exported.
+    pub results: Option<Arc<Reconstruction>>,
+    pub export: Option<Job>,
+}
+
+impl Stake {
+    pub fn of(state: &State, quitting: bool) -> Self {
+        let Some(project) = &state.project else { return Self::default() };
+        let products = &project.products;
+        let exporting = state.jobs.exporting.as_ref();
+        let is_kept = |whole: &Arc<Reconstruction>| {
+            products.exported || exporting.is_some_and(|(_, other)| Arc::ptr_eq(whole, other))
+        };
+        Self {
+            edit: project.is_changed().then(|| project.edit().clone()),
+            run: project.run.as_ref().map(|run| run.job),
+            results: products.whole.clone().filter(|whole| !is_kept(whole)),
+            // An export outlives its project, but not the program.
+            export: exporting.map(|(job, _)| *job).filter(|_| quitting),
+        }
+    }
+
+    pub fn is_nothing(&self) -> bool {
+        self.is_within(&Self::default())
+    }
+
+    /// Whether nothing is at stake that was not so then.
+    pub fn is_within(&self, then: &Self) -> bool {
+        let same = self.results.as_ref().zip(then.results.as_ref());
+        (self.edit.is_none() || self.edit == then.edit)
+            && (self.run.is_none() || self.run == then.run)
+            && (self.results.is_none() || same.is_some_and(|(a, b)| Arc::ptr_eq(a, b)))
+            && (self.export.is_none() || self.export == then.export)
+    }
+}
+
+/// Leaves the project, after asking where something would be lost.
+pub fn leave(state: &mut State, then: Then) {
+    if Stake::of(state, matches!(then, Then::Quit)).is_nothing() {
+        go_on(state, then);
+    } else {
+        state.dialogs.unsaved = Some(then);
+    }
+}
+
+/// Leaves it, whatever is lost.
+pub fn go_on(state: &mut State, then: Then) {
+    match then {
+        Then::Open(path) => files::open_anyway(state, &path),
+        Then::Recover(file) => files::recover_anyway(state, &file),
+        Then::Show(opening, capture) => files::show(state, *opening, capture),
+        Then::Close => files::close_anyway(state),
+        Then::Quit => {
+            state.settings.layout = state.layout.value();
+            files::save_settings(state);
+            files::close_anyway(state);
+            state.quitting = true;
+            state.ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+    }
+}
