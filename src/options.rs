@@ -33,6 +33,17 @@ pub struct Declaration {
     pub default: String,
 }
 
+impl Declaration {
+    /// Its flag without the dashes: `section.name`, or `name` for what concerns the whole
+    /// reconstruction.
+    pub fn flag(&self) -> String {
+        match self.section {
+            "general" => self.name.to_owned(),
+            section => format!("{section}.{}", self.name),
+        }
+    }
+}
+
 /// An option's value is not acceptable.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("option {section}.{name}: {problem}")]

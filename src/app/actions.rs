@@ -4,8 +4,6 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use eframe::egui;
-
 use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
@@ -69,8 +67,19 @@ pub enum Action {
 /// What becomes selected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Select {
-    Surface { surface: usize, mode: Mode },
-    Surfaces { surfaces: BTreeSet<usize>, add: bool },
+    Surface {
+        surface: usize,
+        mode: Mode,
+    },
+    /// From the anchor to a surface, of those that are in sight.
+    Extend {
+        to: usize,
+        shown: BTreeSet<usize>,
+    },
+    Surfaces {
+        surfaces: BTreeSet<usize>,
+        add: bool,
+    },
     AllSurfaces,
     Nothing,
     Material(usize),
@@ -84,19 +93,6 @@ pub enum Select {
 pub enum Mode {
     Only,
     Toggle,
-    Extend,
-}
-
-impl Mode {
-    pub fn of(modifiers: egui::Modifiers) -> Self {
-        if modifiers.shift {
-            Self::Extend
-        } else if modifiers.command {
-            Self::Toggle
-        } else {
-            Self::Only
-        }
-    }
 }
 
 pub fn apply(state: &mut State, action: Action) {
@@ -249,20 +245,22 @@ fn select(project: &mut Project, what: Select) {
     let selection = &mut project.selection;
     selection.focus = match what {
         Select::Surface { surface, mode } => {
-            match (mode, selection.anchor) {
-                (Mode::Extend, Some(anchor)) => {
-                    selection.surfaces.extend(anchor.min(surface)..=anchor.max(surface));
-                }
-                (Mode::Toggle, _) => {
+            match mode {
+                Mode::Toggle => {
                     if !selection.surfaces.remove(&surface) {
                         selection.surfaces.insert(surface);
                     }
                 }
-                _ => selection.surfaces = BTreeSet::from([surface]),
+                Mode::Only => selection.surfaces = BTreeSet::from([surface]),
             }
-            if mode != Mode::Extend || selection.anchor.is_none() {
-                selection.anchor = Some(surface);
-            }
+            selection.anchor = Some(surface);
+            Focus::Surfaces
+        }
+        Select::Extend { to, shown } => {
+            let anchor = *selection.anchor.get_or_insert(to);
+            let range = shown.range(anchor.min(to)..=anchor.max(to));
+            let Selection { surfaces, hidden, .. } = selection;
+            surfaces.extend(range.filter(|surface| !hidden.contains(surface)));
             Focus::Surfaces
         }
         Select::Surfaces { surfaces, add } => {

@@ -15,6 +15,7 @@ impl Studio {
     pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
         let path = launch.path.clone();
         let mut state = State::new(cc, launch)?;
+        files::look_for_recent(&mut state);
         if let Some(path) = path {
             files::open_anyway(&mut state, &path);
         }
@@ -41,6 +42,7 @@ impl eframe::App for Studio {
         jobs::drain(state);
         dialogs::poll(state, &mut actions);
         files::autosave(state);
+        files::found_recent(state);
         dropped(&ctx, &mut actions);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();

@@ -14,6 +14,10 @@ pub struct Derived {
     /// each material begins, with the number of samples at the end.
     pub by_material: Vec<u32>,
     pub material_start: Vec<usize>,
+    /// Where each sample stands in that order.
+    pub place: Vec<u32>,
+    /// Root mean square of the log errors.
+    pub log_rms: f64,
     pub lights: Vec<LightNumbers>,
 }
 
@@ -54,7 +58,13 @@ impl Derived {
                 by_material.partition_point(|&index| samples[index as usize].material < material)
             })
             .collect();
-        Self { by_material, material_start, lights: lights(whole), samples }
+        let mut place = vec![0; samples.len()];
+        for (at, &index) in by_material.iter().enumerate() {
+            place[index as usize] = at as u32;
+        }
+        let sum: f64 = samples.iter().map(|sample| sample.log_error.powi(2)).sum();
+        let log_rms = (sum / samples.len().max(1) as f64).sqrt();
+        Self { by_material, material_start, place, log_rms, lights: lights(whole), samples }
     }
 
     /// The samples of a material with the largest errors, worst first.
@@ -70,12 +80,6 @@ impl Derived {
         indices.sort_by(|a, b| error(b).total_cmp(&error(a)));
         indices.truncate(count);
         indices
-    }
-
-    /// Root mean square of the log errors.
-    pub fn log_rms(&self) -> f64 {
-        let sum: f64 = self.samples.iter().map(|sample| sample.log_error.powi(2)).sum();
-        (sum / self.samples.len().max(1) as f64).sqrt()
     }
 }
 
@@ -150,10 +154,10 @@ fn lights(whole: &Reconstruction) -> Vec<LightNumbers> {
         .collect()
 }
 
-/// The irradiance of one sample by source: from photographed surfaces, and from each light that
+/// The irradiance of one sample by source: from the known geometry, and from each light that
 /// gives any, strongest first.
 pub fn irradiance_of(whole: &Reconstruction, sample: usize) -> (Rgb, Vec<(usize, Rgb)>) {
-    let photographed = std::array::from_fn(|c| whole.transport.irradiance(sample, c));
+    let geometry = std::array::from_fn(|c| whole.transport.irradiance(sample, c));
     let coupling = &whole.transport.coupling;
     let lobes = coupling.ncols().min(whole.solution.emission.len());
     let mut lights: Vec<(usize, Rgb)> = (0..whole.lights.lights.len())
@@ -171,7 +175,7 @@ pub fn irradiance_of(whole: &Reconstruction, sample: usize) -> (Rgb, Vec<(usize,
         .collect();
     let total = |rgb: &Rgb| rgb.iter().sum::<f64>();
     lights.sort_by(|a, b| total(&b.1).total_cmp(&total(&a.1)));
-    (photographed, lights)
+    (geometry, lights)
 }
 
 /// What a kind of light is called.

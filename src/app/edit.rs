@@ -30,6 +30,7 @@ pub enum Change {
     Known { material: usize, diffuse: Option<Rgb> },
     KnownDeviation { material: usize, deviation: Option<Rgb> },
     Option { section: &'static str, name: &'static str, text: String },
+    ForgetStart { material: String },
     DefaultOptions,
 }
 
@@ -49,6 +50,7 @@ impl Change {
             Self::Known { .. } => "known reflectance".to_owned(),
             Self::KnownDeviation { .. } => "deviation of known reflectance".to_owned(),
             Self::Option { section, name, .. } => format!("{section}.{name}"),
+            Self::ForgetStart { .. } => "remove start value".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
         }
     }
@@ -77,11 +79,6 @@ impl Edit {
     /// The state of a capture as it was loaded.
     pub fn of(capture: &Capture, options: Options) -> Self {
         Self { materials: capture.materials.clone(), options }
-    }
-
-    /// The material in the list that a surface is tagged with.
-    pub fn material_of(&self, surface: usize) -> Option<usize> {
-        self.materials.iter().position(|material| material.surfaces.contains(&surface))
     }
 
     /// The capture with these tags: what loading it with such a tag file would give. Materials
@@ -114,6 +111,22 @@ impl Edit {
         let before = &self.materials[..material];
         (!own.surfaces.is_empty())
             .then(|| before.iter().filter(|other| !other.surfaces.is_empty()).count())
+    }
+
+    /// The materials that are reconstructed, by their indices in the list.
+    pub fn listed(&self) -> Vec<usize> {
+        let materials = self.materials.iter().enumerate();
+        materials.filter(|(_, own)| !own.surfaces.is_empty()).map(|(index, _)| index).collect()
+    }
+
+    /// The options of a run. Starts of materials that are left out would refer to nothing there.
+    pub fn run_options(&self) -> Options {
+        let mut options = self.options.clone();
+        let is_left_out = |name: &str| {
+            self.materials.iter().any(|own| own.name == name && own.surfaces.is_empty())
+        };
+        options.start.retain(|name, _| !is_left_out(name));
+        options
     }
 
     /// Carries a change out, or says why it cannot be.
@@ -172,10 +185,10 @@ impl Edit {
             Change::Option { section, name, text } => {
                 self.options.set(section, name, text).map_err(|error| error.to_string())?;
             }
-            Change::DefaultOptions => {
-                let start = std::mem::take(&mut self.options.start);
-                self.options = Options { start, ..Options::default() };
+            Change::ForgetStart { material } => {
+                self.options.start.remove(material);
             }
+            Change::DefaultOptions => self.options = Options::default(),
         }
         Ok(())
     }
@@ -285,6 +298,12 @@ mod tests {
         let roles: Vec<Role> = edited.surfaces.iter().map(|surface| surface.role).collect();
         assert_eq!(roles, [Role::Material(0), Role::Untagged, Role::Material(0)]);
         assert_eq!([0, 1, 2].map(|m| edit.reconstructed(m)), [None, None, Some(0)]);
+        assert_eq!(edit.listed(), [2]);
+        edit.options.start = ["s0", "s2", "typo"].map(|name| (name.into(), [0.5; 3])).into();
+        let starts: Vec<String> = edit.run_options().start.into_keys().collect();
+        assert_eq!(starts, ["s2", "typo"], "a wrong name is still told");
+        edit.apply(&Change::DefaultOptions, &loaded).unwrap();
+        assert_eq!(edit.options, Options::default());
     }
 
     #[test]

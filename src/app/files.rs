@@ -138,6 +138,7 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     let moved = opening.project.as_ref().is_some_and(|file| file.capture != opening.folder);
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
+    state.viewport.frame_all();
     if let Some(stored) = opening.project {
         let (materials, warnings) = project::materials(&stored.tags, &project.loaded);
         project.set_edit(Arc::new(Edit { materials, options: stored.options }));
@@ -152,10 +153,12 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
             state.messages.error("The capture has changed since the project was saved", text);
         }
         view_file::apply(&stored.view, &mut state.viewport.settings);
+        if let Some(camera) = view_file::camera(&stored.view) {
+            state.viewport.set_camera(camera);
+        }
         state.layout.restore(&stored.layout);
     }
     state.project = Some(project);
-    state.viewport.frame_all();
     state.panels.forget();
     if let Some(left) = opening.recovered {
         autosave_now(state);
@@ -198,7 +201,7 @@ fn file_of(state: &State, project: &Project) -> ProjectFile {
         original: None,
         tags: project.edit().materials.iter().map(|m| Tag::of(m, &project.loaded)).collect(),
         options: project.edit().options.clone(),
-        view: view_file::value(&state.viewport.settings),
+        view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }
 }
@@ -290,6 +293,27 @@ fn keep(state: &mut State) {
     let file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
     state.kept = Some(project.edit().clone());
     state.writer.send(move || recovery.keep(&file).map_err(|error| format!("Autosave: {error}")));
+}
+
+/// Looks for what was open recently, on a thread: a drive may take its time to answer.
+pub fn look_for_recent(state: &mut State) {
+    let (sender, missing) = std::sync::mpsc::channel();
+    let (recent, ctx) = (state.settings.recent.clone(), state.ctx.clone());
+    let look = move || {
+        // The window may be gone.
+        let _ = sender.send(recent.into_iter().filter(|path| !path.exists()).collect());
+        ctx.request_repaint();
+    };
+    // Without a thread all of them are offered; opening one tells what is wrong.
+    let _ = std::thread::Builder::new().name("recent".to_owned()).spawn(look);
+    state.looking = Some(missing);
+}
+
+pub fn found_recent(state: &mut State) {
+    if let Some(missing) = state.looking.as_ref().and_then(|answer| answer.try_recv().ok()) {
+        state.missing = missing;
+        state.looking = None;
+    }
 }
 
 /// Preferences are written when they change; a failure costs only them.

@@ -5,8 +5,8 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::Duration;
 
 use eframe::egui;
 
@@ -27,7 +27,8 @@ pub struct Jobs {
     pub opening: Option<(Job, Opening)>,
     /// The export under way, and what it writes.
     pub exporting: Option<(Job, Arc<Reconstruction>)>,
-    derived: Option<Receiver<Arc<Derived>>>,
+    /// Numbers that are being worked out, and of what.
+    derived: Option<(Arc<Reconstruction>, Receiver<Arc<Derived>>)>,
 }
 
 impl Jobs {
@@ -62,13 +63,12 @@ impl Jobs {
     pub fn run(&mut self, project: &mut Project) {
         self.derived = None;
         let (edit, capture) = (project.edit().clone(), project.capture.clone());
-        let options = Box::new(edit.options.clone());
+        let options = Box::new(edit.run_options());
         let job = self.runner.send(Command::Reconstruct { capture: capture.clone(), options });
         let before = project.products.derived.clone().or(project.products.before.clone());
         let next = Products { of: Some((edit, capture)), before, ..Products::default() };
         let previous = std::mem::replace(&mut project.products, next);
-        project.selection.sample = None;
-        project.selection.light = None;
+        project.selection.forget_products();
         project.run = Some(Run::new(job, previous));
     }
 
@@ -88,7 +88,7 @@ impl Jobs {
         };
         let job = self.runner.send(Command::Export {
             capture,
-            options: Box::new(edit.options.clone()),
+            options: Box::new(edit.run_options()),
             reconstruction: whole.clone(),
             load_secs: project.load_secs,
             folder,
@@ -96,10 +96,13 @@ impl Jobs {
         self.exporting = Some((job, whole));
     }
 
+    /// Works out the numbers of finished results that have none yet.
     fn derive(&mut self, project: &Project) {
-        if let Some(whole) = project.products.whole.clone() {
+        let products = &project.products;
+        if let Some(whole) = products.whole.clone().filter(|_| products.derived.is_none()) {
             let ctx = self.ctx.clone();
-            self.derived = Some(derived::on_a_thread(whole, move || ctx.request_repaint()));
+            let answer = derived::on_a_thread(whole.clone(), move || ctx.request_repaint());
+            self.derived = Some((whole, answer));
         }
     }
 
@@ -118,11 +121,16 @@ pub fn drain(state: &mut State) {
     for event in events {
         runner_event(state, event);
     }
-    if let Some(derived) = state.jobs.derived.as_ref().and_then(|receiver| receiver.try_recv().ok())
-    {
-        state.jobs.derived = None;
-        if let Some(project) = &mut state.project {
-            project.products.derived = Some(derived);
+    if let Some((whole, answer)) = &state.jobs.derived {
+        let answer = answer.try_recv();
+        // Another project, or another run's results, may be shown by now.
+        if let (Ok(derived), Some(Project { products, .. })) = (&answer, &mut state.project)
+            && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
+        {
+            products.derived = Some(derived.clone());
+        }
+        if !matches!(answer, Err(TryRecvError::Empty)) {
+            state.jobs.derived = None;
         }
     }
     if let Some(project) = &mut state.project
@@ -192,10 +200,12 @@ fn runner_event(state: &mut State, event: Event) {
         }
         Happening::Cancelled => {
             give_back(project);
+            state.jobs.derive(project);
             state.messages.notice("The run was cancelled.");
         }
         Happening::Failed(text) => {
             give_back(project);
+            state.jobs.derive(project);
             state.messages.error("The reconstruction stopped", text);
         }
         _ => {}
@@ -205,7 +215,6 @@ fn runner_event(state: &mut State, event: Event) {
 fn end(project: &mut Project) -> Option<Run> {
     let mut run = project.run.take()?;
     run.end_stage();
-    project.last_stages = run.stages.iter().map(|(stage, _, secs)| (*stage, *secs)).collect();
     Some(run)
 }
 
@@ -216,6 +225,7 @@ fn give_back(project: &mut Project) {
         && run.previous.whole.is_some()
     {
         project.products = run.previous;
+        project.selection.forget_products();
     }
 }
 
@@ -233,9 +243,4 @@ fn line(update: &Update) -> Option<String> {
             iteration.rms.relative.map(|value| format!("{:.2}", 100.0 * value)).join(" / ")
         ),
     })
-}
-
-/// When something began, as seconds ago.
-pub fn secs_since(began: Instant) -> f64 {
-    began.elapsed().as_secs_f64()
 }

@@ -80,7 +80,10 @@ pub fn go_on(state: &mut State, then: Then) {
         Then::Open(path) => files::open_anyway(state, &path),
         Then::Recover(file) => files::recover_anyway(state, &file),
         Then::Show(opening, capture) => files::show(state, *opening, capture),
-        Then::Close => files::close_anyway(state),
+        Then::Close => {
+            files::close_anyway(state);
+            files::look_for_recent(state);
+        }
         Then::Quit => {
             state.settings.layout = state.layout.value();
             files::save_settings(state);

@@ -1,6 +1,6 @@
 //! The open project: the capture as loaded, what was changed about it, and what was found.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -36,8 +36,6 @@ pub struct Project {
     pub selection: Selection,
     pub products: Products,
     pub run: Option<Run>,
-    /// The stages of the run before, with their seconds.
-    pub last_stages: Vec<(Stage, f64)>,
 }
 
 /// What is selected, everywhere in the window.
@@ -112,7 +110,6 @@ impl Project {
             selection: Selection::default(),
             products: Products::default(),
             run: None,
-            last_stages: Vec::new(),
         }
     }
 
@@ -190,6 +187,24 @@ impl Project {
         self.products.of.as_ref().map_or(&self.capture, |(_, capture)| capture)
     }
 
+    /// The material of the results that one of the list was found as. Names and order may have
+    /// been edited since: what counts is where most surfaces of either went.
+    pub fn found_as(&self, material: usize) -> Option<usize> {
+        let results = self.result_capture();
+        let own = &self.edit.materials.get(material)?.surfaces;
+        let result = most(own.iter().filter_map(|&surface| results.surfaces[surface].material()))?;
+        (self.listed_as(result) == Some(material)).then_some(result)
+    }
+
+    /// The material of the list that has most surfaces of one of the results.
+    pub fn listed_as(&self, result: usize) -> Option<usize> {
+        let listed = self.edit.listed();
+        let surfaces = &self.result_capture().materials.get(result)?.surfaces;
+        most(surfaces.iter().filter_map(|&surface| {
+            self.capture.surfaces[surface].material().map(|index| listed[index])
+        }))
+    }
+
     /// Why it cannot be reconstructed now.
     pub fn obstacle(&self) -> Option<&'static str> {
         if self.run.is_some() {
@@ -239,6 +254,17 @@ impl Project {
     }
 }
 
+impl Selection {
+    /// Samples and lights of other results have other numbers.
+    pub fn forget_products(&mut self) {
+        self.sample = None;
+        self.light = None;
+        if matches!(self.focus, Focus::Sample | Focus::Light) {
+            self.focus = Focus::Nothing;
+        }
+    }
+}
+
 impl Run {
     pub fn new(job: Job, previous: Products) -> Self {
         Self {
@@ -278,5 +304,52 @@ impl Products {
         self.iterations.clone_from(&whole.solution.iterations);
         self.solution = Some(whole.solution.clone());
         self.whole = Some(whole);
+    }
+}
+
+/// What comes most often; of several the smallest.
+fn most(items: impl Iterator<Item = usize>) -> Option<usize> {
+    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+    for item in items {
+        *counts.entry(item).or_default() += 1;
+    }
+    counts.into_iter().rev().max_by_key(|(_, count)| *count).map(|(item, _)| item)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Role, Surface};
+
+    #[test]
+    fn results_are_matched_by_surfaces_not_by_names() {
+        let surface = |index: usize| Surface {
+            name: format!("s{index}"),
+            role: Role::Material(index / 2),
+            has_texcoords: false,
+        };
+        let mut surfaces: Vec<Surface> = (0..4).map(surface).collect();
+        let mut materials = crate::io::tags::from_surfaces(&mut surfaces, &[]).materials;
+        materials.truncate(2);
+        for (index, name) in ["floor", "wall"].into_iter().enumerate() {
+            materials[index].name = name.into();
+            materials[index].surfaces = vec![2 * index, 2 * index + 1];
+        }
+        surfaces.iter_mut().enumerate().for_each(|(i, s)| s.role = Role::Material(i / 2));
+        let loaded = Arc::new(Capture { surfaces, materials, ..Capture::default() });
+        let mut project = Project::new(PathBuf::new(), loaded.clone(), 0.0);
+        project.products.of = Some((project.edit().clone(), loaded));
+        assert_eq!([0, 1].map(|index| project.found_as(index)), [Some(0), Some(1)]);
+        // One surface of the floor does not make a new material the floor.
+        let surfaces = BTreeSet::from([0]);
+        project.change(&Change::NewMaterial { surfaces }).unwrap();
+        project.change(&Change::Assign { surfaces: [1].into(), material: 0 }).unwrap();
+        assert_eq!([0, 1, 2].map(|index| project.found_as(index)), [Some(0), Some(1), None]);
+        project.change(&Change::Delete { material: 2 }).unwrap();
+        project.change(&Change::Delete { material: 0 }).unwrap();
+        let name = "floor".to_owned();
+        project.change(&Change::Rename { material: 0, name }).unwrap();
+        assert_eq!(project.found_as(0), Some(1), "the wall stays what it was found as");
+        assert_eq!([0, 1].map(|index| project.listed_as(index)), [None, Some(0)]);
     }
 }

@@ -1,7 +1,9 @@
 //! Everything that the window knows.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use eframe::egui;
@@ -30,6 +32,9 @@ pub struct State {
     pub recovery: Option<Arc<Recovery>>,
     /// Unsaved work of windows that crashed.
     pub left_behind: Vec<LeftBehind>,
+    /// Recent projects and captures that are not where they were, once that is known.
+    pub missing: BTreeSet<PathBuf>,
+    pub looking: Option<Receiver<BTreeSet<PathBuf>>>,
     pub writer: Writer,
     pub autosaved: Instant,
     /// The state that was last kept for recovery.
@@ -71,6 +76,8 @@ impl State {
             home: launch.home,
             recovery,
             left_behind,
+            missing: BTreeSet::new(),
+            looking: None,
             writer,
             autosaved: Instant::now(),
             kept: None,

@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use super::viewport::{SampleColor, Shading, ToneMapping, ViewSettings};
+use super::viewport::{SampleColor, Shading, ToneMapping, ViewCamera, ViewSettings};
 
 const SHADINGS: [(Shading, &str); 4] = [
     (Shading::Photograph, "photograph"),
@@ -24,7 +24,7 @@ const TONES: [(ToneMapping, &str); 3] = [
     (ToneMapping::FalseColor, "false-color"),
 ];
 
-pub fn value(settings: &ViewSettings) -> Value {
+pub fn value(settings: &ViewSettings, camera: &ViewCamera) -> Value {
     json!({
         "shading": word(&SHADINGS, settings.shading),
         "wireframe": settings.wireframe,
@@ -37,6 +37,13 @@ pub fn value(settings: &ViewSettings) -> Value {
         "exposure_ev": settings.exposure_ev,
         "tone_mapping": word(&TONES, settings.tone_mapping),
         "look_through_opacity": settings.look_through_opacity,
+        "camera": {
+            "target": camera.target.to_array(),
+            "distance": camera.distance,
+            "azimuth": camera.azimuth,
+            "elevation": camera.elevation,
+            "orthographic": camera.orthographic,
+        },
     })
 }
 
@@ -64,6 +71,20 @@ pub fn apply(value: &Value, settings: &mut ViewSettings) {
     choose(value, "tone_mapping", &TONES, &mut settings.tone_mapping);
 }
 
+/// The free view, where a whole one was kept.
+pub fn camera(value: &Value) -> Option<ViewCamera> {
+    let stored = value.get("camera")?;
+    let number = |value: &Value| value.as_f64().map(|v| v as f32).filter(|v| v.is_finite());
+    let target: Vec<f32> = stored.get("target")?.as_array()?.iter().filter_map(number).collect();
+    Some(ViewCamera {
+        target: <[f32; 3]>::try_from(target).ok()?.into(),
+        distance: number(stored.get("distance")?).filter(|distance| *distance > 0.0)?,
+        azimuth: number(stored.get("azimuth")?)?,
+        elevation: number(stored.get("elevation")?)?,
+        orthographic: stored.get("orthographic")?.as_bool()?,
+    })
+}
+
 fn word<T: PartialEq>(words: &[(T, &'static str)], value: T) -> &'static str {
     words.iter().find(|(known, _)| *known == value).map_or("", |(_, word)| word)
 }
@@ -88,10 +109,16 @@ mod tests {
             exposure_ev: -1.5,
             ..Default::default()
         };
+        let camera = ViewCamera { distance: 2.5, orthographic: true, ..Default::default() };
+        let kept = value(&settings, &camera);
         let mut other = ViewSettings::default();
-        apply(&value(&settings), &mut other);
-        assert!(value(&other) == value(&settings));
-        apply(&json!({"grid": 3, "shading": "chrome", "exposure_ev": null}), &mut other);
-        assert!(value(&other) == value(&settings));
+        apply(&kept, &mut other);
+        assert!(other == settings && super::camera(&kept) == Some(camera));
+        let nonsense = json!({
+            "grid": 3, "shading": "chrome", "exposure_ev": null,
+            "camera": {"target": [0.0, 1.0], "distance": 1.0, "azimuth": 0.0, "elevation": 0.0},
+        });
+        apply(&nonsense, &mut other);
+        assert!(other == settings && super::camera(&nonsense).is_none());
     }
 }

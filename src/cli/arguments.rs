@@ -125,16 +125,8 @@ fn score() -> Command {
         .arg(path("json", "Also write the scores as JSON"))
 }
 
-/// `--section.name`, or `--name` for what concerns the whole reconstruction.
-fn flag_name(declaration: &Declaration) -> String {
-    match declaration.section {
-        "general" => declaration.name.to_owned(),
-        section => format!("{section}.{}", declaration.name),
-    }
-}
-
 fn flag(declaration: &Declaration) -> Arg {
-    let name = flag_name(declaration);
+    let name = declaration.flag();
     let unit = match declaration.unit {
         "" => String::new(),
         unit => format!(" [{unit}]"),
@@ -158,7 +150,7 @@ fn flag(declaration: &Declaration) -> Arg {
 /// Sets every option that was given as a flag.
 pub(super) fn apply(matches: &ArgMatches, options: &mut Options) -> Result<(), OptionError> {
     for declaration in options.declarations() {
-        if let Some(text) = matches.get_one::<String>(&flag_name(&declaration)) {
+        if let Some(text) = matches.get_one::<String>(&declaration.flag()) {
             options.set(declaration.section, declaration.name, text)?;
         }
     }
@@ -196,7 +188,7 @@ mod tests {
     #[test]
     fn every_option_is_a_flag() {
         for declaration in Options::default().declarations() {
-            let name = flag_name(&declaration);
+            let name = declaration.flag();
             let arguments = [
                 "lobelia",
                 "reconstruct",

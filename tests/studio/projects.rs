@@ -1,8 +1,11 @@
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use eframe::egui;
+use lobelia::app::viewport::{Content, ViewCamera};
 
+use crate::viewport::{bare, picture, window};
 use crate::{Window, example};
 
 fn copy_example(to: &Path) {
@@ -136,6 +139,20 @@ fn another_project_of_that_name_is_not_replaced_unasked() {
     assert!(!window.has("Replace the file?"), "its own file is not asked about");
 }
 
+/// A folder that is dropped onto the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("a folder has none".to_owned())
+    }
+}
+
 #[test]
 fn work_done_while_another_capture_is_read_is_asked_about() {
     let folder = tempfile::tempdir().unwrap();
@@ -144,11 +161,20 @@ fn work_done_while_another_capture_is_read_is_asked_about() {
     let mut window = Window::with_example();
     window.click("Tag");
     window.click("floor (1)");
-    window.menu("File", "Open capture…");
-    window.write("Path", capture.to_str().unwrap());
+    let place = window.node("Specular").rect().center();
+    let button = |pressed| egui::Event::PointerButton {
+        pos: place,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: egui::Modifiers::NONE,
+    };
+    window.harness.hover_at(place);
+    window.harness.event(button(true));
+    window.step();
     // Both in one frame: the capture cannot have been read by then.
-    window.node("Specular").click();
-    window.click_front("Open");
+    let input = window.harness.input_mut();
+    input.dropped_files.push(Arc::new(Dropped(capture)));
+    input.events.push(button(false));
     window.wait_for("Save changes?");
     window.click("Cancel");
     assert!(window.has("specular"), "the work is still there");
@@ -179,4 +205,17 @@ fn deleting_a_material_selects_no_other() {
     window.click("floor (1)");
     window.click("Delete");
     assert!(!window.has("floor (1)") && !window.has("Delete"));
+}
+
+#[test]
+fn a_kept_camera_stays_when_its_capture_comes() {
+    let mut window = window(Content::default());
+    let kept = ViewCamera { distance: 3.0, orthographic: true, ..ViewCamera::default() };
+    window.state_mut().viewport.set_camera(kept);
+    window.state_mut().content = bare();
+    picture(&mut window);
+    assert!(*window.state().viewport.camera() == kept);
+    window.state_mut().viewport.frame_all();
+    picture(&mut window);
+    assert!(*window.state().viewport.camera() != kept);
 }

@@ -42,17 +42,21 @@ fn a_run_fills_plot_and_tables() {
     assert!(!window.has("Run to see how the error falls."));
     assert!(window.has_part("relative RMS (%)"));
     window.click("Inspect");
-    assert!(window.has_part("samples, "));
+    assert!(window.has_part("m apart"));
     // A row of the table, then where its light comes from.
-    window.node("7").click();
-    window.step();
-    assert!(window.has("Sample 7") && window.has("photographed surfaces"));
+    window.click("samples row 7");
+    assert!(window.has("Sample 7") && window.has("known geometry"));
     window.click("Materials");
     assert!(window.has("Reflectances"));
     window.click("Error per sample");
     assert!(window.has_part("RMS of the logarithm"));
     window.click("Lights");
-    assert!(window.has_part(" lights, "));
+    // The window of the 3D view has a switch of that name.
+    window.menu("View", "Show lights");
+    assert!(window.has("lights row 0"));
+    window.menu("File", "Close project");
+    assert!(window.has_part("The results were not exported"));
+    window.click("Cancel");
     window.harness.run();
 }
 
@@ -74,4 +78,23 @@ fn a_run_is_cancelled_and_nothing_stays_behind() {
     assert!(window.has("Run reconstruction"));
     window.click("Inspect");
     assert!(window.has("Samples are placed by the first stage of a run."));
+}
+
+#[test]
+fn a_cancelled_run_gives_back_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::at(folder.path(), Some(&coarse(folder.path(), 150)));
+    window.wait_for("Photographs (6)");
+    window.click("Reconstruct");
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    // Run again before the numbers of each sample have been worked out.
+    window.wait("the results", |window| window.has_part("Done in "));
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.menu("File", "Close project");
+    assert!(window.has_part("The reconstruction that runs would be cancelled"));
+    window.click("Cancel");
+    window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    window.wait("both", |window| !window.harness.state().is_busy());
+    window.click("Error per sample");
+    assert!(window.has_part("RMS of the logarithm"), "the numbers of each sample are lost");
 }

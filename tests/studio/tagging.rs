@@ -1,4 +1,5 @@
 use eframe::egui;
+use egui_kittest::kittest::Queryable;
 
 use crate::Window;
 
@@ -79,4 +80,19 @@ fn alt_and_a_letter_is_not_the_letter() {
     assert!(!window.has("Select surfaces to assign them"));
     window.key(egui::Modifiers::ALT, egui::Key::A);
     assert!(window.has("Select surfaces to assign them"));
+}
+
+#[test]
+fn shift_takes_only_what_is_in_sight() {
+    let mut window = Window::with_example();
+    window.click("Tag");
+    let search = window.harness.get_by_role(egui::accesskit::Role::TextInput);
+    search.focus();
+    search.type_text("1");
+    window.step();
+    window.click("wall1");
+    // wall2 lies between them.
+    window.node("box1").click_modifiers(egui::Modifiers::SHIFT);
+    window.step();
+    assert!(window.has("2 surfaces selected"));
 }

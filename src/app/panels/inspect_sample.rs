@@ -1,7 +1,7 @@
 //! One sample: where it is, who sees it, and where its light comes from.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
@@ -13,7 +13,7 @@ use crate::app::project::Project;
 use crate::app::viewport::{INVALID, material_color};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Reconstruction;
-use crate::reconstruct::samples::View;
+use crate::reconstruct::samples::{SampleCloud, View};
 use crate::scene::Image;
 
 /// Pixels around the sample to each side.
@@ -24,12 +24,21 @@ const SHOWN: f32 = 62.0;
 /// What is worked out for the selection that is shown, until it changes.
 #[derive(Default)]
 pub struct CropCache {
-    of: Option<(usize, usize, u32)>,
-    /// Factor from radiance to the screen's 0 to 1, as in the 3D view.
+    /// The sample, its cloud, and the result, which comes later.
+    of: Option<(usize, Weak<SampleCloud>, Option<Weak<Reconstruction>>)>,
+    /// Factor from radiance to the screen's 0 to 1, as in the 3D view; and that of the crops.
     pub exposure: f32,
+    exposed: f32,
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
     extent: Option<(BTreeSet<usize>, usize, f64)>,
+    /// How many samples each photograph sees.
+    seen: Option<(Weak<SampleCloud>, Vec<usize>)>,
+}
+
+/// Whether it is the very product; a `Weak` keeps its address from being used again.
+fn is<T>(known: &Weak<T>, now: &Arc<T>) -> bool {
+    std::ptr::eq(known.as_ptr(), Arc::as_ptr(now))
 }
 
 impl CropCache {
@@ -53,17 +62,42 @@ impl CropCache {
         (triangles, area)
     }
 
-    fn fill(&mut self, ctx: &egui::Context, project: &Project, sample: usize, views: &[View]) {
+    pub fn samples_seen(&mut self, cloud: &Arc<SampleCloud>, photograph: usize) -> usize {
+        if self.seen.as_ref().is_none_or(|(of, _)| !is(of, cloud)) {
+            let mut counts = Vec::new();
+            for view in &cloud.views {
+                counts.resize(counts.len().max(view.photograph + 1), 0);
+                counts[view.photograph] += 1;
+            }
+            self.seen = Some((Arc::downgrade(cloud), counts));
+        }
+        let counts = self.seen.as_ref().map(|(_, counts)| counts.as_slice()).unwrap_or_default();
+        counts.get(photograph).copied().unwrap_or(0)
+    }
+
+    fn fill(
+        &mut self,
+        ctx: &egui::Context,
+        project: &Project,
+        (sample, cloud): (usize, &Arc<SampleCloud>),
+        views: &[View],
+    ) {
         let whole = project.products.whole.as_ref();
-        let identity = whole.map_or(0, |whole| Arc::as_ptr(whole) as usize);
-        let of = Some((sample, identity, self.exposure.to_bits()));
-        if self.of == of {
+        let is_known = self.of.as_ref().is_some_and(|(known, of, result)| {
+            let same_result = match (result, whole) {
+                (Some(known), Some(whole)) => is(known, whole),
+                (known, whole) => known.is_none() && whole.is_none(),
+            };
+            *known == sample && is(of, cloud) && same_result
+        });
+        if is_known && self.exposed == self.exposure {
             return;
         }
-        if self.of.is_none_or(|before| (before.0, before.1) != (sample, identity)) {
+        if !is_known {
+            self.of = Some((sample, Arc::downgrade(cloud), whole.map(Arc::downgrade)));
             self.sources = whole.map(|whole| irradiance_of(whole, sample));
         }
-        self.of = of;
+        self.exposed = self.exposure;
         self.crops = views
             .iter()
             .take(24)
@@ -109,7 +143,7 @@ pub fn sample_ui(
         None => rows.push(("Measured", rgb(sample.radiance.map(f64::from)))),
     }
     facts(ui, "sample", &rows);
-    crops.fill(ui.ctx(), project, index, views);
+    crops.fill(ui.ctx(), project, (index, cloud), views);
     ui.add_space(6.0);
     ui.weak(format!("Seen by {} photographs", views.len()));
     ui.horizontal_wrapped(|ui| {
@@ -132,8 +166,8 @@ pub fn sample_ui(
     });
     ui.add_space(6.0);
     match (&crops.sources, project.products.whole.as_deref()) {
-        (Some((photographed, lights)), Some(whole)) => {
-            sources(ui, whole, photographed, lights, actions);
+        (Some((geometry, lights)), Some(whole)) => {
+            sources(ui, whole, geometry, lights, actions);
         }
         _ => {
             ui.weak("Where its light comes from is known after a run.");
@@ -145,16 +179,17 @@ pub fn sample_ui(
 fn sources(
     ui: &mut egui::Ui,
     whole: &Reconstruction,
-    photographed: &Rgb,
+    geometry: &Rgb,
     lights: &[(usize, Rgb)],
     actions: &mut Vec<Action>,
 ) {
     let total = |rgb: &Rgb| rgb.iter().sum::<f64>();
-    let all = total(photographed) + lights.iter().map(|(_, rgb)| total(rgb)).sum::<f64>();
+    let all = total(geometry) + lights.iter().map(|(_, rgb)| total(rgb)).sum::<f64>();
     let part = |rgb: &Rgb| if all > 0.0 { total(rgb) / all } else { 0.0 };
     ui.weak("Where its light comes from");
-    share(ui, part(photographed), |ui| {
-        ui.label("photographed surfaces");
+    share(ui, part(geometry), |ui| {
+        ui.label("known geometry")
+            .on_hover_text("Surfaces of the capture, those that no photograph shows included");
     });
     for (light, sum) in lights.iter().take(8) {
         share(ui, part(sum), |ui| {

@@ -44,7 +44,7 @@ pub fn inspector_ui(
             }
             Focus::Photograph => {
                 if let Some(index) = selection.photograph {
-                    photograph(ui, project, index, actions);
+                    photograph(ui, project, index, crops, actions);
                 }
             }
         }
@@ -122,9 +122,8 @@ fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Ve
         swatch(ui, list_color(project, index));
         ui.heading(own.name.as_str());
     });
-    let results = project.result_capture();
-    let reconstructed = results.materials.iter().position(|material| material.name == own.name);
-    let Some(result) = reconstructed.filter(|_| project.products.solution.is_some()) else {
+    let found_as = project.found_as(index).filter(|_| project.products.solution.is_some());
+    let Some(result) = found_as else {
         empty(ui, "Its reflectance is found by a run.");
         return;
     };
@@ -145,7 +144,7 @@ fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Ve
                 ui.weak(format!("{name} {}", text.unwrap_or_default()));
             });
         }
-        if own.kind == MaterialKind::Specular {
+        if project.result_capture().materials[result].kind == MaterialKind::Specular {
             let rows = [
                 ("Specular", rgb(reflectance.specular)),
                 ("Exponent", short(reflectance.exponent)),
@@ -177,7 +176,7 @@ fn light(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<A
     }
     let numbers = project.products.derived.as_ref().and_then(|d| d.lights.get(index));
     if let Some(numbers) = numbers {
-        rows.push(("Share of all", format!("{} %", short(100.0 * numbers.share))));
+        rows.push(("Share of virtual light", format!("{} %", short(100.0 * numbers.share))));
         rows.push(("Lit samples", count(numbers.lit_samples)));
         rows.push(("Lobes lit", format!("{} of {}", numbers.lit_lobes, numbers.lobes)));
     }
@@ -206,7 +205,13 @@ fn light(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<A
     }
 }
 
-fn photograph(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
+fn photograph(
+    ui: &mut egui::Ui,
+    project: &Project,
+    index: usize,
+    cache: &mut CropCache,
+    actions: &mut Vec<Action>,
+) {
     let Some(photograph) = project.loaded.photographs.get(index) else { return };
     ui.heading(photograph.name.as_str());
     ui.label(use_of(photograph));
@@ -220,8 +225,7 @@ fn photograph(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut 
         ("Distortion", if camera.distortion.is_none() { "none" } else { "yes" }.to_owned()),
     ];
     if let Some(cloud) = &project.products.samples {
-        let seen = cloud.views.iter().filter(|view| view.photograph == index).count();
-        rows.push(("Samples seen", count(seen)));
+        rows.push(("Samples seen", count(cache.samples_seen(cloud, index))));
     }
     facts(ui, "photograph", &rows);
     let help = "See the geometry from where this photograph was taken";

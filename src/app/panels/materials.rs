@@ -99,16 +99,7 @@ pub fn materials_ui(
         7 => all[a].identified(project, a).cmp(&all[b].identified(project, b)),
         _ => materials[a].name.cmp(&materials[b].name),
     };
-    // The list's own index: results leave materials without surfaces out.
-    let listed = |index: usize| {
-        let name = &materials[index].name;
-        project.edit().materials.iter().position(|material| material.name == *name)
-    };
-    let selected = project
-        .selection
-        .material
-        .and_then(|index| project.edit().materials.get(index))
-        .and_then(|own| materials.iter().position(|material| material.name == own.name));
+    let selected = project.selection.material.and_then(|index| project.found_as(index));
     let rows = Rows {
         identity: Arc::as_ptr(solution) as usize,
         count: materials.len(),
@@ -144,7 +135,7 @@ pub fn materials_ui(
             }
         }
     });
-    if let Some(material) = clicked.and_then(listed) {
+    if let Some(material) = clicked.and_then(|result| project.listed_as(result)) {
         actions.push(Action::Select(Select::Material(material)));
     }
 }

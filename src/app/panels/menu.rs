@@ -2,6 +2,7 @@
 
 use eframe::egui;
 
+use super::run::run_button;
 use crate::app::actions::Action;
 use crate::app::commands::{self, Menu};
 use crate::app::layout::Workspace;
@@ -33,7 +34,7 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     }
                 });
             }
-            if state.project.is_some() {
+            if let Some(project) = &state.project {
                 ui.separator();
                 for workspace in Workspace::ALL {
                     let current = state.layout.current == workspace;
@@ -43,28 +44,9 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     }
                 }
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    run_button(ui, state, actions);
+                    run_button(ui, project, ["Run", "Cancel run"], None, actions);
                 });
             }
         });
     });
-}
-
-fn run_button(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
-    if state.is_running() {
-        if ui.button("Cancel run").on_hover_text("Stop the run (Esc)").clicked() {
-            actions.push(Action::Cancel);
-        }
-        return;
-    }
-    let obstacle = state.obstacle_to_run();
-    let text = egui::RichText::new("Run").color(egui::Color32::WHITE);
-    let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
-    let response = ui
-        .add_enabled(obstacle.is_none(), button)
-        .on_hover_text("Recover reflectances and light (Ctrl+R)")
-        .on_disabled_hover_text(obstacle.unwrap_or_default());
-    if response.clicked() {
-        actions.push(Action::Run);
-    }
 }

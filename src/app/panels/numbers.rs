@@ -119,6 +119,12 @@ pub fn left(text: impl Into<egui::WidgetText>) -> (egui::WidgetText, egui::Atom<
     (text.into(), egui::Atom::grow())
 }
 
+/// Gives a button a name of its own, for those who do not see what stands beside it.
+pub fn named(button: egui::Response, name: String) -> egui::Response {
+    button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, button.enabled(), &name));
+    button
+}
+
 /// A small filled square.
 pub fn swatch(ui: &mut egui::Ui, color: Color32) -> egui::Response {
     let (rect, response) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());

@@ -2,6 +2,7 @@
 
 use eframe::egui;
 
+use super::numbers::named;
 use crate::app::actions::Action;
 use crate::app::edit::Change;
 use crate::app::project::Project;
@@ -74,7 +75,7 @@ pub fn option_ui(
             let default = &declaration.default;
             let reset =
                 ui.small_button("Reset").on_hover_text(format!("Reset {title} to {default}"));
-            if reset.clicked() {
+            if named(reset, format!("Reset {title}")).clicked() {
                 set(actions, default.clone());
             }
         }
@@ -128,6 +129,10 @@ fn control(
         Kind::NumberOrAuto => {
             let mut auto = text == "auto";
             let switch = ui.checkbox(&mut auto, "auto").on_hover_text("Let the program choose");
+            switch.widget_info(|| {
+                let name = format!("{}, auto", title(declaration.name));
+                egui::WidgetInfo::selected(egui::Role::CheckBox, true, auto, name)
+            });
             if switch.changed() {
                 let (low, high) = declaration.range.unwrap_or((0.0, 1.0));
                 let value = if low <= 0.1 && 0.1 <= high { 0.1 } else { low };
@@ -159,9 +164,11 @@ fn number(
     // At a large scale there is no room for a slider and a reset beside it.
     let narrow = ui.available_width() > 150.0 && high - low <= if whole { 40.0 } else { 3.0 };
     let response = if narrow {
-        let slider = egui::Slider::new(&mut value, low..=high);
+        // Only what the hand sets is rounded and held to the range.
+        let slider =
+            egui::Slider::new(&mut value, low..=high).clamping(egui::SliderClamping::Edits);
         ui.spacing_mut().slider_width = 60.0;
-        let slider = if whole { slider.integer() } else { slider.max_decimals(4) };
+        let slider = if whole { slider.integer() } else { slider };
         ui.add(slider)
     } else {
         let speed =
@@ -172,7 +179,8 @@ fn number(
     if whole {
         value = value.round();
     }
-    Some((response, (value != before).then_some(value)))
+    let changed = response.changed() && value != before;
+    Some((response, changed.then_some(value)))
 }
 
 /// An option's name as words.
@@ -196,13 +204,6 @@ fn help(declaration: &Declaration) -> String {
         help.push('.');
     }
     help.push_str(&format!(" Default {}.", declaration.default));
-    help.push_str(&format!(" In the terminal --{}", flag(declaration)));
+    help.push_str(&format!(" In the terminal --{}", declaration.flag()));
     help
-}
-
-fn flag(declaration: &Declaration) -> String {
-    match declaration.section {
-        "general" => declaration.name.to_owned(),
-        section => format!("{section}.{}", declaration.name),
-    }
 }

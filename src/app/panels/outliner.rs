@@ -9,7 +9,7 @@ use crate::app::actions::{Action, Mode, Select};
 use crate::app::derived::kind_name;
 use crate::app::edit::Change;
 use crate::app::project::{Focus, Project};
-use crate::app::viewport::Viewport;
+use crate::app::viewport::{Viewport, material_color};
 use crate::scene::{Photograph, Role};
 
 /// Longer lists are cut: the table below shows them whole.
@@ -121,16 +121,15 @@ fn surfaces(
     actions: &mut Vec<Action>,
 ) {
     let surfaces = &project.capture.surfaces;
+    let listed = project.edit().listed();
     section(ui, "Surfaces", surfaces.len(), true, |ui| {
         let named = surfaces.iter().enumerate().filter(|(_, surface)| shown(&surface.name));
         for (index, surface) in named.take(LONGEST) {
             ui.horizontal(|ui| {
                 let (color, tag) = match surface.role {
-                    Role::Material(_) => {
-                        let material = project.edit().material_of(index);
-                        let name = material.map(|m| project.edit().materials[m].name.as_str());
-                        let color = material.map(|material| list_color(project, material));
-                        (color, name.unwrap_or_default().to_owned())
+                    Role::Material(material) => {
+                        let name = &project.edit().materials[listed[material]].name;
+                        (Some(material_color(material)), name.clone())
                     }
                     Role::Luminaire(light) => {
                         (None, format!("visible light {}", project.loaded.lights[light].name()))
@@ -152,14 +151,24 @@ fn surfaces(
                     .min_size(egui::vec2(width, 0.0))
                     .sense(egui::Sense::click_and_drag());
                 let response = ui.add(button);
-                response.dnd_set_drag_payload(DraggedSurfaces(dragged(project, index)));
+                if response.drag_started() {
+                    response.dnd_set_drag_payload(DraggedSurfaces(dragged(project, index)));
+                }
                 let help = format!(
                     "{tag}. Drag onto a material, or press M. Shift or Ctrl selects several."
                 );
                 let response = response.on_hover_text(help);
                 if response.clicked() {
-                    let mode = Mode::of(ui.input(|input| input.modifiers));
-                    actions.push(Action::Select(Select::Surface { surface: index, mode }));
+                    let modifiers = ui.input(|input| input.modifiers);
+                    actions.push(Action::Select(if modifiers.shift {
+                        let listed = surfaces.iter().enumerate();
+                        let listed = listed.filter(|(_, surface)| shown(&surface.name));
+                        let shown = listed.map(|(index, _)| index).take(LONGEST).collect();
+                        Select::Extend { to: index, shown }
+                    } else {
+                        let mode = if modifiers.command { Mode::Toggle } else { Mode::Only };
+                        Select::Surface { surface: index, mode }
+                    }));
                 }
             });
         }

@@ -13,6 +13,8 @@ use crate::app::edit::Change;
 use crate::app::leaving::{Stake, Then};
 use crate::app::state::State;
 
+const ENTER: &str = "Go on (Enter)";
+
 pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     if state.dialogs.path.is_some() {
         path_ui(ctx, state, actions);
@@ -60,7 +62,7 @@ fn path_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
         }
         let entered = path_field(ui, text, focused, "A path on this computer");
         ui.add_space(6.0);
-        buttons(ui, accept(asked), !text.trim().is_empty(), entered)
+        buttons(ui, (accept(asked), ENTER), !text.trim().is_empty(), entered)
     });
     match answer {
         Some(true) => {
@@ -101,11 +103,16 @@ fn accept(asked: Asked) -> &'static str {
 }
 
 /// The button that accepts and the one that does not; what was answered.
-fn buttons(ui: &mut egui::Ui, accept: &str, enabled: bool, entered: bool) -> Option<bool> {
+fn buttons(
+    ui: &mut egui::Ui,
+    (accept, help): (&str, &str),
+    enabled: bool,
+    entered: bool,
+) -> Option<bool> {
     ui.horizontal(|ui| {
         let text = egui::RichText::new(accept).color(egui::Color32::WHITE);
         let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
-        let accepted = ui.add_enabled(enabled, button).on_hover_text("Go on (Enter)").clicked();
+        let accepted = ui.add_enabled(enabled, button).on_hover_text(help).clicked();
         let refused = ui.button("Cancel").on_hover_text("Leave it as it is (Esc)").clicked();
         if refused { Some(false) } else { (accepted || entered && enabled).then_some(true) }
     })
@@ -117,7 +124,7 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
     let (answer, left) = ask(ctx, "Replace the file?", 420.0, |ui| {
         ui.label(format!("{} is there already. What it holds would be lost.", file.display()));
         ui.add_space(6.0);
-        buttons(ui, "Replace", true, false)
+        buttons(ui, ("Replace", "Lose what that file holds"), true, false)
     });
     if answer.is_some() || left {
         state.dialogs.replace = None;
@@ -141,14 +148,12 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
     if stake.results.is_some() {
         choices.push(("Export…", "Write the results first", Some(Action::Ask(Asked::Export))));
     }
-    choices.push(match is_changed {
-        true => (
-            "Don't save",
-            "Lose what was changed since the last save",
-            Some(Action::Unsaved { save: false }),
-        ),
-        false => ("Leave", "Go on all the same", Some(Action::Unsaved { save: false })),
-    });
+    let (text, help) = if is_changed {
+        ("Don't save", "Lose what was changed since the last save")
+    } else {
+        ("Leave", "Go on all the same")
+    };
+    choices.push((text, help, Some(Action::Unsaved { save: false })));
     choices.push(("Cancel", "Stay here (Esc)", None));
     let (answer, left) = ask(ctx, title, 420.0, |ui| {
         for (is_lost, text) in [
@@ -170,11 +175,16 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
         })
         .inner
     });
-    let is_answer = |action: &Action| matches!(action, Action::Unsaved { .. });
-    if left || answer.as_ref().is_some_and(|action| !action.as_ref().is_some_and(is_answer)) {
-        state.dialogs.unsaved = None;
+    match answer {
+        // What comes after waits for this to be carried out.
+        Some(Some(action @ Action::Unsaved { .. })) => actions.push(action),
+        Some(other) => {
+            state.dialogs.unsaved = None;
+            actions.extend(other);
+        }
+        None if left => state.dialogs.unsaved = None,
+        None => {}
     }
-    actions.extend(answer.flatten());
 }
 
 fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
@@ -187,7 +197,7 @@ fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
             actions.push(Action::Ask(Asked::Locate));
         }
         ui.add_space(6.0);
-        buttons(ui, "Use", !locate.text.trim().is_empty(), entered)
+        buttons(ui, ("Use", ENTER), !locate.text.trim().is_empty(), entered)
     });
     match answer {
         Some(true) => actions.push(Action::Locate(PathBuf::from(locate.text.trim()))),

@@ -2,11 +2,10 @@
 
 use eframe::egui;
 
-use super::numbers::{check_mark, count, duration};
+use super::numbers::{check_mark, count, cut, duration, named, rgb};
 use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
 use crate::app::edit::Change;
-use crate::app::jobs::secs_since;
 use crate::app::project::{Project, Run};
 use crate::options::Declaration;
 use crate::reconstruct::Stage;
@@ -29,7 +28,8 @@ pub fn run_ui(
     state: &mut RunPanelState,
     actions: &mut Vec<Action>,
 ) {
-    button(ui, project, actions);
+    let size = Some(egui::vec2(ui.available_width(), 28.0));
+    run_button(ui, project, ["Run reconstruction", "Cancel reconstruction"], size, actions);
     match &project.run {
         Some(run) => running(ui, run),
         None => finished(ui, project),
@@ -38,7 +38,8 @@ pub fn run_ui(
     let any_changed = state
         .declarations
         .iter()
-        .any(|d| project.edit().options.get(d.section, d.name).as_deref() != Some(&d.default));
+        .any(|d| project.edit().options.get(d.section, d.name).as_deref() != Some(&d.default))
+        || !project.edit().options.start.is_empty();
     ui.horizontal_wrapped(|ui| {
         ui.checkbox(&mut state.changed_only, "Changed only")
             .on_hover_text("Show only options that differ from their defaults");
@@ -55,6 +56,7 @@ pub fn run_ui(
             rest = others;
             section(ui, project, own, state.changed_only, actions);
         }
+        starts(ui, project, actions);
     });
 }
 
@@ -92,30 +94,71 @@ fn section(
     }
 }
 
-fn button(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
-    let width = ui.available_width();
-    let size = egui::vec2(width, 28.0);
-    if project.run.is_some() {
-        let button = egui::Button::new("Cancel reconstruction");
-        if ui
-            .add_sized(size, button)
-            .on_hover_text("Stop; what was there before comes back (Esc)")
-            .clicked()
-        {
-            actions.push(Action::Cancel);
-        }
+/// Reflectances to start from, which a project file may give.
+fn starts(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+    let starts = &project.edit().options.start;
+    if starts.is_empty() {
         return;
     }
-    let obstacle = project.obstacle();
-    let text = egui::RichText::new("Run reconstruction").color(egui::Color32::WHITE);
-    let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
+    let title = format!("Start values ({})", starts.len());
+    egui::CollapsingHeader::new(title).id_salt("start").default_open(true).show(ui, |ui| {
+        for (material, diffuse) in starts {
+            ui.horizontal(|ui| {
+                let response = ui.small_button("Remove").on_hover_text("Start from Eq. 11 instead");
+                let response = named(response, format!("Remove the start of {material}"));
+                if response.clicked() {
+                    let material = material.clone();
+                    actions.push(Action::Change(Change::ForgetStart { material }));
+                }
+                cut(ui, format!("{material} {}", rgb(*diffuse)));
+            });
+        }
+    });
+}
+
+/// Runs, or cancels what runs; `words` for either.
+pub fn run_button(
+    ui: &mut egui::Ui,
+    project: &Project,
+    words: [&str; 2],
+    size: Option<egui::Vec2>,
+    actions: &mut Vec<Action>,
+) {
+    let [run, cancel] = words;
+    let (text, help, action) = if project.run.is_some() {
+        let help = "Stop; what was there before comes back (Esc)";
+        (egui::RichText::new(cancel), help, Action::Cancel)
+    } else {
+        let help = "Recover reflectances and light with these options (Ctrl+R)";
+        (egui::RichText::new(run).color(egui::Color32::WHITE), help, Action::Run)
+    };
+    let mut button = egui::Button::new(text);
+    let mut obstacle = None;
+    if action == Action::Run {
+        button = button.fill(crate::app::theme::ACCENT);
+        obstacle = project.obstacle();
+    }
     let response = ui
-        .add_enabled_ui(obstacle.is_none(), |ui| ui.add_sized(size, button))
+        .add_enabled_ui(obstacle.is_none(), |ui| match size {
+            Some(size) => ui.add_sized(size, button),
+            None => ui.add(button),
+        })
         .inner
-        .on_hover_text("Recover reflectances and light with these options (Ctrl+R)")
+        .on_hover_text(help)
         .on_disabled_hover_text(obstacle.unwrap_or_default());
     if response.clicked() {
-        actions.push(Action::Run);
+        actions.push(action);
+    }
+}
+
+/// How far the current stage is, and the time it still needs.
+pub fn progress_ui(ui: &mut egui::Ui, run: &Run, width: f32) {
+    let Some(progress) = run.progress.filter(|progress| progress.total > 0) else { return };
+    let part = progress.done as f32 / progress.total as f32;
+    let text = format!("{} / {}", count(progress.done as usize), count(progress.total as usize));
+    ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(width).text(text));
+    if let Some(left) = run.secs_left() {
+        ui.label(format!("{} left", duration(left)));
     }
 }
 
@@ -132,18 +175,8 @@ fn running(ui: &mut egui::Ui, run: &Run) {
                 ui.spinner();
                 ui.strong(stage.name());
                 ui.horizontal(|ui| {
-                    if let Some(progress) = run.progress.filter(|progress| progress.total > 0) {
-                        let (done, total) = (progress.done, progress.total);
-                        let bar = egui::ProgressBar::new((done as f32 / total as f32).min(1.0));
-                        let text = format!("{} / {}", count(done as usize), count(total as usize));
-                        ui.add(bar.desired_width(110.0).text(text));
-                    }
-                    let left = run.secs_left().map(|secs| format!(", {} left", duration(secs)));
-                    ui.label(format!(
-                        "{}{}",
-                        duration(secs_since(*began)),
-                        left.unwrap_or_default()
-                    ));
+                    ui.label(duration(began.elapsed().as_secs_f64()));
+                    progress_ui(ui, run, 110.0);
                 });
             }
             ui.end_row();
@@ -170,7 +203,7 @@ fn finished(ui: &mut egui::Ui, project: &Project) {
             .map(|(stage, secs)| format!("{} {}", stage.name(), duration(secs)))
             .collect();
         ui.weak(text.join(", "));
-    } else if !project.last_stages.is_empty() {
+    } else if project.products.of.is_some() {
         ui.weak("The last run did not end; what it found so far is shown.");
     } else {
         ui.weak("Not run yet.");

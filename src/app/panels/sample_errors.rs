@@ -19,13 +19,16 @@ const REACH: f32 = 10.0;
 pub struct ErrorPlotState {
     before: bool,
     after: bool,
-    /// The points of the products they were made of.
-    made_of: Option<(Arc<Derived>, Vec<Series>)>,
+    /// Points of this run and of the one before.
+    points: [Made; 2],
 }
+
+/// Points, and the numbers they were made of.
+type Made = Option<(Arc<Derived>, Vec<Series>)>;
 
 impl Default for ErrorPlotState {
     fn default() -> Self {
-        Self { before: false, after: true, made_of: None }
+        Self { before: false, after: true, points: [None, None] }
     }
 }
 
@@ -52,16 +55,17 @@ pub fn sample_errors_ui(
         ui.add_enabled(before, egui::Checkbox::new(&mut state.before, "Run before"))
             .on_hover_text("Errors of the run before this one, in grey")
             .on_disabled_hover_text("There was no run before this one.");
-        ui.label(format!("RMS of the logarithm {}", short(derived.log_rms())));
+        ui.label(format!("RMS of the logarithm {}", short(derived.log_rms)));
         if let Some(before) = &project.products.before {
-            ui.weak(format!("(before {})", short(before.log_rms())));
+            ui.weak(format!("(before {})", short(before.log_rms)));
         }
         outdated(ui, project);
     });
-    if state.made_of.as_ref().is_none_or(|(of, _)| !Arc::ptr_eq(of, derived)) {
-        state.made_of = Some((derived.clone(), series(derived)));
-    }
-    let Some((_, all)) = &state.made_of else { return };
+    let ErrorPlotState { before: show_before, after: show_after, points } = state;
+    let [own, earlier] = points;
+    let all = made(own, derived);
+    let before = project.products.before.as_ref().filter(|_| *show_before);
+    let before = before.map(|before| made(earlier, before)).unwrap_or_default();
     let names = &project.result_capture().materials;
     let grey = ui.visuals().weak_text_color().gamma_multiply(0.6);
     let plot = Plot::new("sample errors")
@@ -74,19 +78,15 @@ pub fn sample_errors_ui(
         .label_formatter(|_| None)
         .show(ui, |plot| {
             plot.hline(HLine::new("", 0.0).color(grey).width(1.0).allow_hover(false));
-            if state.before
-                && let Some(before) = &project.products.before
-            {
-                for one in series(before) {
-                    plot.points(
-                        Points::new("Run before", PlotPoints::Owned(one.points))
-                            .color(grey)
-                            .radius(1.2)
-                            .allow_hover(false),
-                    );
-                }
+            for one in before {
+                plot.points(
+                    Points::new("Run before", PlotPoints::Borrowed(&one.points))
+                        .color(grey)
+                        .radius(1.2)
+                        .allow_hover(false),
+                );
             }
-            for one in all.iter().filter(|_| state.after) {
+            for one in all.iter().filter(|_| *show_after) {
                 let name = names.get(one.material).map_or("", |material| material.name.as_str());
                 plot.points(
                     Points::new(name, PlotPoints::Borrowed(&one.points))
@@ -95,7 +95,8 @@ pub fn sample_errors_ui(
                         .allow_hover(false),
                 );
             }
-            if let Some(place) = project.selection.sample.and_then(|sample| place(all, sample)) {
+            if let Some(place) = project.selection.sample.and_then(|sample| place(derived, sample))
+            {
                 plot.vline(VLine::new("", place.x).color(grey).width(1.0).allow_hover(false));
                 plot.points(
                     Points::new("Selected", vec![[place.x, place.y]])
@@ -126,16 +127,20 @@ fn selected_color(ctx: &egui::Context) -> Color32 {
     if ctx.global_style().visuals.dark_mode { Color32::WHITE } else { Color32::BLACK }
 }
 
-fn place(all: &[Series], sample: usize) -> Option<PlotPoint> {
-    all.iter().find_map(|one| {
-        let index = one.samples.iter().position(|&own| own as usize == sample)?;
-        Some(one.points[index])
-    })
+/// Where a sample stands in the plot, drawn or not.
+fn place(derived: &Derived, sample: usize) -> Option<PlotPoint> {
+    let along = *derived.place.get(sample)?;
+    Some(PlotPoint::new(f64::from(along), derived.samples[sample].log_error))
+}
+
+fn made<'a>(points: &'a mut Made, derived: &Arc<Derived>) -> &'a [Series] {
+    points.take_if(|(of, _)| !Arc::ptr_eq(of, derived));
+    &points.get_or_insert_with(|| (derived.clone(), series(derived))).1
 }
 
 /// The points of every material. Of very many, an even choice and all that are far off.
 fn series(derived: &Derived) -> Vec<Series> {
-    let limit = 3.0 * derived.log_rms();
+    let limit = 3.0 * derived.log_rms;
     derived
         .material_start
         .windows(2)

@@ -3,6 +3,7 @@
 use eframe::egui;
 
 use super::cards::left_behind_ui;
+use super::numbers::named;
 use crate::app::actions::Action;
 use crate::app::dialogs::Asked;
 use crate::app::state::State;
@@ -78,7 +79,7 @@ fn recent(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         ui.weak("Captures and projects that you open will be listed here.");
     }
     for path in &state.settings.recent {
-        let exists = path.exists();
+        let exists = !state.missing.contains(path);
         let name = path
             .file_name()
             .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
@@ -96,11 +97,9 @@ fn recent(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 ui.weak("missing");
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if ui
-                    .small_button("Remove")
-                    .on_hover_text(format!("Take {name} off this list"))
-                    .clicked()
-                {
+                let help = format!("Take {name} off this list");
+                let remove = ui.small_button("Remove").on_hover_text(&help);
+                if named(remove, help).clicked() {
                     actions.push(Action::ForgetRecent(path.clone()));
                 }
                 let folder = path.parent().unwrap_or(path).display().to_string();

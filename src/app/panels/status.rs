@@ -3,8 +3,8 @@
 use eframe::egui;
 
 use super::numbers::{count, counted, duration};
+use super::run::progress_ui;
 use crate::app::actions::Action;
-use crate::app::jobs::secs_since;
 use crate::app::project::{Project, Run};
 use crate::app::state::State;
 use crate::app::viewport::Hovered;
@@ -48,16 +48,8 @@ fn running(ui: &mut egui::Ui, run: &Run, actions: &mut Vec<Action>) {
     ui.spinner();
     let stage = run.stage().map_or("starting", |stage| stage.name());
     ui.label(if run.cancelling { "Cancelling".to_owned() } else { format!("Stage {stage}") });
-    if let Some(progress) = run.progress.filter(|progress| progress.total > 0) {
-        let part = progress.done as f32 / progress.total as f32;
-        let text =
-            format!("{} / {}", count(progress.done as usize), count(progress.total as usize));
-        ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(140.0).text(text));
-        if let Some(left) = run.secs_left() {
-            ui.label(format!("{} left", duration(left)));
-        }
-    }
-    ui.weak(duration(secs_since(run.began)));
+    progress_ui(ui, run, 140.0);
+    ui.weak(duration(run.began.elapsed().as_secs_f64()));
     if ui.small_button("Cancel").on_hover_text("Stop the run (Esc)").clicked() {
         actions.push(Action::Cancel);
     }

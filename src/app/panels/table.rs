@@ -74,7 +74,7 @@ pub fn table_ui(
                 .column(Column::initial(head.width).at_least(28.0).resizable(true).clip(true));
         }
         if let Some(row) = follow {
-            builder = builder.scroll_to_row(row, Some(Align::Center));
+            builder = builder.scroll_to_row(row, None);
         }
         builder
             .header(height + 4.0, |mut row| {
@@ -93,7 +93,14 @@ pub fn table_ui(
                             cell(ui, index, column);
                         });
                     }
-                    if row.response().clicked() {
+                    let response = row.response();
+                    response.widget_info(|| {
+                        let selected = rows.selected == Some(index);
+                        // For those who do not see its place.
+                        let name = format!("{name} row {index}");
+                        egui::WidgetInfo::selected(egui::Role::Row, true, selected, name)
+                    });
+                    if response.clicked() {
                         clicked = Some(index);
                     }
                 });

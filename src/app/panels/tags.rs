@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, Button};
 
-use super::numbers::{counted, left, list_color, swatch};
+use super::numbers::{counted, left, list_color, named, swatch};
 use super::outliner::drop_on_material;
 use crate::app::actions::{Action, Select};
 use crate::app::edit::Change;
@@ -70,6 +70,7 @@ fn entry(
                 .add_enabled(!selected.is_empty(), Button::new("Assign").small())
                 .on_hover_text(format!("Give the selected surfaces the material {}", material.name))
                 .on_disabled_hover_text("Select surfaces first");
+            let assign = named(assign, format!("Assign {}", material.name));
             if assign.clicked() {
                 let change = Change::Assign { surfaces: selected.clone(), material: index };
                 actions.push(Action::Change(change));

@@ -60,6 +60,8 @@ pub struct Viewport {
     through: Option<usize>,
     placement: Placement,
     framing: Option<Framing>,
+    /// The camera was put where the next capture is to be seen from.
+    placed: bool,
     boxing: Boxing,
     scene: Scene,
     targets: Option<Arc<Targets>>,
@@ -94,6 +96,7 @@ impl Viewport {
             through: None,
             placement: Placement::default(),
             framing: Some(Framing::All),
+            placed: false,
             boxing: Boxing::Off,
             scene,
             targets: None,
@@ -120,7 +123,9 @@ impl Viewport {
         let look = frame::look(ui);
         if self.scene.sync(content, &self.settings, &look, ui.ctx()) {
             self.through = None;
-            self.framing = Some(Framing::All);
+            if !std::mem::take(&mut self.placed) {
+                self.framing = Some(Framing::All);
+            }
         }
         self.follow(content);
         if content.capture.is_some() {
@@ -145,6 +150,7 @@ impl Viewport {
     /// Shows everything.
     pub fn frame_all(&mut self) {
         self.framing = Some(Framing::All);
+        self.placed = false;
     }
 
     /// Shows what is selected, or everything where nothing is.
@@ -171,6 +177,7 @@ impl Viewport {
         self.boxing = Boxing::Off;
         self.hovered = None;
         self.selected_before = None;
+        self.placed = false;
         // Pictures of the size that the window may have no more.
         self.targets = None;
         self.drawn = Drawn::default();
@@ -190,6 +197,7 @@ impl Viewport {
     pub fn set_camera(&mut self, camera: ViewCamera) {
         self.camera = camera;
         self.framing = None;
+        self.placed = true;
     }
 
     /// The factor that brings radiance to the screen's 0 to 1, for pictures beside the viewport.
