@@ -258,11 +258,11 @@ pub fn select(
             return;
         }
     }
-    if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights) {
-        if let Some(light) = picker.light(projection, position, lights) {
-            events.push(ViewportEvent::PickLight(light));
-            return;
-        }
+    if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights)
+        && let Some(light) = picker.light(projection, position, lights)
+    {
+        events.push(ViewportEvent::PickLight(light));
+        return;
     }
     if settings.cameras && view.through.is_none() {
         let eyes = picker.capture.photographs.iter().map(|p| p.camera.position.as_vec3());

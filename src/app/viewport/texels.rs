@@ -233,7 +233,7 @@ mod tests {
     fn exposure_is_judged_from_all_columns() {
         // 400,000 pixels, one in twenty of which are looked at; each twentieth column is dark.
         let (width, height) = (1000, 400);
-        let value = |i: usize| if i % width % 20 == 0 { 0.1 } else { 5.0 };
+        let value = |i: usize| if (i % width).is_multiple_of(20) { 0.1 } else { 5.0 };
         let pixels = (0..width * height).map(|i| [value(i); 3]).collect();
         let image = Some(Arc::new(Image::new(width, height, pixels, None)));
         let photograph = Photograph { name: String::new(), camera: pinhole(width, height), image };
