@@ -26,7 +26,7 @@ fn corner(
 ) -> Corner {
     var out: Corner;
     out.world = position;
-    out.surface = extractBits(tagged, 0u, SURFACE_BITS);
+    out.surface = tagged & ((1u << SURFACE_BITS) - 1u);
     out.edges = tagged >> SURFACE_BITS;
     let which = index % 3u;
     out.heights = vec3<f32>(f32(which == 0u), f32(which == 1u), f32(which == 2u));
