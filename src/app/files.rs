@@ -179,7 +179,7 @@ pub fn close_anyway(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
-    state.viewport.look_through(None);
+    state.viewport.clear();
     state.dialogs.forget_project();
     forget_kept(state);
 }

@@ -243,6 +243,8 @@ impl Project {
             samples: self.products.samples.clone(),
             lights: self.products.lights.clone(),
             solution: self.products.solution.clone(),
+            derived: self.products.derived.clone(),
+            focus: self.selection.focus,
             selected_surfaces: self.selection.surfaces.clone(),
             hidden_surfaces: self.selection.hidden.clone(),
             selected_sample: self.selection.sample,

@@ -1,39 +1,47 @@
 //! Mouse and keys in the viewport.
 
 use eframe::egui;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobelia::app::viewport::{ViewCamera, ViewportEvent};
 
-use crate::viewport::{SIZE, Window, bare, keep, picture, surface, window};
+use crate::viewport::{SIZE, Window, bare, capture, keep, picture, surface, whole, window};
+
+/// From above.
+const TOP: ViewCamera = ViewCamera {
+    target: glam::Vec3::new(1.75, 1.65, 0.0),
+    distance: 8.0,
+    azimuth: -std::f32::consts::FRAC_PI_2,
+    elevation: std::f32::consts::FRAC_PI_2,
+    orthographic: true,
+};
+/// Points per metre there: 8 m × 2 × 0.364 fill the height.
+const METRE: f32 = SIZE[1] / (TOP.distance * 0.728);
+
+/// Where a place is drawn there.
+fn at(x: f32, y: f32) -> egui::Pos2 {
+    let middle = TOP.target;
+    egui::pos2(0.5 * SIZE[0] + (x - middle.x) * METRE, 0.5 * SIZE[1] - (y - middle.y) * METRE)
+}
+
+/// What a click tells.
+fn click(window: &mut Window, place: egui::Pos2, modifiers: egui::Modifiers) -> Vec<ViewportEvent> {
+    window.hover_at(place);
+    window.run_steps(1);
+    for pressed in [true, false] {
+        let button = egui::PointerButton::Primary;
+        let event = egui::Event::PointerButton { pos: place, button, pressed, modifiers };
+        window.event_modifiers(event, modifiers);
+        window.run_steps(1);
+    }
+    std::mem::take(&mut window.state_mut().events)
+}
 
 #[test]
 fn clicks_pick_what_is_drawn_there() {
     let mut window = window(bare());
-    let top = ViewCamera {
-        target: glam::Vec3::new(1.75, 1.65, 0.0),
-        distance: 8.0,
-        azimuth: -std::f32::consts::FRAC_PI_2,
-        elevation: std::f32::consts::FRAC_PI_2,
-        orthographic: true,
-    };
-    window.state_mut().viewport.set_camera(top);
+    window.state_mut().viewport.set_camera(TOP);
     window.state_mut().viewport.settings.cameras = false;
     picture(&mut window);
-    // Orthographic from above: 8 m × 2 × 0.364 fill the height.
-    let metre = SIZE[1] / (8.0 * 0.728);
-    let at = |x: f32, y: f32| {
-        egui::pos2(0.5 * SIZE[0] + (x - 1.75) * metre, 0.5 * SIZE[1] - (y - 1.65) * metre)
-    };
-    let click = |window: &mut Window, place: egui::Pos2, modifiers: egui::Modifiers| {
-        window.hover_at(place);
-        window.run_steps(1);
-        for pressed in [true, false] {
-            let button = egui::PointerButton::Primary;
-            let event = egui::Event::PointerButton { pos: place, button, pressed, modifiers };
-            window.event_modifiers(event, modifiers);
-            window.run_steps(1);
-        }
-        std::mem::take(&mut window.state_mut().events)
-    };
     let on_floor = at(2.3, 0.4);
     let floor = Some(surface("floor"));
     assert_eq!(
@@ -71,6 +79,78 @@ fn clicks_pick_what_is_drawn_there() {
         }
         other => panic!("{other:?}"),
     }
+}
+
+#[test]
+fn clicks_pick_samples_lights_and_cameras() {
+    let content = whole();
+    let (samples, lights) = (content.samples.clone(), content.lights.clone());
+    let mut window = window(content);
+    window.state_mut().viewport.set_camera(TOP);
+    picture(&mut window);
+    let none = egui::Modifiers::NONE;
+    let cloud = samples.expect("samples");
+    let on_floor = |position: glam::Vec3| position.z.abs() < 1e-3;
+    let sample = cloud.samples.iter().position(|sample| on_floor(sample.position)).expect("one");
+    let place = cloud.samples[sample].position;
+    let picked = click(&mut window, at(place.x, place.y), none);
+    assert_eq!(picked, [ViewportEvent::PickSample(sample)]);
+
+    window.state_mut().viewport.settings.samples = false;
+    let (lights, _) = lights.expect("lights");
+    let mut furthest = 0.0f32;
+    for (x, y) in (0..12).flat_map(|x| (0..9).map(move |y| (x, y))) {
+        let place = egui::pos2(200.0 + 40.0 * x as f32, 120.0 + 50.0 * y as f32);
+        if let [ViewportEvent::PickLight(light)] = click(&mut window, place, none)[..] {
+            let light = &lights.lights[light];
+            let away = place.distance(at(light.position.x, light.position.y));
+            assert!(away < light.radius_m * METRE + 8.0, "{away} points from {light:?}");
+            furthest = furthest.max(away);
+        }
+    }
+    keep(&picture(&mut window), "lights-from-above");
+    assert!(furthest > 16.0, "lights are hit {furthest} points from their centres at most");
+
+    window.state_mut().viewport.settings.lights = false;
+    let eye = capture().photographs[2].camera.position.as_vec3();
+    let picked = click(&mut window, at(eye.x, eye.y), none);
+    assert_eq!(picked, [ViewportEvent::PickPhotograph(2)]);
+}
+
+#[test]
+fn a_saturated_value_is_told_from_a_measured_one() {
+    let mut own = lobelia::scene::Capture::clone(&capture());
+    let image = own.photographs[0].image.clone().expect("a measurement");
+    let pixels = image.pixels().to_vec();
+    let blown = lobelia::scene::Image::new(image.width(), image.height(), pixels, Some(0.0));
+    own.photographs[0].image = Some(std::sync::Arc::new(blown));
+    let mut content = bare();
+    content.capture = Some(std::sync::Arc::new(own));
+    let mut window = window(content);
+    for (photograph, saturated) in [(0, Some(0)), (1, None)] {
+        window.state_mut().viewport.look_through(Some(photograph));
+        window.hover_at(egui::pos2(400.0, 400.0));
+        window.run_steps(2);
+        let hovered = window.state().viewport.hovered().cloned().expect("a surface");
+        assert_eq!(hovered.no_measurement, saturated);
+        assert_eq!(hovered.radiance.map(|(_, of)| of), (photograph == 1).then_some(1));
+    }
+}
+
+#[test]
+fn escape_leaves_the_box_wherever_the_cursor_is() {
+    let mut window = studio();
+    let cursor = |window: &crate::Window| window.harness.output().platform_output.cursor_icon;
+    window.key(egui::Modifiers::NONE, egui::Key::B);
+    assert_eq!(cursor(&window), egui::CursorIcon::Crosshair);
+    window.harness.hover_at(egui::pos2(3.0, 3.0));
+    window.step();
+    assert_ne!(cursor(&window), egui::CursorIcon::Crosshair);
+    window.key(egui::Modifiers::NONE, egui::Key::Escape);
+    let middle = window.node("Viewport").rect().center();
+    window.harness.hover_at(middle);
+    window.step();
+    assert_ne!(cursor(&window), egui::CursorIcon::Crosshair);
 }
 
 #[test]
@@ -125,11 +205,54 @@ fn the_hand_turns_the_view() {
     window.key_press(egui::Key::Num5);
     window.run_steps(1);
     assert!(window.state().viewport.camera().orthographic);
-    window.key_press(egui::Key::Home);
+    window.state_mut().viewport.frame_all();
     window.key_press(egui::Key::Num7);
     window.run_steps(1);
     keep(&picture(&mut window), "orthographic");
     let camera = window.state().viewport.camera();
     assert!((camera.elevation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
     assert!((camera.target - start.target).length() < 1e-4);
+}
+
+/// The window as a whole, with the example and the cursor over the view.
+fn studio() -> crate::Window {
+    let mut window = crate::Window::with_example();
+    let middle = window.node("Viewport").rect().center();
+    window.harness.hover_at(middle);
+    window.step();
+    window
+}
+
+#[test]
+fn tab_goes_round_the_photographs_and_back() {
+    let mut window = studio();
+    let middle = window.node("Viewport").rect().center();
+    // A click gives the viewport the focus, from which Tab would go on to the toolbar.
+    for pressed in [true, false] {
+        let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+        let event = egui::Event::PointerButton { pos: middle, button, pressed, modifiers };
+        window.harness.event(event);
+        window.step();
+    }
+    window.key(egui::Modifiers::NONE, egui::Key::Num0);
+    let mut seen = vec![looked_through(&window)];
+    for _ in 0..6 {
+        window.key(egui::Modifiers::NONE, egui::Key::Tab);
+        seen.push(looked_through(&window));
+    }
+    assert_eq!(seen[6], seen[0], "{seen:?}");
+    assert_eq!(seen.iter().collect::<std::collections::BTreeSet<_>>().len(), 6, "{seen:?}");
+    for expected in seen.iter().rev().skip(1) {
+        window.key(egui::Modifiers::SHIFT, egui::Key::Tab);
+        assert_eq!(looked_through(&window), *expected);
+    }
+    window.key(egui::Modifiers::NONE, egui::Key::Num0);
+    assert!(!window.has(&seen[0]), "0 goes back to the free view");
+}
+
+/// The name of the photograph that is looked through, as the toolbar has it.
+fn looked_through(window: &crate::Window) -> String {
+    let found = window.harness.query_all_by_label_contains(" ×").next();
+    let node = found.expect("a photograph is looked through");
+    node.accesskit_node().label().unwrap_or_default()
 }

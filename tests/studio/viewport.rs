@@ -9,9 +9,11 @@ use eframe::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use image::RgbaImage;
-use lobelia::app::viewport::{Content, SampleColor, Shading, ToneMapping, Viewport, ViewportEvent};
+use lobelia::app::viewport::{
+    Content, Derived, Focus, SampleColor, Shading, ToneMapping, Viewport, ViewportEvent,
+};
 use lobelia::reconstruct::{self, Options, Reconstruction};
-use lobelia::scene::{Capture, Role};
+use lobelia::scene::{Camera, Capture, Distortion, Image, Role};
 use lobelia::watch::Watch;
 
 /// A window with nothing but the viewport.
@@ -85,9 +87,10 @@ pub fn bare() -> Content {
     Content { capture: Some(capture()), ..Content::default() }
 }
 
-fn whole() -> Content {
+pub fn whole() -> Content {
     let found = reconstruction();
     Content {
+        derived: Some(Arc::new(Derived::of(found))),
         samples: Some(found.samples.clone()),
         lights: Some((found.lights.clone(), found.lobes.clone())),
         solution: Some(found.solution.clone()),
@@ -109,6 +112,59 @@ fn changed(a: &RgbaImage, b: &RgbaImage) -> f64 {
     differ as f64 / f64::from(a.width() * a.height())
 }
 
+/// The same beside toolbar and legend, which change with the settings.
+fn changed_in_view(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let view = |picture: &RgbaImage| {
+        image::imageops::crop_imm(picture, 330, 80, 800 - 330, 600 - 80).to_image()
+    };
+    changed(&view(a), &view(b))
+}
+
+/// The mean difference of one picture and another that is shifted by some pixels, in levels, away
+/// from the edges and where the first is not background.
+fn misfit(a: &RgbaImage, b: &RgbaImage, background: [u8; 4], shift: [i32; 2]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for y in 100..500u32 {
+        for x in 100..700u32 {
+            let p = a.get_pixel(x, y).0;
+            let q = b.get_pixel(x.wrapping_add_signed(shift[0]), y.wrapping_add_signed(shift[1])).0;
+            if p != background {
+                sum += (0..3).map(|c| f64::from(p[c].abs_diff(q[c]))).sum::<f64>() / 3.0;
+                count += 1;
+            }
+        }
+    }
+    sum / f64::from(count)
+}
+
+/// What is drawn looking through the first photograph: it on the geometry, and it itself.
+fn through(window: &mut Window) -> [RgbaImage; 2] {
+    window.state_mut().viewport.look_through(Some(0));
+    window.state_mut().viewport.settings.wireframe = false;
+    let deadline = Instant::now() + Duration::from_secs(60);
+    window.state_mut().viewport.settings.look_through_opacity = 0.0;
+    let projected = picture(window);
+    window.state_mut().viewport.settings.look_through_opacity = 1.0;
+    // The photograph in full comes from the background: it has no dark spots where the geometry
+    // hides things from it.
+    let mut photograph = picture(window);
+    while changed_in_view(&photograph, &projected) < 1e-4 {
+        assert!(Instant::now() < deadline, "the photograph never came");
+        photograph = picture(window);
+    }
+    [projected, photograph]
+}
+
+/// Where the geometry is seen it carries the same photograph at the same place.
+fn assert_same_place([projected, photograph]: &[RgbaImage; 2]) {
+    let background = projected.get_pixel(400, 3).0;
+    let there = misfit(projected, photograph, background, [0, 0]);
+    for shift in [[2, 0], [-2, 0], [0, 2], [0, -2]] {
+        let beside = misfit(projected, photograph, background, shift);
+        assert!(1.2 * there < beside, "{there} in place, {beside} at {shift:?}");
+    }
+}
+
 fn part(picture: &RgbaImage, is: impl Fn([u8; 4]) -> bool) -> f64 {
     let count = picture.pixels().filter(|pixel| is(pixel.0)).count();
     count as f64 / f64::from(picture.width() * picture.height())
@@ -123,6 +179,24 @@ fn without_a_capture_it_says_what_to_do() {
     let background = *empty.get_pixel(5, 5);
     let words = part(&empty, |pixel| pixel != background.0);
     assert!(words > 1e-3 && words < 0.1, "{words}");
+}
+
+#[test]
+fn a_cleared_view_gives_the_capture_back() {
+    let own = Arc::new(Capture::clone(&capture()));
+    let held = Arc::downgrade(&own);
+    let mut window = window(Content { capture: Some(own), ..Content::default() });
+    window.state_mut().content = Content::default();
+    window.state_mut().viewport.clear();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while held.strong_count() > 0 {
+        // Without a frame, which would find that there is no capture any more.
+        assert!(Instant::now() < deadline, "something keeps it");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let empty = picture(&mut window);
+    let background = *empty.get_pixel(5, 5);
+    assert!(part(&empty, |pixel| pixel != background.0) < 0.1);
 }
 
 #[test]
@@ -187,34 +261,10 @@ fn an_edited_tag_keeps_the_geometry() {
 #[test]
 fn looking_through_a_photograph_shows_it_where_the_geometry_is() {
     let mut window = window(bare());
-    window.state_mut().viewport.look_through(Some(0));
-    window.state_mut().viewport.settings.wireframe = false;
-    let deadline = Instant::now() + Duration::from_secs(60);
-    window.state_mut().viewport.settings.look_through_opacity = 0.0;
-    let projected = picture(&mut window);
-    window.state_mut().viewport.settings.look_through_opacity = 1.0;
-    // The photograph in full comes from the background: at the window's edges of the letterbox
-    // it shows more than the geometry.
-    let mut photograph = picture(&mut window);
-    while changed(&photograph, &projected) < 1e-3 {
-        assert!(Instant::now() < deadline, "the photograph never came");
-        photograph = picture(&mut window);
-    }
-    keep(&projected, "through-projected");
-    keep(&photograph, "through-photograph");
-    // Where the geometry is seen it carries the same photograph, a resampling apart.
-    let background = projected.get_pixel(400, 3).0;
-    let (mut same, mut all) = (0, 0);
-    for y in 100..500 {
-        for x in 100..700 {
-            let (a, b) = (projected.get_pixel(x, y).0, photograph.get_pixel(x, y).0);
-            if a != background {
-                all += 1;
-                same += usize::from((0..3).all(|c| a[c].abs_diff(b[c]) < 24));
-            }
-        }
-    }
-    assert!(same as f64 > 0.8 * f64::from(all), "{same} of {all}");
+    let pictures = through(&mut window);
+    keep(&pictures[0], "through-projected");
+    keep(&pictures[1], "through-photograph");
+    assert_same_place(&pictures);
 
     window.state_mut().viewport.settings.wireframe = true;
     window.state_mut().viewport.settings.look_through_opacity = 0.6;
@@ -231,6 +281,83 @@ fn looking_through_a_photograph_shows_it_where_the_geometry_is() {
 }
 
 #[test]
+fn a_photograph_of_a_distorting_lens_is_shown_to_its_rim() {
+    let mut own = Capture::clone(&capture());
+    for photograph in &mut own.photographs {
+        let c = &photograph.camera;
+        photograph.camera = Camera::new(
+            (c.width, c.height),
+            c.focal_px,
+            c.principal_px,
+            Distortion { radial: [-0.15, 0.02, 0.0, 0.0], tangential: [1e-3, -2e-3] },
+            c.world_from_camera,
+            c.position,
+        );
+        let image = photograph.image.as_ref().expect("a measurement");
+        let (width, height) = (image.width(), image.height());
+        let mut pixels = image.pixels().to_vec();
+        for (index, pixel) in pixels.iter_mut().enumerate() {
+            let (x, y) = (index % width, index / width);
+            if x.min(y) < 4 || x + 4 >= width || y + 4 >= height {
+                *pixel = [0.0, 10.0, 0.0];
+            }
+        }
+        photograph.image = Some(Arc::new(Image::new(width, height, pixels, None)));
+    }
+    let mut window = window(Content { capture: Some(Arc::new(own)), ..Content::default() });
+    let pictures = through(&mut window);
+    keep(&pictures[0], "distorted-projected");
+    keep(&pictures[1], "distorted-photograph");
+    assert_same_place(&pictures);
+    // The corners of a barrel stick out furthest.
+    let green = |[r, g, b, _]: [u8; 4]| g > 150 && r < 80 && b < 80;
+    for (x, y) in [(0, 100), (720, 100), (720, 520), (0, 520)] {
+        let corner = image::imageops::crop_imm(&pictures[1], x, y, 80, 80).to_image();
+        assert!(part(&corner, green) > 1e-3, "no rim near {x}, {y}");
+    }
+}
+
+#[test]
+fn a_photograph_without_radiance_says_that_it_is_not_shown() {
+    let mut own = Capture::clone(&capture());
+    own.photographs[1].image = None;
+    let mut window = window(Content { capture: Some(Arc::new(own)), ..Content::default() });
+    let words = "Not shown: this photograph holds no radiance";
+    for (photograph, is_said) in [(0, false), (1, true)] {
+        window.state_mut().viewport.look_through(Some(photograph));
+        window.run_steps(2);
+        assert_eq!(window.query_by_label(words).is_some(), is_said);
+    }
+}
+
+#[test]
+fn a_long_legend_is_shortened_and_stays() {
+    let mut own = Capture::clone(&capture());
+    for index in own.materials.len()..12 {
+        let material = lobelia::scene::Material {
+            name: format!("material {index}"),
+            surfaces: Vec::new(),
+            ..own.materials[0].clone()
+        };
+        own.materials.push(material);
+    }
+    let mut window = window(Content { capture: Some(Arc::new(own)), ..whole() });
+    let settings = &mut window.state_mut().viewport.settings;
+    settings.shading = Shading::Material;
+    settings.sample_color = SampleColor::Views;
+    settings.grid = false;
+    let tall = picture(&mut window);
+    window.set_size(egui::vec2(SIZE[0], 260.0));
+    let short = picture(&mut window);
+    keep(&tall, "legend-tall");
+    keep(&short, "legend-short");
+    // Its lower left corner is of the same colour, and not of the background's.
+    let corner = |picture: &RgbaImage| *picture.get_pixel(11, picture.height() - 11);
+    assert_eq!(corner(&tall), corner(&short));
+    assert_ne!(corner(&tall), *tall.get_pixel(790, 590));
+}
+
+#[test]
 fn what_was_found_is_drawn_and_explained() {
     let mut window = window(whole());
     let all = picture(&mut window);
@@ -240,7 +367,8 @@ fn what_was_found_is_drawn_and_explained() {
     let samples = picture(&mut window);
     keep(&samples, "samples-radiance");
     assert!(changed(&all, &samples) > 0.005);
-    let mut before = samples;
+    window.state_mut().viewport.settings.shading = Shading::Plain;
+    let mut before = picture(&mut window);
     for (color, name) in [
         (SampleColor::Material, "samples-material"),
         (SampleColor::Error, "samples-error"),
@@ -248,26 +376,35 @@ fn what_was_found_is_drawn_and_explained() {
         (SampleColor::Views, "samples-views"),
     ] {
         window.state_mut().viewport.settings.sample_color = color;
-        window.state_mut().viewport.settings.shading = Shading::Plain;
         let now = picture(&mut window);
         keep(&now, name);
-        assert!(changed(&before, &now) > 0.005, "{name}");
+        assert!(changed_in_view(&before, &now) > 0.002, "{name}");
         before = now;
     }
     window.state_mut().content.selected_sample = Some(7);
+    window.state_mut().content.focus = Focus::Sample;
     window.state_mut().viewport.frame_selection();
     let picked = picture(&mut window);
     keep(&picked, "picked-sample");
     assert!(part(&picked, |[r, g, b, _]| r > 230 && (100..180).contains(&g) && b < 90) > 1e-5);
     let settings = &mut window.state_mut().viewport.settings;
-    settings.shading = Shading::Reflectance;
     settings.samples = false;
     window.state_mut().viewport.frame_all();
-    keep(&picture(&mut window), "reflectance");
+    let plain = picture(&mut window);
+    window.state_mut().viewport.settings.shading = Shading::Reflectance;
+    let reflectance = picture(&mut window);
+    keep(&reflectance, "reflectance");
+    assert!(changed_in_view(&plain, &reflectance) > 0.1);
     let settings = &mut window.state_mut().viewport.settings;
     settings.shading = Shading::Photograph;
-    settings.tone_mapping = ToneMapping::FalseColor;
-    keep(&picture(&mut window), "false-colour");
+    let photograph = picture(&mut window);
+    window.state_mut().viewport.settings.tone_mapping = ToneMapping::FalseColor;
+    let false_color = picture(&mut window);
+    keep(&false_color, "false-colour");
+    assert!(changed_in_view(&photograph, &false_color) > 0.1);
+    // One box is orange, which the scale has not.
+    let orange = |[r, g, _, _]: [u8; 4]| i32::from(r) - i32::from(g) > 40;
+    assert!(part(&false_color, orange) < 0.5 * part(&photograph, orange));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use super::numbers::{rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
-use crate::app::viewport::material_color;
+use crate::app::viewport::{INVALID, material_color};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::samples::{SampleCloud, View};
@@ -26,6 +26,9 @@ const SHOWN: f32 = 62.0;
 pub struct CropCache {
     /// The sample, its cloud, and the result, which comes later.
     of: Option<(usize, Weak<SampleCloud>, Option<Weak<Reconstruction>>)>,
+    /// Factor from radiance to the screen's 0 to 1, as in the 3D view; and that of the crops.
+    pub exposure: f32,
+    exposed: f32,
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
     extent: Option<(BTreeSet<usize>, usize, f64)>,
@@ -87,21 +90,25 @@ impl CropCache {
             };
             *known == sample && is(of, cloud) && same_result
         });
-        if is_known {
+        if is_known && self.exposed == self.exposure {
             return;
         }
-        self.of = Some((sample, Arc::downgrade(cloud), whole.map(Arc::downgrade)));
+        if !is_known {
+            self.of = Some((sample, Arc::downgrade(cloud), whole.map(Arc::downgrade)));
+            self.sources = whole.map(|whole| irradiance_of(whole, sample));
+        }
+        self.exposed = self.exposure;
         self.crops = views
             .iter()
             .take(24)
             .filter_map(|view| {
                 let image = project.loaded.photographs.get(view.photograph)?.image.as_ref()?;
                 let name = format!("crop {sample} {}", view.photograph);
-                let texture = ctx.load_texture(name, crop(image, view), TextureOptions::NEAREST);
+                let crop = crop(image, view, self.exposure);
+                let texture = ctx.load_texture(name, crop, TextureOptions::NEAREST);
                 Some((view.photograph, texture))
             })
             .collect();
-        self.sources = whole.map(|whole| irradiance_of(whole, sample));
     }
 }
 
@@ -209,13 +216,10 @@ fn share(ui: &mut egui::Ui, part: f64, name: impl FnOnce(&mut egui::Ui)) {
     });
 }
 
-/// The pixels around a view, as the screen shows them; those that are no measurement in magenta.
-fn crop(image: &Image, view: &View) -> ColorImage {
+/// The pixels around a view at an exposure; those that are no measurement in their own colour.
+fn crop(image: &Image, view: &View, exposure: f32) -> ColorImage {
     let [x, y] = view.pixel.map(|value| value as isize);
     let side = (2 * AROUND + 1) as usize;
-    let largest = view.radiance.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-    // The sample itself comes out at about two thirds of white.
-    let scale = 0.4 / largest;
     let mut pixels = Vec::with_capacity(side * side);
     for row in y - AROUND..=y + AROUND {
         for column in x - AROUND..=x + AROUND {
@@ -225,9 +229,9 @@ fn crop(image: &Image, view: &View) -> ColorImage {
                 && (column as usize) < image.width();
             pixels.push(match inside.then(|| image.radiance(column as usize, row as usize)) {
                 None => Color32::BLACK,
-                Some(None) => Color32::from_rgb(255, 0, 255),
+                Some(None) => INVALID,
                 Some(Some(radiance)) => {
-                    let [r, g, b] = radiance.map(|value| (value * scale).min(1.0));
+                    let [r, g, b] = radiance.map(|value| (value * exposure).min(1.0));
                     egui::Rgba::from_rgb(r, g, b).into()
                 }
             });

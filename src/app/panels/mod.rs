@@ -102,6 +102,7 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                 Pane::Tags => tags::tags_ui(ui, project, &mut panels.tags, actions),
                 Pane::Run => run::run_ui(ui, project, &mut panels.run, actions),
                 Pane::Inspector => {
+                    panels.inspector.exposure = viewport.exposure();
                     inspector::inspector_ui(ui, project, &mut panels.inspector, actions);
                 }
                 Pane::Convergence => {

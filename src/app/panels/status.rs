@@ -93,6 +93,8 @@ fn under_cursor(project: &Project, hovered: &Hovered) -> String {
     text.push_str(&format!("  at {:.2} {:.2} {:.2} m", p.x, p.y, p.z));
     if let Some((radiance, _)) = hovered.radiance {
         text.push_str(&format!("  radiance {}", super::numbers::rgb(radiance.map(f64::from))));
+    } else if hovered.no_measurement.is_some() {
+        text.push_str("  saturated or invalid");
     }
     text
 }

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, channel};
 
-use crate::app::viewport::gpu::Corner;
+use crate::app::viewport::gpu::{Corner, SURFACE_BITS};
+use crate::app::viewport::projection::window;
 use crate::app::viewport::texels;
 use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
@@ -33,6 +34,11 @@ pub enum Done {
     },
 }
 
+/// Hands a result over; `None` once nobody wants any more.
+type Deliver<'a> = dyn Fn(Done) -> Option<()> + 'a;
+/// Whether anybody still wants the results.
+type IsWanted<'a> = dyn Fn() -> bool + Sync + 'a;
+
 /// A running thread.
 pub struct Background {
     results: Receiver<Done>,
@@ -53,14 +59,14 @@ impl Background {
         size: [usize; 2],
         ctx: egui::Context,
     ) -> Self {
-        Self::run(ctx, move |send| {
+        Self::run(ctx, move |send, is_wanted| {
             send(Done::Corners(corners(&capture.mesh)))?;
             let bright = texels::bright(&capture);
             send(Done::Bright(bright))?;
             let mesh = &capture.mesh;
             send(Done::Caster(Arc::new(RayCaster::build(&mesh.positions, &mesh.triangles))))?;
             for photograph in layers {
-                let texels = texels::of(&capture.photographs[photograph], size, bright);
+                let texels = texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
                 send(Done::Layer { photograph, texels })?;
             }
             Some(())
@@ -75,30 +81,30 @@ impl Background {
         limit: usize,
         ctx: egui::Context,
     ) -> Self {
-        Self::run(ctx, move |send| {
+        Self::run(ctx, move |send, is_wanted| {
             let camera = &capture.photographs[photograph].camera;
-            let size = texels::within([camera.width, camera.height], limit);
-            let texels = texels::of(&capture.photographs[photograph], size, bright);
+            let (low, high) = window(camera);
+            let size = texels::within((high - low).to_array().map(|side| side as usize), limit);
+            let texels = texels::of(&capture.photographs[photograph], size, bright, is_wanted)?;
             send(Done::Picture { photograph, size, texels })
         })
     }
 
     fn run(
         ctx: egui::Context,
-        work: impl FnOnce(&dyn Fn(Done) -> Option<()>) -> Option<()> + Send + 'static,
+        work: impl FnOnce(&Deliver, &IsWanted) -> Option<()> + Send + 'static,
     ) -> Self {
         let (sender, results) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let job = move || {
-            work(&|done| {
-                if stopped.load(Relaxed) {
-                    return None;
-                }
-                sender.send(done).ok()?;
+            let is_wanted = || !stopped.load(Relaxed);
+            let send = |done| {
+                sender.send(done).ok().filter(|_| is_wanted())?;
                 ctx.request_repaint();
                 Some(())
-            });
+            };
+            work(&send, &is_wanted);
         };
         // Without a thread the mesh does not appear; the machine has worse troubles then.
         let _ = std::thread::Builder::new().name("viewport".to_owned()).spawn(job);
@@ -141,7 +147,8 @@ pub fn corners(mesh: &Mesh) -> Vec<Corner> {
     }
     let mut corners = Vec::with_capacity(3 * mesh.triangles.len());
     for (index, flags) in flags.iter().enumerate() {
-        let tagged = mesh.surface[index] & 0x3ff_ffff | u32::from(*flags) << 26;
+        let surface = mesh.surface[index] & ((1 << SURFACE_BITS) - 1);
+        let tagged = surface | u32::from(*flags) << SURFACE_BITS;
         corners.extend(
             mesh.corners(index).map(|position| Corner { position: position.to_array(), tagged }),
         );
@@ -166,10 +173,10 @@ mod tests {
             texcoords: Vec::new(),
         };
         let flags: Vec<u32> =
-            corners(&mesh).iter().step_by(3).map(|corner| corner.tagged >> 26).collect();
+            corners(&mesh).iter().step_by(3).map(|corner| corner.tagged >> SURFACE_BITS).collect();
         // Sides 0–1 and 1–2 are edges of the square, 2–0 is its diagonal.
         assert_eq!(flags, [0b011_011, 0b110_110, 0b111_111]);
-        assert!(corners(&mesh).iter().all(|corner| corner.tagged & 0x3ff_ffff == 5));
+        assert!(corners(&mesh).iter().all(|corner| corner.tagged << 6 == 5 << 6));
         assert!(corners(&Mesh::default()).is_empty());
     }
 }

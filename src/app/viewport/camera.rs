@@ -72,7 +72,12 @@ impl ViewCamera {
         };
         let eye = self.target + back * stand;
         let far = (eye - center).length() + 3.0 * radius;
-        let near = if self.orthographic { 0.0 } else { (2e-3 * radius).max(1e-4 * far) };
+        let near = if self.orthographic {
+            0.0
+        } else {
+            // Not beyond what is looked at from close by.
+            (2e-3 * radius).min(0.1 * self.distance).max(1e-5 * far)
+        };
         let half = if self.orthographic { HALF_HEIGHT * self.distance } else { HALF_HEIGHT };
         let range = Range { near: f64::from(near), far: f64::from(far) };
         Projection::free(eye, self.axes(), half, self.orthographic, size, range)
@@ -179,6 +184,17 @@ mod tests {
             camera.zoom(0.6, before - 0.5 * SIZE, SIZE.y, 5.0);
             assert!((project(&camera, point) - before).length() < 0.05);
         }
+    }
+
+    #[test]
+    fn the_closest_target_is_drawn() {
+        let mut camera = camera();
+        camera.zoom(0.0, Vec2::ZERO, SIZE.y, 5.0);
+        let target = camera.target.as_dvec3().extend(1.0);
+        let clip = camera.projection(SIZE, (Vec3::ZERO, 5.0)).clip_from_world * target;
+        assert!((0.0..=clip.w).contains(&clip.z), "{clip}");
+        let ray = camera.projection(SIZE, (Vec3::ZERO, 5.0)).ray(0.5 * SIZE);
+        assert!(ray.t_min > 0.0 && ray.t_min < camera.distance);
     }
 
     #[test]

@@ -1,40 +1,9 @@
-// What every shader shares: the view, and the way from radiance to a colour on screen.
-
-struct Candidate {
-    clip_from_world: mat4x4<f32>,
-    // xyz: where the photograph was taken; w: its layer.
-    eye: vec4<f32>,
-    // x, y: near and far of its depth map; z: 1 once that is drawn; w: pixel size at 1 m.
-    range: vec4<f32>,
-}
-
-struct Globals {
-    clip_from_world: mat4x4<f32>,
-    // xyz: the eye; w: 1 if orthographic.
-    eye: vec4<f32>,
-    // xyz: right; w: radius of the scene.
-    right: vec4<f32>,
-    // xyz: up; w: pixels of the screen per point.
-    up: vec4<f32>,
-    // xyz: forward; w: opacity of the photograph.
-    forward: vec4<f32>,
-    accent: vec4<f32>,
-    wire: vec4<f32>,
-    // The photograph's left, top, right and bottom in clip coordinates.
-    picture: vec4<f32>,
-    // x, y: size in pixels; z: exposure; w: radiance of 1 in the photographs' textures.
-    screen: vec4<f32>,
-    // Shading, tone mapping, number of candidates, picked sample.
-    choice: vec4<u32>,
-    // Picked light, 1 to draw the wireframe, 1 to shade lobes by their light, unused.
-    more: vec4<u32>,
-    candidates: array<Candidate, 32>,
-}
+// What every shader shares, after the constants and structures of gpu.rs: the way from radiance to a
+// colour on screen.
 
 @group(0) @binding(0) var<uniform> globals: Globals;
 
 const NOWHERE = vec4<f32>(2.0, 2.0, 2.0, 1.0);
-const INVALID = vec3<f32>(0.84, 0.235, 0.784);
 
 fn magnitude(t: f32) -> vec3<f32> {
     let place = clamp(t, 0.0, 1.0) * f32(MAGNITUDES - 1u);
@@ -57,11 +26,11 @@ fn luminance(v: vec3<f32>) -> f32 {
 // A colour on screen for a radiance.
 fn display(radiance: vec3<f32>) -> vec3<f32> {
     let v = max(radiance * globals.screen.z, vec3<f32>(0.0));
-    if globals.choice.y == 1u {
+    if globals.choice.y == FILMIC {
         // A shoulder that reaches white at 8 and leaves the dark alone.
         return encode(v * (1.0 + v / 64.0) / (1.0 + v));
     }
-    if globals.choice.y == 2u {
+    if globals.choice.y == FALSE_COLOR {
         return magnitude((log2(max(luminance(v), 1e-12)) + 8.0) / 10.0);
     }
     return encode(v);

@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::app::derived::Derived;
+use crate::app::project::Focus;
 use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -22,11 +24,22 @@ pub struct Content {
     pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
     /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.
     pub solution: Option<Arc<Solution>>,
+    /// The numbers of each sample, once they have been worked out.
+    pub derived: Option<Arc<Derived>>,
+    /// Which of the selections was made last.
+    pub focus: Focus,
     pub selected_surfaces: BTreeSet<usize>,
     pub hidden_surfaces: BTreeSet<usize>,
     pub selected_sample: Option<usize>,
     pub selected_light: Option<usize>,
     pub selected_photograph: Option<usize>,
+}
+
+impl Content {
+    /// The capture whose materials samples and solution number.
+    pub fn of_results(&self) -> Option<&Arc<Capture>> {
+        self.result_capture.as_ref().or(self.capture.as_ref())
+    }
 }
 
 /// What the hand did in the viewport.
@@ -114,7 +127,9 @@ impl SampleColor {
         match self {
             Self::Radiance => "Radiance that the photographs measured at each sample",
             Self::Material => "The material that each sample lies on",
-            Self::Error => "Computed over measured radiance, as a logarithm; grey without a result",
+            Self::Error => {
+                "ln (computed / measured radiance), as in the tables; grey without a result"
+            }
             Self::Weight => "1 / radiance over the mean: what an error weighs if taken relatively",
             Self::Views => "Number of photographs that see each sample",
         }
@@ -184,6 +199,8 @@ pub struct Hovered {
     /// In metres.
     pub position: Vec3,
     pub material: Option<usize>,
-    /// Radiance in a photograph that sees the place, with that photograph's index.
+    /// Radiance in the photograph that is drawn there, with that photograph's index.
     pub radiance: Option<(Radiance, usize)>,
+    /// That photograph where it shows the place, but as no measurement: saturated or invalid.
+    pub no_measurement: Option<usize>,
 }

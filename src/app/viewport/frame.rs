@@ -120,20 +120,15 @@ impl Viewport {
             let high = (corner + extent) / projection.size * 2.0 - 1.0;
             globals.picture = [low.x, -low.y, high.x, -high.y];
         }
-        let count = match (&self.scene.capture, self.settings.shading) {
-            (Some(capture), Shading::Photograph) => self.scene.layers.candidates(
-                capture,
-                projection,
-                ball,
-                self.through.or(content.selected_photograph),
-                &mut globals.candidates,
-            ),
-            _ => 0,
-        };
+        let mut layers = Vec::new();
+        if let (Some(capture), Shading::Photograph) = (&self.scene.capture, self.settings.shading) {
+            layers = self.ranked(capture, content, projection);
+            self.scene.layers.candidates(capture, ball, &layers, &mut globals.candidates);
+        }
         globals.choice = [
             self.settings.shading as u32,
             self.settings.tone_mapping as u32,
-            count as u32,
+            layers.len() as u32,
             index(content.selected_sample),
         ];
         globals.more = [index(content.selected_light), u32::from(self.settings.wireframe), 0, 0];

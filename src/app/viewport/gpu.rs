@@ -4,39 +4,122 @@ use bytemuck::{Pod, Zeroable};
 use eframe::wgpu;
 use wgpu::util::DeviceExt as _;
 
-use crate::app::viewport::palette;
+use crate::app::viewport::content::{Shading, ToneMapping};
 use crate::app::viewport::targets::{COLOR, DEPTH, SAMPLES};
+use crate::app::viewport::{palette, surfaces};
 
 /// Photographs that a fragment may ask for its colour.
 pub const CANDIDATES: usize = 32;
-/// Vertices of one lobe: rings × segments × 6, as in `lobes.wgsl`.
-pub const LOBE_VERTICES: u32 = 6 * 10 * 6;
+const LOBE_RINGS: u32 = 6;
+const LOBE_SEGMENTS: u32 = 10;
+pub const LOBE_VERTICES: u32 = LOBE_RINGS * LOBE_SEGMENTS * 6;
+/// Bits of a corner's tag that hold its surface; its edges follow.
+pub const SURFACE_BITS: u32 = 26;
 
-/// A photograph that may colour the mesh; as in `common.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Candidate {
-    pub clip_from_world: [[f32; 4]; 4],
-    pub eye: [f32; 4],
-    pub range: [f32; 4],
+/// Numbers that the shaders share with the rest.
+fn constants() -> String {
+    [
+        ("RINGS", LOBE_RINGS),
+        ("SEGMENTS", LOBE_SEGMENTS),
+        ("SURFACE_BITS", SURFACE_BITS),
+        ("ROW", surfaces::WIDTH as u32),
+        ("SELECTED", surfaces::SELECTED),
+        ("HIDDEN", surfaces::HIDDEN),
+        ("UNASSIGNED", surfaces::UNASSIGNED),
+        ("UNKNOWN_REFLECTANCE", surfaces::UNKNOWN_REFLECTANCE),
+        ("BY_PHOTOGRAPH", Shading::Photograph as u32),
+        ("BY_MATERIAL", Shading::Material as u32),
+        ("BY_REFLECTANCE", Shading::Reflectance as u32),
+        ("FILMIC", ToneMapping::Filmic as u32),
+        ("FALSE_COLOR", ToneMapping::FalseColor as u32),
+    ]
+    .map(|(name, value)| format!("const {name}: u32 = {value}u;\n"))
+    .concat()
 }
 
-/// What all shaders read; as in `common.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Globals {
-    pub clip_from_world: [[f32; 4]; 4],
-    pub eye: [f32; 4],
-    pub right: [f32; 4],
-    pub up: [f32; 4],
-    pub forward: [f32; 4],
-    pub accent: [f32; 4],
-    pub wire: [f32; 4],
-    pub picture: [f32; 4],
-    pub screen: [f32; 4],
-    pub choice: [u32; 4],
-    pub more: [u32; 4],
-    pub candidates: [Candidate; CANDIDATES],
+/// A type that shaders have, too. All of them are aligned to 16 bytes on both sides.
+trait Shared {
+    fn wgsl() -> String;
+}
+
+impl Shared for [f32; 4] {
+    fn wgsl() -> String {
+        "vec4<f32>".to_owned()
+    }
+}
+
+impl Shared for [u32; 4] {
+    fn wgsl() -> String {
+        "vec4<u32>".to_owned()
+    }
+}
+
+impl Shared for [[f32; 4]; 4] {
+    fn wgsl() -> String {
+        "mat4x4<f32>".to_owned()
+    }
+}
+
+impl Shared for [Candidate; CANDIDATES] {
+    fn wgsl() -> String {
+        format!("array<Candidate, {CANDIDATES}>")
+    }
+}
+
+/// A structure with its declaration for the shaders, so that the two cannot differ.
+macro_rules! shared {
+    ($(#[$about:meta])* $name:ident { $($(#[$note:meta])* $field:ident: $kind:ty,)* }) => {
+        $(#[$about])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        pub struct $name {
+            $($(#[$note])* pub $field: $kind,)*
+        }
+
+        impl $name {
+            fn declaration() -> String {
+                let fields = [$(format!("{}: {},\n", stringify!($field), <$kind>::wgsl())),*];
+                format!("struct {} {{\n{}}}\n", stringify!($name), fields.concat())
+            }
+        }
+    };
+}
+
+shared! {
+    /// A photograph that may colour the mesh.
+    Candidate {
+        clip_from_world: [[f32; 4]; 4],
+        /// xyz: where the photograph was taken; w: its layer.
+        eye: [f32; 4],
+        /// x, y: near and far of its depth map; z: 1 once that is drawn; w: pixel size at 1 m.
+        range: [f32; 4],
+    }
+}
+
+shared! {
+    /// What all shaders read.
+    Globals {
+        clip_from_world: [[f32; 4]; 4],
+        /// xyz: the eye; w: 1 if orthographic.
+        eye: [f32; 4],
+        /// xyz: right; w: radius of the scene.
+        right: [f32; 4],
+        /// xyz: up; w: pixels of the screen per point.
+        up: [f32; 4],
+        /// xyz: forward; w: opacity of the photograph.
+        forward: [f32; 4],
+        accent: [f32; 4],
+        wire: [f32; 4],
+        /// The photograph's left, top, right and bottom in clip coordinates.
+        picture: [f32; 4],
+        /// x, y: size in pixels; z: exposure; w: radiance of 1 in the photographs' textures.
+        screen: [f32; 4],
+        /// Shading, tone mapping, number of candidates, picked sample.
+        choice: [u32; 4],
+        /// Picked light, 1 to draw the wireframe, unused.
+        more: [u32; 4],
+        candidates: [Candidate; CANDIDATES],
+    }
 }
 
 /// A corner of a triangle.
@@ -44,7 +127,7 @@ pub struct Globals {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Corner {
     pub position: [f32; 3],
-    /// The surface in 26 bits, then the edges as `mesh.wgsl` wants them.
+    /// The surface, then the edges as `mesh.wgsl` wants them.
     pub tagged: u32,
 }
 
@@ -125,14 +208,22 @@ impl Pipelines {
                 flat(wgpu::TextureSampleType::Uint),
                 array(float),
                 sampler,
-                array(wgpu::TextureSampleType::Depth),
+                // As numbers: OpenGL cannot read single texels of what is declared as depth.
+                array(wgpu::TextureSampleType::Float { filterable: false }),
             ],
         );
         let fragment = wgpu::ShaderStages::FRAGMENT;
         let picture_layout = layout(device, fragment, &[flat(float), sampler]);
         let blit_layout = layout(device, fragment, &[flat(float)]);
 
-        let common = palette::wgsl() + include_str!("common.wgsl");
+        let common = [
+            palette::wgsl(),
+            constants(),
+            Candidate::declaration(),
+            Globals::declaration(),
+            include_str!("common.wgsl").to_owned(),
+        ]
+        .concat();
         let shader = |text: &str| {
             device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some("viewport"),
@@ -224,6 +315,17 @@ pub fn upload<T: Pod>(device: &wgpu::Device, items: &[T]) -> Option<(wgpu::Buffe
     Some((buffer, count))
 }
 
+/// The mesh in as many buffers as it takes: the largest that a device allows may hold a part only.
+pub fn upload_mesh(device: &wgpu::Device, corners: &[Corner]) -> Vec<(wgpu::Buffer, u32)> {
+    let most = corners_in(device.limits().max_buffer_size);
+    corners.chunks(most).filter_map(|part| upload(device, part)).collect()
+}
+
+/// Corners of the whole triangles that fit into a number of bytes.
+fn corners_in(bytes: u64) -> usize {
+    3 * (bytes / (3 * size_of::<Corner>() as u64)).clamp(1, u64::from(u32::MAX / 3)) as usize
+}
+
 /// Binds resources in their order.
 pub fn bind(
     device: &wgpu::Device,
@@ -277,7 +379,10 @@ fn vertices<'a, T>(
     attributes: &'a [wgpu::VertexAttribute],
     step_mode: wgpu::VertexStepMode,
 ) -> wgpu::VertexBufferLayout<'a> {
-    wgpu::VertexBufferLayout { array_stride: size_of::<T>() as u64, step_mode, attributes }
+    let array_stride = size_of::<T>() as u64;
+    let read: u64 = attributes.iter().map(|attribute| attribute.format.size()).sum();
+    assert_eq!(read, array_stride, "the attributes are the fields of the structure");
+    wgpu::VertexBufferLayout { array_stride, step_mode, attributes }
 }
 
 /// What a pipeline draws.
@@ -369,4 +474,17 @@ fn pipeline(
         multiview_mask: None,
         cache: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_mesh_are_whole_triangles_within_the_limit() {
+        for bytes in [256 << 20, 1 << 20, 100] {
+            let corners = corners_in(bytes);
+            assert!(corners.is_multiple_of(3) && corners * size_of::<Corner>() <= bytes as usize);
+        }
+    }
 }

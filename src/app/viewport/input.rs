@@ -7,7 +7,7 @@ use crate::app::viewport::camera::Side;
 use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Framing, Viewport, marks};
+use crate::app::viewport::{Boxing, Viewport};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -92,12 +92,6 @@ fn fly(view: &mut Viewport, ui: &Ui, drag: Vec2, content: &Content) {
 fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
     let pressed = |modifiers, key| ui.input_mut(|i| i.consume_key(modifiers, key));
     let plain = |key| pressed(Modifiers::NONE, key);
-    if plain(Key::F) {
-        view.framing = Some(Framing::Selection);
-    }
-    if plain(Key::Home) {
-        view.framing = Some(Framing::All);
-    }
     for (key, side, other) in [
         (Key::Num1, Side::Front, Side::Back),
         (Key::Num3, Side::Right, Side::Left),
@@ -121,9 +115,6 @@ fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
     }
     if plain(Key::B) {
         view.boxing = Boxing::Armed;
-    }
-    if view.boxing != Boxing::Off && plain(Key::Escape) {
-        view.boxing = Boxing::Off;
     }
 }
 
@@ -150,16 +141,30 @@ pub fn photograph_keys(
     }
     // Elsewhere Tab moves the focus, as everywhere.
     if let Some(now) = view.through {
-        if pressed(Modifiers::NONE, Key::Tab) {
-            wanted = Some((now + 1) % count);
-        } else if pressed(Modifiers::SHIFT, Key::Tab) {
+        // With shift first: a plain Tab is also within Shift+Tab.
+        if pressed(Modifiers::SHIFT, Key::Tab) {
             wanted = Some((now + count - 1) % count);
+        } else if pressed(Modifiers::NONE, Key::Tab) {
+            wanted = Some((now + 1) % count);
         }
     }
     if let Some(photograph) = wanted {
         view.look_through(Some(photograph));
         events.push(ViewportEvent::PickPhotograph(photograph));
     }
+}
+
+/// While a photograph is looked through, the viewport has the focus and keeps Tab to itself: egui
+/// reads Tab before any widget does, and would move the focus on.
+pub fn keep_tab(view: &Viewport, ui: &Ui, response: &Response) {
+    let tab = view.through.is_some();
+    if tab && has_keys(ui, response) && !response.has_focus() {
+        response.request_focus();
+        // The filter can be set from the next frame on.
+        ui.ctx().request_repaint();
+    }
+    let filter = egui::EventFilter { tab, ..egui::EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
 }
 
 /// Goes on from the photograph's place with the free view.
@@ -203,7 +208,16 @@ pub fn select(
         .zip(view.scene.caster.as_ref())
         .map(|(capture, caster)| Picker { capture, caster, hidden: &content.hidden_surfaces });
     if view.boxing != Boxing::Off {
-        ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+        if response.contains_pointer() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+        }
+        // Wherever the cursor is: nothing else may take it while a box is under way.
+        if !ui.ctx().text_edit_focused()
+            && ui.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape))
+        {
+            view.boxing = Boxing::Off;
+            return;
+        }
         if response.drag_started_by(PointerButton::Primary)
             && let Some(start) = ui.input(|i| i.pointer.press_origin())
         {
@@ -244,13 +258,11 @@ pub fn select(
             return;
         }
     }
-    if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights) {
-        let places =
-            lights.lights.iter().map(|light| marks::placed(Some(picker.capture), lights, light).0);
-        if let Some(light) = picker.nearest(projection, position, places) {
-            events.push(ViewportEvent::PickLight(light));
-            return;
-        }
+    if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights)
+        && let Some(light) = picker.light(projection, position, lights)
+    {
+        events.push(ViewportEvent::PickLight(light));
+        return;
     }
     if settings.cameras && view.through.is_none() {
         let eyes = picker.capture.photographs.iter().map(|p| p.camera.position.as_vec3());

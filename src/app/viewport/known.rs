@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use crate::app::derived::Derived;
 use crate::app::viewport::content::{Content, SampleColor};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -33,6 +34,7 @@ pub struct Known {
 
 pub struct Surfaces {
     capture: Arc<Capture>,
+    result_capture: Option<Arc<Capture>>,
     solution: Option<Arc<Solution>>,
     selected: BTreeSet<usize>,
     hidden: BTreeSet<usize>,
@@ -42,6 +44,7 @@ impl Surfaces {
     pub fn of(capture: &Arc<Capture>, content: &Content) -> Self {
         Self {
             capture: capture.clone(),
+            result_capture: content.result_capture.clone(),
             solution: content.solution.clone(),
             selected: content.selected_surfaces.clone(),
             hidden: content.hidden_surfaces.clone(),
@@ -50,6 +53,7 @@ impl Surfaces {
 
     pub fn hold(&self, capture: &Arc<Capture>, content: &Content) -> bool {
         Arc::ptr_eq(&self.capture, capture)
+            && same(self.result_capture.as_ref(), content.result_capture.as_ref())
             && same(self.solution.as_ref(), content.solution.as_ref())
             && self.selected == content.selected_surfaces
             && self.hidden == content.hidden_surfaces
@@ -57,29 +61,26 @@ impl Surfaces {
 }
 
 pub struct Samples {
-    capture: Arc<Capture>,
     cloud: Arc<SampleCloud>,
     color: SampleColor,
-    solution: Option<Arc<Solution>>,
+    derived: Option<Arc<Derived>>,
 }
 
 impl Samples {
     pub fn of(
-        capture: &Arc<Capture>,
         cloud: &Arc<SampleCloud>,
         color: SampleColor,
-        solution: Option<&Arc<Solution>>,
+        derived: Option<&Arc<Derived>>,
     ) -> Self {
-        Self { capture: capture.clone(), cloud: cloud.clone(), color, solution: solution.cloned() }
+        Self { cloud: cloud.clone(), color, derived: derived.cloned() }
     }
 
-    /// Only errors depend on the solution and on which materials are glossy.
+    /// Only errors depend on what was worked out.
     pub fn hold(&self, now: &Self) -> bool {
         Arc::ptr_eq(&self.cloud, &now.cloud)
             && self.color == now.color
             && (now.color != SampleColor::Error
-                || (same(self.solution.as_ref(), now.solution.as_ref())
-                    && Arc::ptr_eq(&self.capture, &now.capture)))
+                || same(self.derived.as_ref(), now.derived.as_ref()))
     }
 }
 

@@ -6,6 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::{Viewport, palette};
+use crate::scene::{Capture, Role, Surface};
 
 const BAR: egui::Vec2 = vec2(176.0, 10.0);
 const GAP: f32 = 4.0;
@@ -30,10 +31,6 @@ enum Entry {
 }
 
 pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
-    let entries = entries(view, content);
-    if entries.is_empty() {
-        return;
-    }
     let painter = ui.painter_at(rect);
     let font = TextStyle::Small.resolve(ui.style());
     let text = ui.visuals().text_color();
@@ -43,16 +40,28 @@ pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
         Entry::Bar { .. } => 2.0 * line + BAR.y + 2.0 * GAP,
         Entry::Patch { .. } | Entry::Text(_) => line + GAP,
     };
+    let height_of_all = |entries: &[Entry]| entries.iter().map(height_of).sum::<f32>();
+    let room = rect.height() - 102.0;
+    // Where there is no room for all, names go first and numbers stay.
+    let mut names = MOST_NAMES;
+    let mut entries = entries(view, content, names);
+    while height_of_all(&entries) > room && names > 0 {
+        names -= 1;
+        entries = self::entries(view, content, names);
+    }
+    if height_of_all(&entries) > room {
+        entries.retain(|entry| matches!(entry, Entry::Bar { .. }));
+    }
+    let height = height_of_all(&entries);
+    if entries.is_empty() || height > room {
+        return;
+    }
     let width = entries.iter().fold(BAR.x, |width, entry| match entry {
         Entry::Bar { title, .. } => width.max(lay(title).size().x),
         Entry::Patch { name, .. } => width.max(lay(name).size().x + 16.0),
         Entry::Text(words) => width.max(lay(words).size().x),
     });
-    let height: f32 = entries.iter().map(height_of).sum();
     let size = vec2(width + 16.0, height + 12.0);
-    if size.y > rect.height() - 90.0 {
-        return;
-    }
     let low = pos2(rect.left() + 8.0, rect.bottom() - 8.0 - size.y);
     let fill = ui.visuals().window_fill.gamma_multiply(0.88);
     painter.rect_filled(Rect::from_min_size(low, size), 4.0, fill);
@@ -105,7 +114,7 @@ fn draw(
     }
 }
 
-fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
+fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> {
     let settings = &view.settings;
     let Some(capture) = &content.capture else { return Vec::new() };
     let mut entries = Vec::new();
@@ -113,26 +122,39 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
     let shows_radiance = settings.shading == Shading::Photograph
         || view.is_looking_through().is_some()
         || (shows_samples && settings.sample_color == SampleColor::Radiance);
-    let names_materials = settings.shading == Shading::Material
-        || (shows_samples && settings.sample_color == SampleColor::Material);
-    if names_materials {
-        for (index, material) in capture.materials.iter().take(MOST_NAMES).enumerate() {
-            entries.push(Entry::Patch {
-                name: material.name.clone(),
-                color: palette::material_color(index),
-            });
-        }
-        let more = capture.materials.len().saturating_sub(MOST_NAMES);
-        if more > 0 {
-            entries.push(Entry::Text(format!("and {more} more")));
-        }
-        let untagged = capture.surfaces.iter().any(|s| s.role == crate::scene::Role::Untagged);
-        if untagged && settings.shading == Shading::Material {
-            let color = Color32::from_rgb(176, 110, 164);
-            entries.push(Entry::Patch { name: "striped: no material".to_owned(), color });
+    let patch = |name: &str, color| Entry::Patch { name: name.to_owned(), color };
+    let names = |capture: &Capture| -> Vec<String> {
+        capture.materials.iter().map(|material| material.name.clone()).collect()
+    };
+    let of_surfaces = (settings.shading == Shading::Material).then(|| names(capture));
+    // Samples keep the materials of their run, which the tags of now may number otherwise.
+    let of_samples = content
+        .of_results()
+        .filter(|_| shows_samples && settings.sample_color == SampleColor::Material)
+        .map(|of| names(of))
+        .filter(|names| of_surfaces.as_ref() != Some(names));
+    if let Some(names) = &of_surfaces {
+        name_materials(&mut entries, names, most_names);
+        if capture.surfaces.iter().any(|surface| surface.role == Role::Untagged) {
+            entries.push(patch("striped: no material", Color32::from_rgb(176, 110, 164)));
         }
     }
+    if let Some(names) = &of_samples {
+        if of_surfaces.is_some() {
+            entries.push(Entry::Text("Samples, as their run had it".to_owned()));
+        }
+        name_materials(&mut entries, names, most_names);
+    }
+    let is_luminaire = |surface: &Surface| matches!(surface.role, Role::Luminaire(_));
+    if matches!(settings.shading, Shading::Material | Shading::Reflectance)
+        && capture.surfaces.iter().any(is_luminaire)
+    {
+        entries.push(patch("luminaire", palette::LUMINAIRE));
+    }
     if settings.shading == Shading::Reflectance {
+        if view.scene.has_unknown_reflectance() {
+            entries.push(patch("striped: none found", Color32::from_gray(117)));
+        }
         let title = if content.solution.is_some() {
             "Diffuse reflectance per channel"
         } else {
@@ -154,10 +176,7 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
                 high: number(white * 4.0),
                 color: palette::magnitude,
             });
-            entries.push(Entry::Patch {
-                name: "no measurement (saturated or invalid)".to_owned(),
-                color: palette::INVALID,
-            });
+            entries.push(patch("no measurement (saturated or invalid)", palette::INVALID));
         } else {
             let (high, color): (_, fn(f32) -> Color32) = match settings.tone_mapping {
                 ToneMapping::Filmic => (8.0 * white, filmic),
@@ -199,6 +218,17 @@ fn entries(view: &Viewport, content: &Content) -> Vec<Entry> {
         entries.push(Entry::Text("Errors are unknown before a result".to_owned()));
     }
     entries
+}
+
+fn name_materials(entries: &mut Vec<Entry>, names: &[String], most: usize) {
+    for (index, name) in names.iter().take(most).enumerate() {
+        entries.push(Entry::Patch { name: name.clone(), color: palette::material_color(index) });
+    }
+    match names.len().saturating_sub(most) {
+        0 => {}
+        more if most == 0 => entries.push(Entry::Text(format!("{more} materials"))),
+        more => entries.push(Entry::Text(format!("and {more} more"))),
+    }
 }
 
 /// Linear light as the screen shows it.

@@ -6,9 +6,6 @@ struct Corner {
     @location(1) @interpolate(flat) color: vec3<f32>,
 }
 
-const RINGS: u32 = 6u;
-const SEGMENTS: u32 = 10u;
-
 // A point of the lobe at a step along its meridian and about its axis.
 fn point(ring: u32, segment: u32, exponent: f32) -> vec3<f32> {
     let t = f32(ring) / f32(RINGS);

@@ -1,6 +1,6 @@
 //! Lights, lobes, cameras and the ground as shapes.
 
-use glam::{DVec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use crate::app::viewport::gpu::{Disc, Line, LobeShape};
 use crate::app::viewport::projection::{Projection, Range};
@@ -184,9 +184,8 @@ pub fn frusta(
 fn image_corners(camera: &Camera, depth: f32) -> [Vec3; 4] {
     let range = Range { near: 0.01, far: 1.0 };
     let projection = Projection::image(camera, range);
-    let size = DVec2::new(camera.width as f64, camera.height as f64);
     [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| {
-        let ray = projection.ray((DVec2::new(x, y) * size).as_vec2());
+        let ray = projection.ray(Vec2::new(x, y) * projection.size);
         ray.origin + ray.direction * depth / ray.direction.dot(projection.forward).max(0.05)
     })
 }

@@ -3,12 +3,7 @@
 @group(1) @binding(0) var surfaces: texture_2d<u32>;
 @group(1) @binding(1) var photographs: texture_2d_array<f32>;
 @group(1) @binding(2) var smooth_sampler: sampler;
-@group(1) @binding(3) var depths: texture_depth_2d_array;
-
-const SELECTED: u32 = 1u;
-const HIDDEN: u32 = 2u;
-const UNASSIGNED: u32 = 4u;
-const UNKNOWN_REFLECTANCE: u32 = 8u;
+@group(1) @binding(3) var depths: texture_2d_array<f32>;
 
 struct Corner {
     @builtin(position) @invariant clip: vec4<f32>,
@@ -20,7 +15,7 @@ struct Corner {
 }
 
 fn known_of(surface: u32) -> vec4<u32> {
-    return textureLoad(surfaces, vec2<i32>(i32(surface & 1023u), i32(surface >> 10u)), 0);
+    return textureLoad(surfaces, vec2<u32>(surface % ROW, surface / ROW), 0);
 }
 
 @vertex
@@ -31,8 +26,8 @@ fn corner(
 ) -> Corner {
     var out: Corner;
     out.world = position;
-    out.surface = tagged & 0x3ffffffu;
-    out.edges = tagged >> 26u;
+    out.surface = tagged & ((1u << SURFACE_BITS) - 1u);
+    out.edges = tagged >> SURFACE_BITS;
     let which = index % 3u;
     out.heights = vec3<f32>(f32(which == 0u), f32(which == 1u), f32(which == 2u));
     out.clip = globals.clip_from_world * vec4<f32>(position, 1.0);
@@ -65,13 +60,13 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
         }
         let uv = clip.xy / clip.w * vec2<f32>(0.5, -0.5) + 0.5;
         let layer = i32(photograph.eye.w);
+        let texel = min(vec2<i32>(uv * vec2<f32>(size)), size - 1);
         if photograph.range.z > 0.5 {
-            let texel = vec2<i32>(uv * vec2<f32>(size));
             // Pixels beside a silhouette mix what is before it with what is behind.
             var depth = 1.0;
             for (var k = 0; k < 9; k++) {
                 let beside = clamp(texel + vec2<i32>(k % 3, k / 3) - 1, vec2<i32>(0), size - 1);
-                depth = min(depth, textureLoad(depths, beside, layer, 0));
+                depth = min(depth, textureLoad(depths, beside, layer, 0).x);
             }
             let near = photograph.range.x;
             let far = photograph.range.y;
@@ -81,9 +76,14 @@ fn photographed(world: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
                 continue;
             }
         }
-        let seen = textureSampleLevel(photographs, smooth_sampler, uv, layer, 0.0);
-        if seen.a < 0.25 {
+        let nearest = textureLoad(photographs, texel, layer, 0);
+        if nearest.a < 0.25 {
             continue;
+        }
+        var seen = textureSampleLevel(photographs, smooth_sampler, uv, layer, 0.0);
+        // A mean over pixels that are photographed and others that are not is neither.
+        if abs(seen.a - nearest.a) > 0.01 {
+            seen = nearest;
         }
         return vec4<f32>(seen.rgb * globals.screen.w, select(0.5, 1.0, seen.a > 0.75));
     }
@@ -107,22 +107,22 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
     let light = 0.62 + 0.2 * dot(normal, eye) + 0.14 * normal.z + 0.05 * (normal.x - normal.y);
     var color = vec3<f32>(0.72) * light;
     let shading = globals.choice.x;
-    if shading == 0u {
+    if shading == BY_PHOTOGRAPH {
         let seen = photographed(in.world, normal);
-        if seen.w > 0.75 || (seen.w > 0.25 && globals.choice.y != 2u) {
+        if seen.w > 0.75 || (seen.w > 0.25 && globals.choice.y != FALSE_COLOR) {
             color = display(seen.rgb);
         } else if seen.w > 0.25 {
             color = INVALID;
         } else {
             color = vec3<f32>(0.4) * light;
         }
-    } else if shading == 1u {
+    } else if shading == BY_MATERIAL {
         color = unpack4x8unorm(known.x).rgb * light;
         if (known.z & UNASSIGNED) != 0u {
             color = stripes(in.clip.xy, vec3<f32>(0.58, 0.54, 0.58), vec3<f32>(0.74, 0.4, 0.68))
                 * light;
         }
-    } else if shading == 2u {
+    } else if shading == BY_REFLECTANCE {
         color = unpack4x8unorm(known.y).rgb;
         if (known.z & UNKNOWN_REFLECTANCE) != 0u {
             color = stripes(in.clip.xy, vec3<f32>(0.42), vec3<f32>(0.5)) * light;

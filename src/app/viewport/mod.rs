@@ -37,8 +37,12 @@ pub use camera::{Side, ViewCamera};
 pub use content::{
     Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
-pub use palette::{magnitude, material_color, signed};
+pub use palette::{INVALID, material_color};
 
+pub use crate::app::derived::Derived;
+pub use crate::app::project::Focus;
+
+use crate::scene::Capture;
 use paint::Drawn;
 use picking::Picker;
 use projection::{Placement, Projection};
@@ -127,6 +131,7 @@ impl Viewport {
         if content.capture.is_some() {
             input::navigate(self, ui, &response, content);
             input::photograph_keys(self, ui, &response, content, &mut events);
+            input::keep_tab(self, ui, &response);
         }
         self.frame(content, size);
         let projection = self.projection(size);
@@ -163,6 +168,19 @@ impl Viewport {
 
     pub fn is_looking_through(&self) -> Option<usize> {
         self.through
+    }
+
+    /// Gives back what a capture took: its photographs, ray tree and textures.
+    pub fn clear(&mut self) {
+        self.scene.clear();
+        self.through = None;
+        self.boxing = Boxing::Off;
+        self.hovered = None;
+        self.selected_before = None;
+        self.placed = false;
+        // Pictures of the size that the window may have no more.
+        self.targets = None;
+        self.drawn = Drawn::default();
     }
 
     /// Whether a box is about to be dragged, or is.
@@ -242,8 +260,15 @@ impl Viewport {
         };
         let picker = Picker { capture, caster, hidden: &content.hidden_surfaces };
         let local = position - response.rect.min;
+        let layers = self.ranked(capture, content, projection);
+        let photographs = layers.iter().map(|layer| self.scene.layers.photographs[*layer]);
+        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), photographs);
+    }
+
+    /// The layers that colour the mesh and are read under the cursor, in the order of trying.
+    fn ranked(&self, capture: &Capture, content: &Content, projection: &Projection) -> Vec<usize> {
         let preferred = self.through.or(content.selected_photograph);
-        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), preferred);
+        self.scene.layers.ranked(capture, projection, self.scene.ball(), preferred)
     }
 
     /// What lies over the picture.
@@ -266,6 +291,14 @@ impl Viewport {
             let stroke = egui::Stroke::new(1.0, accent);
             painter.rect_stroke(dragged, 0.0, stroke, egui::StrokeKind::Inside);
         }
+        let shown = self.through.and_then(|index| content.capture.as_ref()?.photographs.get(index));
+        if shown.is_some_and(|photograph| photograph.image.is_none()) {
+            let text = egui::RichText::new("Not shown: this photograph holds no radiance")
+                .background_color(ui.visuals().window_fill.gamma_multiply(0.88));
+            let line = egui::vec2(rect.width(), 24.0);
+            let place = egui::Align2::CENTER_BOTTOM.align_size_within_rect(line, rect);
+            ui.put(place, egui::Label::new(text).selectable(false));
+        }
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
         if has_toolbar_room {
             toolbar::show(self, ui, rect, content);
@@ -279,22 +312,26 @@ impl Viewport {
     }
 }
 
-/// The box around what is selected.
-fn selected_box(capture: &crate::scene::Capture, content: &Content) -> Option<(Vec3, Vec3)> {
-    let mesh = &capture.mesh;
-    let corners = (0..mesh.triangles.len())
-        .filter(|&triangle| content.selected_surfaces.contains(&(mesh.surface[triangle] as usize)))
-        .flat_map(|triangle| mesh.corners(triangle));
-    let sample = content
-        .samples
-        .as_ref()
-        .zip(content.selected_sample)
-        .and_then(|(cloud, index)| Some(cloud.samples.get(index)?.position));
-    let light =
-        content.lights.as_ref().zip(content.selected_light).and_then(|((lights, _), index)| {
-            Some(marks::placed(Some(capture), lights, lights.lights.get(index)?).0)
-        });
-    let mut points = corners.chain(sample).chain(light);
-    let first = points.next()?;
-    Some(points.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
+/// The box around what was selected last; other selections may be left from before.
+fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
+    let point = match content.focus {
+        Focus::Nothing => return None,
+        Focus::Surfaces | Focus::Material => {
+            let (mesh, selected) = (&capture.mesh, &content.selected_surfaces);
+            let mut corners = (0..mesh.triangles.len())
+                .filter(|&triangle| selected.contains(&(mesh.surface[triangle] as usize)))
+                .flat_map(|triangle| mesh.corners(triangle));
+            let first = corners.next()?;
+            return Some(corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p))));
+        }
+        Focus::Sample => content.samples.as_ref()?.samples.get(content.selected_sample?)?.position,
+        Focus::Light => {
+            let (lights, _) = content.lights.as_ref()?;
+            marks::placed(Some(capture), lights, lights.lights.get(content.selected_light?)?).0
+        }
+        Focus::Photograph => {
+            capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()
+        }
+    };
+    Some((point, point))
 }

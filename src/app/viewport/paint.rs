@@ -17,7 +17,8 @@ pub type Batch = Option<(wgpu::Buffer, u32)>;
 #[derive(Clone)]
 pub struct Items {
     pub globals: wgpu::BindGroup,
-    pub mesh: Batch,
+    /// In parts of whole triangles.
+    pub mesh: Vec<(wgpu::Buffer, u32)>,
     pub mesh_group: wgpu::BindGroup,
     /// The wireframe or the outline of a selection is wanted.
     pub edges: bool,
@@ -64,7 +65,7 @@ pub struct Paint {
     /// `None` where the picture of the frame before still holds.
     pub items: Option<(Items, Shown)>,
     pub drawn: Drawn,
-    pub mesh: Batch,
+    pub mesh: Vec<(wgpu::Buffer, u32)>,
     pub depth_map: Option<DepthMap>,
 }
 
@@ -109,7 +110,7 @@ impl Paint {
         });
         pass.set_pipeline(&self.pipelines.depth);
         pass.set_bind_group(0, &map.globals, &[]);
-        if let Some((vertices, count)) = &self.mesh {
+        for (vertices, count) in &self.mesh {
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.draw(0..*count, 0..1);
         }
@@ -133,10 +134,10 @@ impl Paint {
         });
         let pipelines = &*self.pipelines;
         pass.set_bind_group(0, &items.globals, &[]);
-        if let Some((vertices, count)) = &items.mesh {
-            pass.set_bind_group(1, &items.mesh_group, &[]);
+        pass.set_pipeline(&pipelines.fill);
+        pass.set_bind_group(1, &items.mesh_group, &[]);
+        for (vertices, count) in &items.mesh {
             pass.set_vertex_buffer(0, vertices.slice(..));
-            pass.set_pipeline(&pipelines.fill);
             pass.draw(0..*count, 0..1);
         }
         if let Some(picture) = &items.picture {
@@ -144,11 +145,13 @@ impl Paint {
             pass.set_bind_group(1, picture, &[]);
             pass.draw(0..4, 0..1);
         }
-        if let Some((vertices, count)) = items.mesh.as_ref().filter(|_| items.edges) {
+        if items.edges {
             pass.set_pipeline(&pipelines.wire);
             pass.set_bind_group(1, &items.mesh_group, &[]);
-            pass.set_vertex_buffer(0, vertices.slice(..));
-            pass.draw(0..*count, 0..1);
+            for (vertices, count) in &items.mesh {
+                pass.set_vertex_buffer(0, vertices.slice(..));
+                pass.draw(0..*count, 0..1);
+            }
         }
         let mut instances = |pipeline: &wgpu::RenderPipeline, batch: &Batch, vertices: u32| {
             if let Some((buffer, count)) = batch {

@@ -60,20 +60,19 @@ pub fn signed(t: f32) -> Color32 {
     along(&SIGNED, 0.5 * t + 0.5)
 }
 
-/// The table of magnitudes for shaders, which colour by the same numbers.
+/// The table of magnitudes and the colour of invalid pixels for shaders, which colour by the same
+/// numbers.
 pub fn wgsl() -> String {
-    let entries: Vec<String> = MAGNITUDE
-        .iter()
-        .map(|c| {
-            let [r, g, b] = c.map(|v| f32::from(v) / 255.0);
-            format!("vec3<f32>({r:.5}, {g:.5}, {b:.5})")
-        })
-        .collect();
+    let vector = |c: [u8; 3]| {
+        let [r, g, b] = c.map(|v| f32::from(v) / 255.0);
+        format!("vec3<f32>({r:.5}, {g:.5}, {b:.5})")
+    };
+    let count = MAGNITUDE.len();
     format!(
-        "const MAGNITUDES: u32 = {}u;\nconst MAGNITUDE = array<vec3<f32>, {}>({});\n",
-        entries.len(),
-        entries.len(),
-        entries.join(", ")
+        "const MAGNITUDES: u32 = {count}u;\nconst MAGNITUDE = array<vec3<f32>, {count}>({});\n\
+         const INVALID = {};\n",
+        MAGNITUDE.map(vector).join(", "),
+        vector([INVALID.r(), INVALID.g(), INVALID.b()])
     )
 }
 

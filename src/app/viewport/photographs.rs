@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use eframe::wgpu;
 use glam::Vec3;
 
-use crate::app::viewport::gpu::{Candidate, Globals, Pipelines, bind};
+use crate::app::viewport::gpu::{CANDIDATES, Candidate, Globals, Pipelines, bind};
 use crate::app::viewport::paint::DepthMap;
-use crate::app::viewport::projection::{Projection, Range};
+use crate::app::viewport::projection::{Projection, Range, window};
 use crate::app::viewport::targets::DEPTH;
 use crate::app::viewport::texels;
 use crate::scene::Capture;
@@ -53,7 +53,7 @@ impl Layers {
                 size: wgpu::Extent3d {
                     width: size[0] as u32,
                     height: size[1] as u32,
-                    depth_or_array_layers: photographs.len().max(1) as u32,
+                    depth_or_array_layers: layers(photographs.len(), size),
                 },
                 mip_level_count: 1,
                 sample_count: 1,
@@ -128,16 +128,15 @@ impl Layers {
         self.is_filled.iter().all(|done| *done) && self.depth_maps() == self.has_depth.len()
     }
 
-    /// The photographs that may colour the mesh in a view, the likeliest first: the preferred
-    /// one, then those taken from near the eye in the same direction.
-    pub fn candidates(
+    /// The layers of the photographs that may colour the mesh in a view, the likeliest first: the
+    /// preferred one, then those taken from near the eye in the same direction.
+    pub fn ranked(
         &self,
         capture: &Capture,
         projection: &Projection,
         scene: (Vec3, f32),
         preferred: Option<usize>,
-        candidates: &mut [Candidate],
-    ) -> usize {
+    ) -> Vec<usize> {
         let mut ranked: Vec<(f32, usize)> = Vec::new();
         for (layer, photograph) in self.photographs.iter().enumerate() {
             if !self.is_filled[layer] {
@@ -153,12 +152,24 @@ impl Layers {
             ranked.push((score, layer));
         }
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let count = ranked.len().min(candidates.len());
-        for (slot, (_, layer)) in candidates.iter_mut().zip(ranked) {
+        ranked.truncate(CANDIDATES);
+        ranked.into_iter().map(|(_, layer)| layer).collect()
+    }
+
+    /// What the shader has to know of layers.
+    pub fn candidates(
+        &self,
+        capture: &Capture,
+        scene: (Vec3, f32),
+        layers: &[usize],
+        candidates: &mut [Candidate],
+    ) {
+        for (slot, &layer) in candidates.iter_mut().zip(layers) {
             let camera = &capture.photographs[self.photographs[layer]].camera;
             let eye = camera.position.as_vec3();
             let range = range(eye, scene);
-            let pixel_m = camera.height as f64 / (camera.focal_px.y * self.size[1] as f64);
+            let (low, high) = window(camera);
+            let pixel_m = (high.y - low.y) / (camera.focal_px.y * self.size[1] as f64);
             *slot = Candidate {
                 clip_from_world: Projection::image(camera, range).matrix().to_cols_array_2d(),
                 eye: eye.extend(layer as f32).to_array(),
@@ -170,8 +181,14 @@ impl Layers {
                 ],
             };
         }
-        count
     }
+}
+
+/// Layers for so many photographs. On OpenGL one layer would become a plain texture, and squares in
+/// multiples of six a cube, neither of which binds as an array.
+fn layers(photographs: usize, [width, height]: [usize; 2]) -> u32 {
+    let count = photographs.max(2) as u32;
+    if width == height && count.is_multiple_of(6) { count + 1 } else { count }
 }
 
 /// Distances from an eye between which the scene lies.
@@ -236,4 +253,16 @@ fn write(
         },
         wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 },
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_are_never_taken_for_a_plain_texture_or_a_cube() {
+        assert_eq!([0, 1, 2, 6].map(|count| layers(count, [640, 480])), [2, 2, 2, 6]);
+        assert_eq!([5, 6, 7, 12].map(|count| layers(count, [512, 512])), [5, 7, 7, 13]);
+        assert!(layers(MOST_LAYERS, [512, 512]) as usize <= MOST_LAYERS);
+    }
 }

@@ -5,17 +5,18 @@ use std::collections::BTreeSet;
 use glam::{Vec2, Vec3};
 
 use crate::app::viewport::content::Hovered;
+use crate::app::viewport::marks::placed;
 use crate::app::viewport::projection::Projection;
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
-use crate::math::rgb::Radiance;
-use crate::scene::{Capture, Role};
+use crate::reconstruct::lights::VirtualLights;
+use crate::scene::{Capture, Image, Role};
 
 /// How near to a mark a click has to be, in points.
 pub const REACH: f32 = 8.0;
 /// Surfaces that a ray passes because they are hidden, before it gives up.
 const MOST_PASSED: usize = 256;
-/// Triangles of a surface that are tried, before it counts as covered.
-const MOST_TRIED: usize = 64;
+/// Triangles of a surface that are tried, evenly spread, before it counts as covered.
+const MOST_TRIED: usize = 256;
 
 /// The known geometry as rays meet it, without what is hidden.
 pub struct Picker<'a> {
@@ -74,59 +75,90 @@ impl Picker<'_> {
             .map(|(_, index, ..)| index)
     }
 
+    /// The nearest light whose front is drawn at a position, or else the one whose centre is near.
+    /// Backs of lights between the eye and the scene are all but invisible: those let a click pass.
+    pub fn light(
+        &self,
+        projection: &Projection,
+        position: Vec2,
+        lights: &VirtualLights,
+    ) -> Option<usize> {
+        let ray = projection.ray(position);
+        let covered = self.closest(ray).map_or(f32::INFINITY, |hit| hit.t);
+        let placed = || lights.lights.iter().map(|light| placed(Some(self.capture), lights, light));
+        let hit = placed()
+            .zip(&lights.lights)
+            .enumerate()
+            .filter_map(|(index, ((center, is_ball, radius), light))| {
+                let normal = if is_ball { -ray.direction } else { light.normal };
+                let towards = -ray.direction.dot(normal);
+                let t = (ray.origin - center).dot(normal) / towards;
+                let is_hit = towards > 0.0
+                    && t > ray.t_min
+                    && t * 0.99 - 1e-4 < covered
+                    && (ray.origin + ray.direction * t).distance(center) <= radius;
+                is_hit.then_some((t, index))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match hit {
+            Some((_, index)) => Some(index),
+            None => self.nearest(projection, position, placed().map(|(center, ..)| center)),
+        }
+    }
+
     /// The surfaces of which the centre of a triangle is visible inside a box.
     pub fn inside(&self, projection: &Projection, low: Vec2, high: Vec2) -> BTreeSet<usize> {
         let mesh = &self.capture.mesh;
-        let mut found = BTreeSet::new();
-        let mut tried = vec![0usize; self.capture.surfaces.len()];
+        let mut within: Vec<Vec<(Vec2, Vec3)>> = vec![Vec::new(); self.capture.surfaces.len()];
         for (triangle, &surface) in mesh.surface.iter().enumerate() {
-            let surface = surface as usize;
-            if self.hidden.contains(&surface)
-                || found.contains(&surface)
-                || tried[surface] >= MOST_TRIED
-            {
+            if self.hidden.contains(&(surface as usize)) {
                 continue;
             }
             let center = mesh.corners(triangle).iter().sum::<Vec3>() / 3.0;
             let Some(drawn) = projection.project(center) else { continue };
-            if drawn.cmplt(low).any() || drawn.cmpgt(high).any() {
-                continue;
-            }
-            tried[surface] += 1;
-            if self.is_visible(projection, drawn, center) {
-                found.insert(surface);
+            if drawn.cmpge(low).all() && drawn.cmple(high).all() {
+                within[surface as usize].push((drawn, center));
             }
         }
-        found
+        // Neighbours in the file are neighbours in space, so that the first ones may all be covered.
+        let is_seen = |centers: &Vec<(Vec2, Vec3)>| {
+            let step = centers.len().div_ceil(MOST_TRIED).max(1);
+            centers
+                .iter()
+                .step_by(step)
+                .any(|(drawn, center)| self.is_visible(projection, *drawn, *center))
+        };
+        (0..within.len()).filter(|surface| is_seen(&within[*surface])).collect()
     }
 
-    /// The value under the cursor; of the photographs that see it, `preferred` is read first.
+    /// The value under the cursor, read from the first of some photographs that sees the place.
     pub fn value(
         &self,
         projection: &Projection,
         position: Vec2,
-        preferred: Option<usize>,
+        photographs: impl Iterator<Item = usize>,
     ) -> Option<Hovered> {
         let (surface, place, triangle) = self.under(projection, position)?;
         let normal = self.capture.mesh.normal(triangle);
         let normal =
             if normal.dot(projection.ray(position).direction) > 0.0 { -normal } else { normal };
-        let count = self.capture.photographs.len();
-        let radiance = preferred
-            .into_iter()
-            .chain(0..count)
-            .find_map(|photograph| Some((self.radiance(photograph, place, normal)?, photograph)));
+        let mut photographs = photographs;
+        let seen = photographs
+            .find_map(|photograph| Some((self.pixel(photograph, place, normal)?, photograph)));
+        let radiance = seen
+            .and_then(|((image, [x, y]), photograph)| Some((image.radiance(x, y)?, photograph)));
         let material = match self.capture.surfaces[surface].role {
             Role::Material(material) => Some(material),
             _ => None,
         };
-        Some(Hovered { surface, position: place, material, radiance })
+        let no_measurement = seen.map(|(_, photograph)| photograph).filter(|_| radiance.is_none());
+        Some(Hovered { surface, position: place, material, radiance, no_measurement })
     }
 
-    /// What a photograph measured at a side of a place; `None` where it does not see it.
-    fn radiance(&self, photograph: usize, place: Vec3, normal: Vec3) -> Option<Radiance> {
+    /// The pixel in which a photograph shows a side of a place; `None` where it does not see it.
+    fn pixel(&self, photograph: usize, place: Vec3, normal: Vec3) -> Option<(&Image, [usize; 2])> {
         let photograph = self.capture.photographs.get(photograph)?;
-        let image = photograph.image.as_ref()?;
+        let image = photograph.image.as_deref()?;
         let towards = photograph.camera.position.as_vec3() - place;
         if towards.dot(normal) <= 0.0 {
             return None;
@@ -144,7 +176,7 @@ impl Picker<'_> {
         if self.caster.occluded(&ray) {
             return None;
         }
-        image.radiance(pixel.x as usize, pixel.y as usize)
+        Some((image, [pixel.x as usize, pixel.y as usize]))
     }
 }
 
@@ -200,6 +232,6 @@ mod tests {
         let picker = Picker { capture: &capture, caster: &caster, hidden: &hidden };
         assert_eq!(picker.under(&projection, middle).unwrap().0, 0);
         assert_eq!(picker.inside(&projection, Vec2::ZERO, size), BTreeSet::from([0]));
-        assert_eq!(picker.value(&projection, middle, None).unwrap().radiance, None);
+        assert_eq!(picker.value(&projection, middle, 0..0).unwrap().radiance, None);
     }
 }

@@ -17,12 +17,19 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
 
 @fragment
 fn fill(in: Corner) -> @location(0) vec4<f32> {
-    let seen = textureSampleLevel(photograph, near_sampler, in.uv, 0.0);
-    if seen.a < 0.25 {
+    let size = vec2<i32>(textureDimensions(photograph));
+    let texel = clamp(vec2<i32>(in.uv * vec2<f32>(size)), vec2<i32>(0), size - 1);
+    let nearest = textureLoad(photograph, texel, 0);
+    if nearest.a < 0.25 {
         discard;
     }
+    var seen = textureSampleLevel(photograph, near_sampler, in.uv, 0.0);
+    // As in mesh.wgsl: no mean over what is photographed and what is not.
+    if abs(seen.a - nearest.a) > 0.01 {
+        seen = nearest;
+    }
     var color = display(seen.rgb * globals.screen.w);
-    if seen.a < 0.75 && globals.choice.y == 2u {
+    if seen.a < 0.75 && globals.choice.y == FALSE_COLOR {
         color = INVALID;
     }
     return vec4<f32>(color, globals.forward.w);

@@ -1,9 +1,30 @@
 //! From world to window and back, for the free view and for a photograph's own camera.
 
-use glam::{DMat4, DVec3, DVec4, Mat4, Vec2, Vec3};
+use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, Vec2, Vec3};
 
 use crate::geometry::bvh::Ray;
 use crate::scene::Camera;
+
+/// The part of the image plane that a photograph fills once its lens's distortion is undone, in
+/// pixels of a camera without any: upper left and lower right corner. Beyond twice the photograph's
+/// own size the rim of very wide lenses is left out, so that its middle keeps its sharpness.
+pub fn window(camera: &Camera) -> (DVec2, DVec2) {
+    let size = DVec2::new(camera.width as f64, camera.height as f64);
+    if camera.distortion.is_none() {
+        return (DVec2::ZERO, size);
+    }
+    const STEPS: usize = 16;
+    let edge = (0..=STEPS).map(|step| step as f64 / STEPS as f64).flat_map(|t| {
+        [DVec2::new(t, 0.0), DVec2::new(t, 1.0), DVec2::new(0.0, t), DVec2::new(1.0, t)]
+    });
+    let (mut low, mut high) = (camera.principal_px, camera.principal_px);
+    for direction in edge.filter_map(|place| camera.direction(place * size)) {
+        let local = camera.world_from_camera.transpose() * direction;
+        let p = DVec2::new(local.x, -local.y) / -local.z * camera.focal_px + camera.principal_px;
+        (low, high) = (low.min(p), high.max(p));
+    }
+    (low.max(-0.5 * size).floor(), high.min(1.5 * size).ceil())
+}
 
 /// How the world is drawn into a window of `size` points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +42,6 @@ pub struct Projection {
     /// Where the photograph lies, when looking through one: its top left corner and size in
     /// points.
     pub picture: Option<(Vec2, Vec2)>,
-    /// Size of a point of the window at a distance of 1 m, or at any distance if orthographic.
-    scale: f32,
 }
 
 /// The visible range of distances in metres.
@@ -81,18 +100,18 @@ impl Projection {
             orthographic,
             size,
             picture: None,
-            scale: 2.0 * half_height / size.y,
         }
     }
 
-    /// What a photograph's camera sees, without its lens distortion: the pixel (u, v) is drawn
-    /// at `picture.0 + (u, v) · picture.1 / (width, height)`.
+    /// What a photograph's camera sees, without its lens distortion: `picture` is where its
+    /// [`window`] is drawn.
     pub fn through(camera: &Camera, size: Vec2, placement: Placement, range: Range) -> Self {
-        let pixels = Vec2::new(camera.width as f32, camera.height as f32);
+        let (low, high) = window(camera);
+        let pixels = (high - low).as_vec2();
         let fit = (size / pixels).min_element() * placement.zoom;
         let corner = 0.5 * (size - pixels * fit) + placement.shift;
         let (s, w, h) = (f64::from(fit), f64::from(size.x), f64::from(size.y));
-        let middle = corner.as_dvec2() + s * camera.principal_px;
+        let middle = corner.as_dvec2() + s * (camera.principal_px - low);
         let clip_from_view = pinhole(
             [2.0 * s * camera.focal_px.x / w, 2.0 * s * camera.focal_px.y / h],
             [2.0 * middle.x / w - 1.0, 1.0 - 2.0 * middle.y / h],
@@ -109,14 +128,13 @@ impl Projection {
             orthographic: false,
             size,
             picture: Some((corner, pixels * fit)),
-            scale: 1.0 / (fit * camera.focal_px.y as f32),
         }
     }
 
-    /// A photograph's whole image over the square of clip coordinates.
+    /// A photograph's [`window`] over the square of clip coordinates.
     pub fn image(camera: &Camera, range: Range) -> Self {
-        let size = Vec2::new(camera.width as f32, camera.height as f32);
-        Self::through(camera, size, Placement::default(), range)
+        let (low, high) = window(camera);
+        Self::through(camera, (high - low).as_vec2(), Placement::default(), range)
     }
 
     pub fn matrix(&self) -> Mat4 {
@@ -148,17 +166,9 @@ impl Projection {
         Ray {
             origin: origin.as_vec3(),
             direction: direction.as_vec3(),
-            t_min: 0.0,
+            // What lies before the near plane is not drawn.
+            t_min: (near - origin).length() as f32,
             t_max: f32::INFINITY,
-        }
-    }
-
-    /// Metres that a point of the window covers at a place.
-    pub fn metres_per_point(&self, at: Vec3) -> f32 {
-        if self.orthographic {
-            self.scale
-        } else {
-            self.scale * (at - self.eye).dot(self.forward).max(1e-6)
         }
     }
 }
@@ -186,7 +196,7 @@ fn view_from_world([right, up, back]: [Vec3; 3], eye: DVec3) -> DMat4 {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DMat3, DVec2};
+    use glam::DMat3;
 
     use super::*;
     use crate::scene::Distortion;
@@ -194,11 +204,15 @@ mod tests {
     const RANGE: Range = Range { near: 0.01, far: 100.0 };
 
     fn camera() -> Camera {
+        lens(Distortion::default())
+    }
+
+    fn lens(distortion: Distortion) -> Camera {
         Camera::new(
             (640, 480),
             DVec2::new(500.0, 510.0),
             DVec2::new(310.0, 245.0),
-            Distortion::default(),
+            distortion,
             DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(1.1),
             DVec3::new(1.0, -2.0, 0.5),
         )
@@ -226,6 +240,20 @@ mod tests {
                     assert!(back.direction.dot(direction.as_vec3()) > 1.0 - 1e-6);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_window_holds_the_rim_that_a_lens_drew_in() {
+        let barrel = Distortion { radial: [-0.2, 0.05, 0.0, 0.0], ..Distortion::default() };
+        let camera = lens(barrel);
+        let (low, high) = window(&camera);
+        assert!(low.max_element() < 0.0 && high.cmpgt(DVec2::new(640.0, 480.0)).all());
+        let p = Projection::image(&camera, RANGE);
+        for (x, y) in [(1.0, 1.0), (639.0, 1.0), (639.0, 479.0), (1.0, 240.0)] {
+            let direction = camera.direction(DVec2::new(x, y)).unwrap();
+            let drawn = p.project((camera.position + 2.0 * direction).as_vec3()).unwrap();
+            assert!(drawn.cmpge(Vec2::ZERO).all() && drawn.cmple(p.size).all(), "{drawn}");
         }
     }
 

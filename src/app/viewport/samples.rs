@@ -1,12 +1,11 @@
 //! The sample cloud as coloured points, and the scale behind the colours.
 
+use crate::app::derived::Derived;
 use crate::app::viewport::content::SampleColor;
 use crate::app::viewport::gpu::Point;
 use crate::app::viewport::palette;
 use crate::math::rgb::CHANNELS;
-use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::reconstruct::solution::Solution;
-use crate::scene::{Capture, MaterialKind};
+use crate::reconstruct::samples::SampleCloud;
 use eframe::egui;
 
 /// A colour bar with its ends.
@@ -29,17 +28,21 @@ impl Scale {
 
 /// The points to draw and, where their colours mean a number, its scale.
 pub fn points(
-    capture: &Capture,
     cloud: &SampleCloud,
-    solution: Option<&Solution>,
+    derived: Option<&Derived>,
     color: SampleColor,
 ) -> (Vec<Point>, Option<Scale>) {
     let values = match color {
         SampleColor::Radiance | SampleColor::Material => None,
-        SampleColor::Error => Some(solution.map_or_else(
-            || vec![f32::NAN; cloud.samples.len()],
-            |solution| errors(capture, cloud, solution),
-        )),
+        // Of other samples they would colour the wrong ones.
+        SampleColor::Error => {
+            match derived.filter(|derived| derived.samples.len() == cloud.samples.len()) {
+                Some(derived) => {
+                    Some(derived.samples.iter().map(|sample| sample.log_error as f32).collect())
+                }
+                None => Some(vec![f32::NAN; cloud.samples.len()]),
+            }
+        }
         SampleColor::Weight => Some(weights(cloud)),
         SampleColor::Views => {
             Some(cloud.samples.iter().map(|sample| sample.views.len() as f32).collect())
@@ -64,55 +67,6 @@ pub fn points(
     (points.collect(), scale)
 }
 
-/// log₂ of computed over measured radiance per sample, the mean over its equations and channels;
-/// not a number where that is unknown, and everywhere if the solution belongs to other samples.
-pub fn errors(capture: &Capture, cloud: &SampleCloud, solution: &Solution) -> Vec<f32> {
-    let unknown = vec![f32::NAN; cloud.samples.len()];
-    let is_glossy = |sample: &Sample| {
-        capture
-            .materials
-            .get(sample.material)
-            .is_some_and(|material| material.kind == MaterialKind::Specular)
-    };
-    let rows = |limit: usize| -> usize {
-        let of = |sample| if is_glossy(sample) { sample.views.len().min(limit) } else { 1 };
-        cloud.samples.iter().map(of).sum()
-    };
-    // The number of photographs that a glossy sample uses is an option of the solution's; it is
-    // what makes the equations as many as they are.
-    let most = cloud.samples.iter().map(|sample| sample.views.len()).max().unwrap_or(0);
-    let Some(limit) = (0..=most).find(|limit| rows(*limit) == solution.computed.len()) else {
-        return unknown;
-    };
-    let mut computed = solution.computed.iter();
-    let mean_log = |measured: &[f32; CHANNELS], computed: &[f64; CHANNELS]| {
-        let logs: Vec<f32> = measured
-            .iter()
-            .zip(computed)
-            .filter(|(m, c)| **m > 0.0 && **c > 0.0)
-            .map(|(m, c)| (*c / f64::from(*m)).log2() as f32)
-            .collect();
-        logs.iter().sum::<f32>() / logs.len() as f32
-    };
-    cloud
-        .samples
-        .iter()
-        .map(|sample| {
-            if !is_glossy(sample) {
-                return computed.next().map_or(f32::NAN, |row| mean_log(&sample.radiance, row));
-            }
-            let (all, used) = (sample.views.len(), sample.views.len().min(limit));
-            let mut sum = 0.0;
-            for k in 0..used {
-                let view = sample.views.start + if used < all { k * all / used } else { k };
-                let row = computed.next();
-                sum += row.map_or(f32::NAN, |row| mean_log(&cloud.views[view].radiance, row));
-            }
-            sum / used as f32
-        })
-        .collect()
-}
-
 /// Mean radiance over each sample's own.
 fn weights(cloud: &SampleCloud) -> Vec<f32> {
     let own: Vec<f32> = cloud
@@ -135,7 +89,7 @@ fn scale(values: &[f32], color: SampleColor) -> Option<Scale> {
     let (title, low, high) = match color {
         SampleColor::Error => {
             let end = at(0.02).abs().max(at(0.98).abs()).max(0.05);
-            ("Computed / measured (stops)", -end, end)
+            ("Error: ln (computed / measured)", -end, end)
         }
         SampleColor::Weight => ("Weight (mean radiance / own)", 0.0, at(0.98)),
         _ => ("Photographs that see a sample", at(0.0).min(1.0), at(1.0).max(2.0)),
@@ -154,59 +108,29 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::reconstruct::samples::View;
-    use crate::reconstruct::solution::Stopped;
-    use crate::scene::Material;
-
-    fn material(kind: MaterialKind) -> Material {
-        Material {
-            name: String::new(),
-            kind,
-            surfaces: Vec::new(),
-            textured: false,
-            known_diffuse: None,
-            known_diffuse_sd: None,
-        }
-    }
+    use crate::app::derived::SampleNumbers;
+    use crate::reconstruct::samples::Sample;
 
     #[test]
-    fn errors_are_matched_to_the_equations_of_each_sample() {
-        let capture = Capture {
-            materials: vec![material(MaterialKind::Diffuse), material(MaterialKind::Specular)],
-            ..Capture::default()
-        };
-        let sample = |material, views: std::ops::Range<usize>| Sample {
+    fn errors_are_those_of_the_tables_and_grey_where_they_belong_to_other_samples() {
+        let sample = Sample {
             position: Vec3::ZERO,
             normal: Vec3::Z,
-            material,
+            material: 0,
             surface: 0,
-            views,
+            views: 0..0,
             radiance: [1.0; 3],
         };
-        let view = |radiance| View {
-            photograph: 0,
-            pixel: [0, 0],
-            direction: Vec3::Z,
-            radiance: [radiance; 3],
-        };
-        let cloud = SampleCloud {
-            samples: vec![sample(0, 0..1), sample(1, 1..5), sample(0, 5..6)],
-            views: [1.0, 1.0, 2.0, 4.0, 8.0, 1.0].map(view).to_vec(),
-            ..SampleCloud::default()
-        };
-        // Two of the four photographs of the glossy sample: the first and the third.
-        let mut solution = Solution {
-            reflectances: Vec::new(),
-            emission: Vec::new(),
-            iterations: Vec::new(),
-            stopped: Stopped::NothingToSolve,
-            computed: vec![[2.0; 3], [2.0; 3], [8.0; 3], [0.5; 3]],
-            certainty: None,
-            notes: Vec::new(),
-            warnings: Vec::new(),
-        };
-        assert_eq!(errors(&capture, &cloud, &solution), [1.0, 1.0, -1.0]);
-        solution.computed.extend([[1.0; 3]; 10]);
-        assert!(errors(&capture, &cloud, &solution).iter().all(|error| error.is_nan()));
+        let cloud = SampleCloud { samples: vec![sample; 3], ..SampleCloud::default() };
+        let numbers = |log_error| SampleNumbers { log_error, ..SampleNumbers::default() };
+        let mut derived =
+            Derived { samples: [-0.5, 0.0, 0.5].map(numbers).to_vec(), ..Derived::default() };
+        let (drawn, scale) = points(&cloud, Some(&derived), SampleColor::Error);
+        let scale = scale.unwrap();
+        assert_eq!((scale.low, scale.high), (-0.5, 0.5));
+        let blue = |point: &Point| point.color[2] - point.color[0];
+        assert!(blue(&drawn[0]) > 0.3 && blue(&drawn[1]) == 0.0 && blue(&drawn[2]) < -0.3);
+        derived.samples.pop();
+        assert_eq!(points(&cloud, Some(&derived), SampleColor::Error).1, None);
     }
 }

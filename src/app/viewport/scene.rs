@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::app::viewport::background::{Background, Done};
 use crate::app::viewport::content::{Content, ViewSettings};
-use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload};
+use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload, upload_mesh};
 use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
@@ -39,7 +39,7 @@ pub struct Scene {
     picture_job: Option<Background>,
     surface_rows: Vec<[u32; 4]>,
     surface_texture: wgpu::Texture,
-    pub mesh: Batch,
+    pub mesh: Vec<(wgpu::Buffer, u32)>,
     pub mesh_group: wgpu::BindGroup,
     pub points: Batch,
     pub sample_scale: Option<Scale>,
@@ -56,6 +56,10 @@ pub struct Scene {
 impl Scene {
     pub fn new(device: wgpu::Device, queue: wgpu::Queue, window: wgpu::TextureFormat) -> Self {
         let pipelines = Arc::new(Pipelines::new(&device, window));
+        Self::empty(device, queue, pipelines)
+    }
+
+    fn empty(device: wgpu::Device, queue: wgpu::Queue, pipelines: Arc<Pipelines>) -> Self {
         let (globals_buffer, globals) = pipelines.globals(&device);
         let layers = Layers::new(&device, &Capture::default());
         let surface_rows =
@@ -79,7 +83,7 @@ impl Scene {
             picture_job: None,
             surface_rows,
             surface_texture,
-            mesh: None,
+            mesh: Vec::new(),
             mesh_group,
             points: None,
             sample_scale: None,
@@ -91,6 +95,12 @@ impl Scene {
             grid: None,
             known: Known::default(),
         }
+    }
+
+    /// Gives everything back that was made from a capture.
+    pub fn clear(&mut self) {
+        let empty = Self::empty(self.device.clone(), self.queue.clone(), self.pipelines.clone());
+        *self = Self { version: self.version + 1, ..empty };
     }
 
     /// The ball around everything.
@@ -124,24 +134,22 @@ impl Scene {
         if same(self.capture.as_ref(), capture) {
             return false;
         }
+        let Some(capture) = capture else {
+            self.clear();
+            return true;
+        };
         self.version += 1;
-        let before = std::mem::replace(&mut self.capture, capture.cloned());
+        let before = self.capture.replace(capture.clone());
         // An edit of the tags gives a new capture with the same geometry and photographs.
-        if let (Some(before), Some(capture)) = (&before, capture)
-            && is_same_world(before, capture)
-        {
+        if before.is_some_and(|before| is_same_world(&before, capture)) {
             return false;
         }
         self.background = None;
         self.picture = None;
         self.picture_job = None;
-        self.mesh = None;
+        self.mesh.clear();
         self.caster = None;
         self.known.lines = None;
-        let Some(capture) = capture else {
-            self.layers = Layers::new(&self.device, &Capture::default());
-            return true;
-        };
         self.bounds = bounds(capture);
         self.layers = Layers::new(&self.device, capture);
         self.mesh_group =
@@ -165,7 +173,7 @@ impl Scene {
         for done in ready {
             self.version += 1;
             match done {
-                Done::Corners(corners) => self.mesh = upload(&self.device, &corners),
+                Done::Corners(corners) => self.mesh = upload_mesh(&self.device, &corners),
                 Done::Caster(caster) => self.caster = Some(caster),
                 Done::Bright(bright) => self.bright = bright,
                 Done::Layer { photograph, texels } => {
@@ -193,7 +201,7 @@ impl Scene {
         }
         let rows = surfaces::rows(
             capture,
-            content.solution.as_deref(),
+            content.of_results().map(|of| &**of).zip(content.solution.as_deref()),
             &content.selected_surfaces,
             &content.hidden_surfaces,
         );
@@ -208,8 +216,13 @@ impl Scene {
         self.known.surfaces = Some(known::Surfaces::of(capture, content));
     }
 
+    /// Whether some surface is drawn as one of which no reflectance is known.
+    pub fn has_unknown_reflectance(&self) -> bool {
+        self.surface_rows.iter().any(|row| row[2] & surfaces::UNKNOWN_REFLECTANCE != 0)
+    }
+
     fn sync_samples(&mut self, content: &Content, settings: &ViewSettings) {
-        let (Some(capture), Some(cloud)) = (&self.capture, &content.samples) else {
+        let Some(cloud) = content.samples.as_ref().filter(|_| self.capture.is_some()) else {
             if self.known.samples.take().is_some() {
                 self.version += 1;
                 (self.points, self.sample_scale) = (None, None);
@@ -217,11 +230,11 @@ impl Scene {
             return;
         };
         let color = settings.sample_color;
-        let now = known::Samples::of(capture, cloud, color, content.solution.as_ref());
+        let now = known::Samples::of(cloud, color, content.derived.as_ref());
         if self.known.samples.as_ref().is_some_and(|known| known.hold(&now)) {
             return;
         }
-        let (points, scale) = samples::points(capture, cloud, content.solution.as_deref(), color);
+        let (points, scale) = samples::points(cloud, content.derived.as_deref(), color);
         self.points = upload(&self.device, &points);
         self.sample_scale = scale;
         self.version += 1;
@@ -293,10 +306,11 @@ impl Scene {
         self.layers.is_complete()
     }
 
-    /// A photograph's depth map that is still to be drawn; needs the mesh.
+    /// A photograph's depth map that is still to be drawn; needs the mesh, which comes before the
+    /// ray tree.
     pub fn next_depth_map(&self) -> Option<DepthMap> {
         let capture = self.capture.as_ref()?;
-        self.mesh.as_ref()?;
+        self.caster.as_ref()?;
         let (device, queue) = (&self.device, &self.queue);
         self.layers.next_depth_map(device, queue, &self.pipelines, capture, self.ball())
     }

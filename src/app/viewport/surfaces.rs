@@ -8,18 +8,20 @@ use crate::app::viewport::palette;
 use crate::reconstruct::solution::Solution;
 use crate::scene::{Capture, Role};
 
-/// Surfaces in a row of the texture; as in `mesh.wgsl`.
-const WIDTH: usize = 1024;
+/// Surfaces in a row of the texture.
+pub const WIDTH: usize = 1024;
 
-const SELECTED: u32 = 1;
-const HIDDEN: u32 = 2;
-const UNASSIGNED: u32 = 4;
-const UNKNOWN_REFLECTANCE: u32 = 8;
+pub const SELECTED: u32 = 1;
+pub const HIDDEN: u32 = 2;
+pub const UNASSIGNED: u32 = 4;
+pub const UNKNOWN_REFLECTANCE: u32 = 8;
 
 /// One texel per surface: material colour, reflectance, flags.
+/// `found` numbers materials as the capture beside it does, which may not be `capture`: tags may
+/// have been edited since.
 pub fn rows(
     capture: &Capture,
-    solution: Option<&Solution>,
+    found: Option<(&Capture, &Solution)>,
     selected: &BTreeSet<usize>,
     hidden: &BTreeSet<usize>,
 ) -> Vec<[u32; 4]> {
@@ -30,29 +32,31 @@ pub fn rows(
         .map(|(index, surface)| {
             let mut flags = if selected.contains(&index) { SELECTED } else { 0 };
             flags |= if hidden.contains(&index) { HIDDEN } else { 0 };
-            let mut reflectance = palette::UNKNOWN;
             let color = match surface.role {
-                Role::Material(material) => {
-                    match solution.and_then(|s| s.reflectances.get(material)?.as_ref()) {
-                        Some(found) => {
-                            let [r, g, b] = found.diffuse.map(encoded);
-                            reflectance = egui::Color32::from_rgb(r, g, b);
-                        }
-                        None => flags |= UNKNOWN_REFLECTANCE,
-                    }
-                    palette::material_color(material)
-                }
-                Role::Luminaire(_) => {
-                    reflectance = palette::LUMINAIRE;
-                    palette::LUMINAIRE
-                }
+                Role::Material(material) => palette::material_color(material),
+                Role::Luminaire(_) => palette::LUMINAIRE,
                 Role::Untagged => {
-                    flags |= UNASSIGNED | UNKNOWN_REFLECTANCE;
+                    flags |= UNASSIGNED;
                     palette::UNKNOWN
                 }
             };
+            let role = found.and_then(|(of, _)| of.surfaces.get(index)).unwrap_or(surface).role;
+            let reflectance = match (role, found) {
+                (Role::Luminaire(_), _) => Some(palette::LUMINAIRE),
+                (Role::Material(material), Some((_, solution))) => {
+                    let found = solution.reflectances.get(material).and_then(Option::as_ref);
+                    found.map(|found| {
+                        let [r, g, b] = found.diffuse.map(encoded);
+                        egui::Color32::from_rgb(r, g, b)
+                    })
+                }
+                _ => None,
+            };
+            if reflectance.is_none() {
+                flags |= UNKNOWN_REFLECTANCE;
+            }
             let pack = |c: egui::Color32| u32::from_le_bytes(c.to_array());
-            [pack(color), pack(reflectance), flags, 0]
+            [pack(color), pack(reflectance.unwrap_or(palette::UNKNOWN)), flags, 0]
         })
         .collect();
     rows.resize(rows.len().max(1).next_multiple_of(WIDTH), [0; 4]);
@@ -92,4 +96,42 @@ fn encoded(value: f64) -> u8 {
     let v = if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
     let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (255.0 * v).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::equations::Reflectance;
+    use crate::reconstruct::solution::Stopped;
+    use crate::scene::Surface;
+
+    #[test]
+    fn a_surface_keeps_the_reflectance_that_was_found_for_it() {
+        let capture = |roles: [Role; 2]| Capture {
+            surfaces: roles
+                .map(|role| Surface { name: String::new(), role, has_texcoords: false })
+                .to_vec(),
+            ..Capture::default()
+        };
+        let solution = Solution {
+            reflectances: [0.2, 0.6].map(|d| Some(Reflectance::diffuse([d; 3]))).to_vec(),
+            emission: Vec::new(),
+            iterations: Vec::new(),
+            stopped: Stopped::NothingToSolve,
+            computed: Vec::new(),
+            certainty: None,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let none = BTreeSet::new();
+        let run = capture([Role::Material(0), Role::Material(1)]);
+        // The first material has lost its surface, so that the second is now the first.
+        let edited = capture([Role::Untagged, Role::Material(0)]);
+        let before = rows(&run, Some((&run, &solution)), &none, &none);
+        let after = rows(&edited, Some((&run, &solution)), &none, &none);
+        assert_ne!(before[0][1], before[1][1]);
+        assert_eq!([after[0][1], after[1][1]], [before[0][1], before[1][1]]);
+        assert_eq!([after[0][2], after[1][2]], [UNASSIGNED, 0]);
+        assert_eq!(rows(&edited, None, &none, &none)[1][2], UNKNOWN_REFLECTANCE);
+    }
 }

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::app::viewport::projection::window;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::{Camera, Capture, Image, Photograph};
 
@@ -20,6 +21,8 @@ pub fn bright(capture: &Capture) -> f32 {
     let mut seen = Vec::new();
     for (_, _, image) in capture.measurements() {
         let width = image.width().max(1);
+        // A step that shares a factor with the width would see some columns of pixels only.
+        let step = (step..).find(|step| are_coprime(*step, width)).unwrap_or(step);
         seen.extend((0..image.pixels().len()).step_by(step).filter_map(|index| {
             let radiance = image.radiance(index % width, index / width)?;
             Some(radiance.iter().copied().fold(0.0, f32::max))
@@ -28,6 +31,13 @@ pub fn bright(capture: &Capture) -> f32 {
     seen.sort_unstable_by(f32::total_cmp);
     let bright = seen.get(seen.len() * 9 / 10).copied().unwrap_or(1.0);
     if bright.is_finite() && bright > 0.0 { bright } else { 1.0 }
+}
+
+fn are_coprime(mut a: usize, mut b: usize) -> bool {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a == 1
 }
 
 /// A size of the same shape with neither side above a limit.
@@ -39,33 +49,36 @@ pub fn within([width, height]: [usize; 2], limit: usize) -> [usize; 2] {
     [width, height].map(|side| (side * limit / longest).max(1))
 }
 
-/// The photograph as its camera would see without distortion, in units of `bright`, resampled to
-/// a size: four half floats a texel. Empty where it is no measurement.
-pub fn of(photograph: &Photograph, [width, height]: [usize; 2], bright: f32) -> Vec<u16> {
-    let Some(image) = &photograph.image else { return Vec::new() };
+/// The photograph's [`window`] as its camera would see without distortion, in units of `bright`,
+/// resampled to a size: four half floats a texel. Empty where it is no measurement; `None` once it is no longer
+/// wanted, which is asked for every row.
+pub fn of(
+    photograph: &Photograph,
+    [width, height]: [usize; 2],
+    bright: f32,
+    is_wanted: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<u16>> {
+    let Some(image) = &photograph.image else { return Some(Vec::new()) };
     let camera = &photograph.camera;
-    let scale =
-        DVec2::new(camera.width as f64 / width as f64, camera.height as f64 / height as f64);
+    let (low, high) = window(camera);
+    let scale = (high - low) / DVec2::new(width as f64, height as f64);
     // Where the texture is smaller than the photograph, each texel is a mean.
     let taps = (scale.max_element().ceil() as usize).clamp(1, 8);
     let exact = scale == DVec2::ONE && camera.distortion.is_none();
-    let rows: Vec<Vec<u16>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            let mut row = Vec::with_capacity(4 * width);
-            for x in 0..width {
-                let texel = if exact {
-                    pixel(image, x as i64, y as i64)
-                } else {
-                    mean(image, camera, DVec2::new(x as f64, y as f64), scale, taps)
-                };
-                let [r, g, b, seen] = texel;
-                row.extend([r / bright, g / bright, b / bright, seen].map(half));
-            }
-            row
-        })
-        .collect();
-    rows.concat()
+    let mut texels = vec![0; 4 * width * height];
+    texels.par_chunks_exact_mut(4 * width).enumerate().try_for_each(|(y, row)| {
+        for (x, texel) in row.chunks_exact_mut(4).enumerate() {
+            let [r, g, b, seen] = if exact {
+                pixel(image, x as i64, y as i64)
+            } else {
+                let corner = low + DVec2::new(x as f64, y as f64) * scale;
+                mean(image, camera, corner, scale, taps)
+            };
+            texel.copy_from_slice(&[r / bright, g / bright, b / bright, seen].map(half));
+        }
+        is_wanted().then_some(())
+    })?;
+    Some(texels)
 }
 
 fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
@@ -76,12 +89,13 @@ fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
     [r, g, b, if valid { VALID } else { INVALID }]
 }
 
-fn mean(image: &Image, camera: &Camera, texel: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
+/// The mean over a texel, from its upper left corner on.
+fn mean(image: &Image, camera: &Camera, corner: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
     let mut sum: Radiance = [0.0; CHANNELS];
     let (mut seen, mut valid) = (0, true);
     for tap in 0..taps * taps {
         let inside = DVec2::new((tap % taps) as f64 + 0.5, (tap / taps) as f64 + 0.5) / taps as f64;
-        let Some(place) = distorted(camera, (texel + inside) * scale) else { continue };
+        let Some(place) = distorted(camera, corner + inside * scale) else { continue };
         let [r, g, b, alpha] = interpolated(image, place);
         for (sum, value) in sum.iter_mut().zip([r, g, b]) {
             *sum += value;
@@ -190,13 +204,16 @@ mod tests {
             .collect();
         let image = Some(Arc::new(Image::new(width, height, pixels, None)));
         let photograph = Photograph { name: String::new(), camera, image };
-        let texels = of(&photograph, [width, height], 64.0);
+        let texels = of(&photograph, [width, height], 64.0, &|| true).unwrap();
+        assert!(of(&photograph, [width, height], 64.0, &|| false).is_none());
+        let (low, high) = window(&camera);
         let value = |bits: u16| {
             let exponent = i32::from(bits >> 10 & 31);
             (1.0 + f32::from(bits & 1023) / 1024.0) * 2f32.powi(exponent - 15) * 64.0
         };
         for (x, y) in [(80, 60), (40, 30), (120, 100), (20, 90)] {
-            let pinhole = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let texel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let pinhole = low + texel * (high - low) / DVec2::new(width as f64, height as f64);
             let p = (pinhole - camera.principal_px) / camera.focal_px;
             let (pixel, _) = camera.project(DVec3::new(p.x, -p.y, -1.0)).unwrap();
             let texel = &texels[4 * (y * width + x)..][..4];
@@ -204,6 +221,25 @@ mod tests {
             assert!((f64::from(value(texel[1])) - pixel.y).abs() < 0.1);
             assert_eq!(texel[3], half(1.0));
         }
+    }
+
+    fn pinhole(width: usize, height: usize) -> Camera {
+        let size = DVec2::new(width as f64, height as f64);
+        let distortion = Distortion::default();
+        Camera::new((width, height), size, 0.5 * size, distortion, DMat3::IDENTITY, DVec3::ZERO)
+    }
+
+    #[test]
+    fn exposure_is_judged_from_all_columns() {
+        // 400,000 pixels, one in twenty of which are looked at; each twentieth column is dark.
+        let (width, height) = (1000, 400);
+        let value = |i: usize| if (i % width).is_multiple_of(20) { 0.1 } else { 5.0 };
+        let pixels = (0..width * height).map(|i| [value(i); 3]).collect();
+        let image = Some(Arc::new(Image::new(width, height, pixels, None)));
+        let photograph = Photograph { name: String::new(), camera: pinhole(width, height), image };
+        let capture = Capture { photographs: vec![photograph], ..Capture::default() };
+        assert_eq!(bright(&capture), 5.0);
+        assert_eq!(bright(&Capture::default()), 1.0);
     }
 
     #[test]
