@@ -35,7 +35,7 @@ pub struct Declaration {
 
 impl Declaration {
     /// Its flag without the dashes: `section.name`, or `name` for what concerns the whole
-    /// reconstruction.
+    /// command.
     pub fn flag(&self) -> String {
         match self.section {
             "general" | "render" => self.name.to_owned(),
