@@ -49,6 +49,8 @@ pub enum Action {
     ShowAllSurfaces,
     Run,
     Cancel,
+    /// Makes a photograph anew from the results.
+    Compare(usize),
     Workspace(Workspace),
     ShowPane(Pane),
     ResetLayout,
@@ -119,6 +121,11 @@ pub fn apply(state: &mut State, action: Action) {
         Action::ExportTo(folder) => {
             if let Some(project) = &state.project {
                 state.jobs.export(project, folder);
+            }
+        }
+        Action::Compare(photograph) => {
+            if let Some(project) = &state.project {
+                state.jobs.compare(project, photograph);
             }
         }
         Action::Close => leave(state, Then::Close),

@@ -1,7 +1,7 @@
 //! The workers behind the window, and what their events mean for the project.
 //!
-//! There are two: reading a capture must not wait for a reconstruction that runs, and both are
-//! the worker that the terminal drives.
+//! There are three: reading a capture and making pictures must not wait for a reconstruction that
+//! runs, and all are the worker that the terminal drives.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,14 +15,35 @@ use super::files::{self, Opening};
 use super::project::{Products, Project, Run};
 use super::state::State;
 use crate::reconstruct::{Reconstruction, Update};
-use crate::worker::{Command, Event, Happening, Job, Worker};
+use crate::render::RenderOptions;
+use crate::render::film::Film;
+use crate::render::scene::Solved;
+use crate::worker::{Command, Event, Frame, Happening, Job, Rendering, Worker};
 
 /// How often progress is looked at while something runs.
 const PULSE: Duration = Duration::from_millis(100);
 
+/// A photograph as the results have it, getting clearer.
+pub struct Picture {
+    job: Job,
+    /// The results that it is made from.
+    of: Arc<Reconstruction>,
+    pub photograph: usize,
+    /// Pixels of the photograph along a side of one of the picture's.
+    pub step: usize,
+    pub film: Option<Arc<Film>>,
+    pub is_done: bool,
+}
+
+/// Pixels along the longer side of a picture that is made to compare.
+const COMPARED: usize = 800;
+
 pub struct Jobs {
     loader: Worker,
     runner: Worker,
+    painter: Worker,
+    /// The photograph that is made anew, to be compared.
+    pub picture: Option<Picture>,
     ctx: egui::Context,
     pub opening: Option<(Job, Opening)>,
     /// The export under way, and what it writes.
@@ -40,6 +61,8 @@ impl Jobs {
         Ok(Self {
             loader: worker()?,
             runner: worker()?,
+            painter: worker()?,
+            picture: None,
             ctx: ctx.clone(),
             opening: None,
             exporting: None,
@@ -96,6 +119,39 @@ impl Jobs {
         self.exporting = Some((job, whole));
     }
 
+    /// Makes a photograph anew from the results.
+    pub fn compare(&mut self, project: &Project, photograph: usize) {
+        self.stop_comparing();
+        let capture = project.result_capture();
+        let (Some(whole), Some(seen)) =
+            (project.products.whole.clone(), capture.photographs.get(photograph))
+        else {
+            return;
+        };
+        let step = seen.camera.width.max(seen.camera.height).div_ceil(COMPARED);
+        let frame = Frame {
+            name: seen.name.clone(),
+            camera: seen.camera.reduced(step),
+            photograph: Some(photograph),
+        };
+        let job = self.painter.send(Command::Render(Box::new(Rendering {
+            capture: capture.clone(),
+            solved: Arc::new(Solved::from(whole.as_ref())),
+            edits: Arc::default(),
+            frames: vec![frame],
+            options: RenderOptions::default(),
+            files: None,
+        })));
+        self.picture =
+            Some(Picture { job, of: whole, photograph, step, film: None, is_done: false });
+    }
+
+    pub fn stop_comparing(&mut self) {
+        if let Some(picture) = self.picture.take() {
+            self.painter.cancel(picture.job);
+        }
+    }
+
     /// Works out the numbers of finished results that have none yet.
     fn derive(&mut self, project: &Project) {
         let products = &project.products;
@@ -120,6 +176,19 @@ pub fn drain(state: &mut State) {
     let events: Vec<Event> = state.jobs.runner.events().try_iter().collect();
     for event in events {
         runner_event(state, event);
+    }
+    let events: Vec<Event> = state.jobs.painter.events().try_iter().collect();
+    for event in events {
+        painter_event(state, event);
+    }
+    let shown = state.project.as_ref().and_then(|project| project.products.whole.as_ref());
+    if state
+        .jobs
+        .picture
+        .as_ref()
+        .is_some_and(|picture| shown.is_none_or(|shown| !Arc::ptr_eq(shown, &picture.of)))
+    {
+        state.jobs.stop_comparing();
     }
     if let Some((whole, answer)) = &state.jobs.derived {
         let answer = answer.try_recv();
@@ -153,6 +222,21 @@ fn loader_event(state: &mut State, event: Event) {
         Happening::Loaded(capture) => files::opened(state, opening, capture),
         Happening::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
+    }
+}
+
+fn painter_event(state: &mut State, event: Event) {
+    let Some(picture) = state.jobs.picture.as_mut().filter(|picture| picture.job == event.job)
+    else {
+        return;
+    };
+    match event.happening {
+        Happening::Picture { film, .. } => picture.film = Some(film),
+        Happening::Failed(text) => {
+            picture.is_done = true;
+            state.messages.error("The picture cannot be made", text);
+        }
+        happening => picture.is_done |= happening.is_ending(),
     }
 }
 

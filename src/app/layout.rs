@@ -20,11 +20,12 @@ pub enum Pane {
     Samples,
     Lights,
     Materials,
+    Compare,
     Log,
 }
 
 impl Pane {
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Outliner,
         Self::Viewport,
         Self::Tags,
@@ -35,6 +36,7 @@ impl Pane {
         Self::Samples,
         Self::Lights,
         Self::Materials,
+        Self::Compare,
         Self::Log,
     ];
 
@@ -50,6 +52,7 @@ impl Pane {
             Self::Samples => "Samples",
             Self::Lights => "Lights",
             Self::Materials => "Materials",
+            Self::Compare => "Compare",
             Self::Log => "Log",
         }
     }
@@ -116,6 +119,7 @@ impl Workspace {
                 Pane::Samples,
                 Pane::Lights,
                 Pane::Materials,
+                Pane::Compare,
                 Pane::Log,
             ],
             lower_front,

@@ -35,9 +35,11 @@ pub struct Sequence {
 const SET: u64 = 1 << 16;
 
 impl Sequence {
-    /// Path `index` of a pixel.
+    /// Path `index` of a pixel. Even and odd ones are two sets that know nothing of each other, so
+    /// that their difference tells the noise.
     pub fn new(seed: u64, pixel: u64, index: u64) -> Self {
-        let mut mixed = Random::new(seed, pixel, index / SET);
+        let (half, index) = (index % 2, index / 2);
+        let mut mixed = Random::new(seed, pixel, 2 * (index / SET) + half);
         let seed = mixed.next_u64();
         let random = Random::new(seed, pixel, index);
         Self { index: (index % SET) as u32, seed: seed as u32, dimension: 0, random }

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::Reconstruction;
 use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::lights::{LightKind, VirtualLights};
 use crate::reconstruct::lobes::Lobes;
@@ -22,6 +23,18 @@ pub struct Solved {
     pub lobes: Lobes,
     /// E per lobe.
     pub emission: Vec<Rgb>,
+}
+
+impl From<&Reconstruction> for Solved {
+    fn from(whole: &Reconstruction) -> Self {
+        Self {
+            reflectances: whole.solution.reflectances.clone(),
+            textures: whole.textures.to_vec(),
+            lights: (*whole.lights).clone(),
+            lobes: (*whole.lobes).clone(),
+            emission: whole.solution.emission.clone(),
+        }
+    }
 }
 
 /// The capture's geometry with the objects that are set into it.

@@ -112,6 +112,18 @@ impl Camera {
         }
     }
 
+    /// The same camera with pixels `step` times as wide; those beyond the last whole one go.
+    pub fn reduced(&self, step: usize) -> Self {
+        let (step, factor) = (step.max(1), 1.0 / step.max(1) as f64);
+        Self {
+            width: self.width / step,
+            height: self.height / step,
+            focal_px: self.focal_px * factor,
+            principal_px: self.principal_px * factor,
+            ..*self
+        }
+    }
+
     /// Where a world point appears, in pixels, and its distance from the camera in metres;
     /// `None` behind the camera, outside the image, or beyond the lens model's reach.
     pub fn project(&self, point: DVec3) -> Option<(DVec2, f64)> {

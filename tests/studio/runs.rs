@@ -50,6 +50,14 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has("Reflectances"));
     window.click("Error per sample");
     assert!(window.has_part("RMS of the logarithm"));
+    window.click("Compare");
+    window.wait("the first paths", |window| window.has_part("paths a pixel"));
+    assert!(window.has_part("relative RMS"));
+    assert!(window.has("Photograph") && window.has("Render"));
+    window.click("Slider");
+    assert!(window.has("Photograph or render") && !window.has("Render"));
+    window.click("Difference");
+    assert!(window.has_part("+50 % orange") && !window.has("Photograph or render"));
     window.click("Lights");
     // The window of the 3D view has a switch of that name.
     window.menu("View", "Show lights");

@@ -254,6 +254,7 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
         Pane::Samples => ("Show samples", "Table of samples"),
         Pane::Lights => ("Show lights", "Table of virtual and known lights"),
         Pane::Materials => ("Show materials", "Table of reflectances with intervals"),
+        Pane::Compare => ("Show compare", "Photographs beside what the results make of them"),
         Pane::Log => ("Show log", "What happened, with warnings"),
     }
 }

@@ -1,6 +1,7 @@
 //! The panels, a file each. They show the project and say what was asked for.
 
 pub mod cards;
+mod compare;
 mod convergence;
 mod inspect_sample;
 mod inspector;
@@ -25,6 +26,7 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
+use super::jobs::Picture;
 use super::layout::Pane;
 use super::messages::Messages;
 use super::project::Project;
@@ -44,6 +46,7 @@ pub struct PanelState {
     lights: table::TableState,
     materials: table::TableState,
     inspector: inspect_sample::CropCache,
+    compare: compare::CompareState,
     log: log::LogState,
 }
 
@@ -66,10 +69,11 @@ impl PanelState {
 
 /// The arrangement of panels around the 3D view.
 pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Action>) {
-    let State { project, layout, viewport, panels, messages, .. } = state;
+    let State { project, layout, viewport, panels, messages, jobs, .. } = state;
+    let picture = jobs.picture.as_ref();
     let Some(project) = project else { return };
     egui::CentralPanel::no_frame().show(ui, |ui| {
-        let mut behavior = Behavior { project, viewport, panels, messages, actions };
+        let mut behavior = Behavior { project, viewport, panels, messages, picture, actions };
         layout.tree().ui(&mut behavior, ui);
     });
 }
@@ -79,12 +83,13 @@ struct Behavior<'a> {
     viewport: &'a mut Viewport,
     panels: &'a mut PanelState,
     messages: &'a Messages,
+    picture: Option<&'a Picture>,
     actions: &'a mut Vec<Action>,
 }
 
 impl egui_tiles::Behavior<Pane> for Behavior<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        let Self { project, viewport, panels, messages, actions } = self;
+        let Self { project, viewport, panels, messages, picture, actions } = self;
         if *pane == Pane::Viewport {
             let events = viewport.show(ui, &project.content());
             actions.extend(events.into_iter().map(viewport_action));
@@ -115,6 +120,11 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                 Pane::Lights => lights::lights_ui(ui, project, &mut panels.lights, actions),
                 Pane::Materials => {
                     materials::materials_ui(ui, project, &mut panels.materials, actions);
+                }
+                Pane::Compare => {
+                    let state = &mut panels.compare;
+                    state.exposure = viewport.exposure();
+                    compare::compare_ui(ui, project, *picture, state, actions);
                 }
                 Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
             }

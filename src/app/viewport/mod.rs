@@ -37,7 +37,7 @@ pub use camera::{Side, ViewCamera};
 pub use content::{
     Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
-pub use palette::{INVALID, material_color};
+pub use palette::{INVALID, material_color, signed};
 
 pub use crate::app::derived::Derived;
 pub use crate::app::project::Focus;

@@ -1,0 +1,271 @@
+//! A photograph beside the same view made from the results, and what they differ by.
+
+use std::sync::{Arc, Weak};
+
+use eframe::egui::{self, Color32, ColorImage, Rect, TextureHandle, TextureOptions, pos2, vec2};
+
+use crate::app::actions::Action;
+use crate::app::jobs::Picture;
+use crate::app::project::Project;
+use crate::app::viewport::{INVALID, signed};
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::render::film::Film;
+use crate::scene::Image;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Layout {
+    #[default]
+    Beside,
+    Slider,
+    Flip,
+    Difference,
+}
+
+impl Layout {
+    const ALL: [(Self, &'static str, &'static str); 4] = [
+        (Self::Beside, "Side by side", "Photograph, render and difference"),
+        (
+            Self::Slider,
+            "Slider",
+            "The photograph left of a line that can be dragged, the render right",
+        ),
+        (Self::Flip, "Flip", "The render while the pointer is on the picture, else the photograph"),
+        (Self::Difference, "Difference", "What the render has too much or too little"),
+    ];
+}
+
+pub struct CompareState {
+    layout: Layout,
+    /// Chosen here; else the selected photograph.
+    photograph: Option<usize>,
+    split: f32,
+    /// Factor from radiance to the screen's 0 to 1, as in the 3D view.
+    pub exposure: f32,
+    shown: Option<Shown>,
+}
+
+impl Default for CompareState {
+    fn default() -> Self {
+        Self { layout: Layout::Beside, photograph: None, split: 0.5, exposure: 1.0, shown: None }
+    }
+}
+
+/// The pictures of one film.
+struct Shown {
+    of: Weak<Film>,
+    photograph: usize,
+    exposure: f32,
+    pictures: [TextureHandle; 3],
+    /// Relative RMS over the pixels that both have, of all channels.
+    rms: Option<f64>,
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+/// The relative difference at which the colours end.
+const RANGE: f32 = 0.5;
+
+pub fn compare_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    picture: Option<&Picture>,
+    state: &mut CompareState,
+    actions: &mut Vec<Action>,
+) {
+    let capture = project.result_capture();
+    if project.products.whole.is_none() {
+        ui.weak("Run to compare the photographs with what the results make of them.");
+        return;
+    }
+    let measured: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
+    let wanted = state
+        .photograph
+        .or(project.selection.photograph)
+        .filter(|index| measured.contains(index))
+        .or(measured.first().copied());
+    let Some(mut chosen) = wanted else { return };
+    ui.horizontal_wrapped(|ui| {
+        let name = |index: usize| capture.photographs[index].name.as_str();
+        egui::ComboBox::from_id_salt("compared")
+            .selected_text(name(chosen))
+            .show_ui(ui, |ui| {
+                for &index in &measured {
+                    ui.selectable_value(&mut chosen, index, name(index));
+                }
+            })
+            .response
+            .on_hover_text("The photograph that is compared");
+        for (layout, name, help) in Layout::ALL {
+            ui.selectable_value(&mut state.layout, layout, name).on_hover_text(help);
+        }
+        if let Some(film) = picture.and_then(|picture| picture.film.as_ref()) {
+            ui.separator();
+            if let Some(rms) = state.shown.as_ref().and_then(|shown| shown.rms) {
+                ui.label(format!("relative RMS {}", percent(rms)))
+                    .on_hover_text("Over all pixels that show known surfaces, noise included");
+            }
+            let noise = film.noise().map_or(String::new(), |n| format!(", noise {}", percent(n)));
+            ui.weak(format!("{} paths a pixel{noise}", film.paths));
+        }
+        if picture.is_some_and(|picture| !picture.is_done) {
+            ui.spinner();
+        }
+    });
+    if wanted != Some(chosen) {
+        state.photograph = Some(chosen);
+    }
+    let Some(picture) = picture.filter(|picture| picture.photograph == chosen) else {
+        actions.push(Action::Compare(chosen));
+        return;
+    };
+    let photograph = &capture.photographs[chosen];
+    let (Some(film), Some(image)) = (&picture.film, &photograph.image) else {
+        let none = "The picture could not be made; the message beside says why.";
+        ui.weak(if picture.is_done { none } else { "The first paths are being traced…" });
+        return;
+    };
+    state.update(ui.ctx(), film, image, picture.step, chosen);
+    let CompareState { layout, split, shown: Some(shown), .. } = state else { return };
+    show(ui, *layout, split, shown);
+}
+
+impl CompareState {
+    fn update(
+        &mut self,
+        ctx: &egui::Context,
+        film: &Arc<Film>,
+        image: &Image,
+        step: usize,
+        photograph: usize,
+    ) {
+        let is_new = self.shown.as_ref().is_none_or(|shown| {
+            !std::ptr::eq(shown.of.as_ptr(), Arc::as_ptr(film))
+                || shown.exposure != self.exposure
+                || shown.photograph != photograph
+        });
+        if !is_new {
+            return;
+        }
+        let Compared { pictures, rms } = compared(film, image, step, self.exposure);
+        let mut names = ["photograph", "render", "difference"].into_iter();
+        let pictures = pictures.map(|picture| {
+            ctx.load_texture(names.next().unwrap_or_default(), picture, TextureOptions::LINEAR)
+        });
+        let (of, exposure) = (Arc::downgrade(film), self.exposure);
+        self.shown = Some(Shown { of, photograph, exposure, pictures, rms });
+    }
+}
+
+struct Compared {
+    pictures: [ColorImage; 3],
+    rms: Option<f64>,
+}
+
+/// Photograph, render and difference; pixels of the photograph are averaged to those of the film.
+fn compared(film: &Film, image: &Image, step: usize, exposure: f32) -> Compared {
+    let (beauty, coverage) = (film.beauty(), film.coverage());
+    let mut pictures = [const { Vec::new() }; 3];
+    let (mut sum, mut count) = (0.0f64, 0usize);
+    for (index, made) in beauty.iter().enumerate() {
+        let (x, y) = (index % film.width, index / film.width);
+        let seen = mean(image, (x * step, y * step), step);
+        pictures[0].push(seen.map_or(INVALID, |radiance| exposed(radiance, exposure)));
+        pictures[1].push(exposed(*made, exposure));
+        // A pixel of which a part shows what nobody modelled cannot be compared.
+        pictures[2].push(match seen.filter(|_| coverage[index] > 0.999) {
+            None => Color32::TRANSPARENT,
+            Some(seen) => {
+                let mut mean = 0.0;
+                for c in 0..CHANNELS {
+                    let relative = (made[c] - seen[c]) / seen[c].max(f32::MIN_POSITIVE);
+                    sum += f64::from(relative).powi(2);
+                    count += 1;
+                    mean += relative / CHANNELS as f32;
+                }
+                signed(mean / RANGE)
+            }
+        });
+    }
+    let size = [film.width, film.height];
+    Compared {
+        pictures: pictures.map(|pixels| ColorImage::new(size, pixels)),
+        rms: (count > 0).then(|| (sum / count as f64).sqrt()).filter(|rms| rms.is_finite()),
+    }
+}
+
+fn mean(image: &Image, (x, y): (usize, usize), step: usize) -> Option<Radiance> {
+    let (mut sum, mut count) = ([0.0; CHANNELS], 0);
+    for v in y..y + step {
+        for u in x..x + step {
+            if u < image.width()
+                && v < image.height()
+                && let Some(radiance) = image.radiance(u, v)
+            {
+                for (sum, value) in sum.iter_mut().zip(radiance) {
+                    *sum += value;
+                }
+                count += 1;
+            }
+        }
+    }
+    (count > 0).then(|| sum.map(|value| value / count as f32))
+}
+
+fn exposed(radiance: Radiance, exposure: f32) -> Color32 {
+    let [r, g, b] = radiance.map(|value| (value * exposure).clamp(0.0, 1.0));
+    egui::Rgba::from_rgb(r, g, b).into()
+}
+
+fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
+    let [photograph, render, difference] = &shown.pictures;
+    let columns = if layout == Layout::Beside { 3.0 } else { 1.0 };
+    let room = ui.available_size() - vec2(0.0, 20.0);
+    let size = photograph.size_vec2();
+    let scale = ((room.x - 8.0 * (columns - 1.0)) / columns / size.x).min(room.y / size.y);
+    let size = size * scale.max(0.01);
+    let picture = |ui: &mut egui::Ui, texture: &TextureHandle, name: &str| {
+        ui.vertical(|ui| {
+            ui.set_max_width(size.x);
+            ui.weak(name);
+            ui.add(egui::Image::new(texture).fit_to_exact_size(size).alt_text(name));
+        });
+    };
+    let scale_of = format!("-{0:.0} % blue to +{0:.0} % orange", 100.0 * RANGE);
+    match layout {
+        Layout::Beside => {
+            ui.horizontal(|ui| {
+                picture(ui, photograph, "Photograph");
+                picture(ui, render, "Render");
+                picture(ui, difference, &scale_of);
+            });
+        }
+        Layout::Difference => picture(ui, difference, &scale_of),
+        Layout::Flip => {
+            let rect = Rect::from_min_size(ui.cursor().min + vec2(0.0, 20.0), size);
+            let on = ui.rect_contains_pointer(rect);
+            let (texture, name) = if on { (render, "Render") } else { (photograph, "Photograph") };
+            picture(ui, texture, name);
+        }
+        Layout::Slider => {
+            ui.weak("Photograph left, render right of the line");
+            let (rect, response) = ui.allocate_exact_size(size, egui::Sense::click_and_drag());
+            response.widget_info(|| {
+                egui::WidgetInfo::labeled(egui::Role::Slider, true, "Photograph or render")
+            });
+            if let Some(place) = response.interact_pointer_pos() {
+                *split = ((place.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
+            }
+            let line = rect.left() + *split * rect.width();
+            let all = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            let painter = ui.painter();
+            painter.image(render.id(), rect, all, Color32::WHITE);
+            let left = Rect::from_min_max(rect.min, pos2(line, rect.bottom()));
+            let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(*split, 1.0));
+            painter.image(photograph.id(), left, part, Color32::WHITE);
+            painter.vline(line, rect.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
+            response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+        }
+    }
+}
