@@ -219,6 +219,7 @@ fn run(state: &mut State) {
     if let Some(obstacle) = state.obstacle_to_run() {
         state.messages.notice(obstacle);
     } else if let Some(project) = &mut state.project {
+        state.probe.restart();
         state.jobs.run(project);
     }
 }

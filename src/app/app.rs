@@ -1,5 +1,7 @@
 //! Wires: what happens in a frame, in order.
 
+use std::time::Instant;
+
 use eframe::egui;
 
 use super::actions::{self, Action};
@@ -35,6 +37,7 @@ impl Studio {
 
 impl eframe::App for Studio {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let began = Instant::now();
         let state = &mut self.state;
         let ctx = ui.ctx().clone();
         let mut actions = Vec::new();
@@ -68,6 +71,7 @@ impl eframe::App for Studio {
         if let Some(soon) = state.messages.expire() {
             ctx.request_repaint_after(soon);
         }
+        state.probe.add(began.elapsed());
     }
 }
 

@@ -279,6 +279,7 @@ fn runner_event(state: &mut State, event: Event) {
                 state.messages.warning(warning.clone());
             }
             project.products.finish(whole);
+            state.messages.info(state.probe.report().unwrap_or_default());
             state.messages.notice(format!("Done in {secs:.1} s. {brief}"));
             state.jobs.derive(project);
         }

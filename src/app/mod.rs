@@ -17,6 +17,7 @@ mod layout;
 mod leaving;
 mod messages;
 mod panels;
+mod probe;
 mod project;
 mod state;
 mod theme;

@@ -15,6 +15,7 @@ use super::jobs::Jobs;
 use super::layout::Layout;
 use super::messages::Messages;
 use super::panels::PanelState;
+use super::probe::Probe;
 use super::project::Project;
 use super::theme;
 use super::viewport::Viewport;
@@ -46,6 +47,7 @@ pub struct State {
     pub example: Option<PathBuf>,
     /// The graphics adapter in use.
     pub adapter: String,
+    pub probe: Probe,
     pub quitting: bool,
     /// Whether a text field had the focus at the end of the frame before.
     pub was_typing: bool,
@@ -87,6 +89,7 @@ impl State {
             viewport: Viewport::new(render),
             example: example(),
             adapter: adapter(render),
+            probe: Probe::default(),
             quitting: false,
             was_typing: false,
         })
