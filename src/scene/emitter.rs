@@ -165,7 +165,9 @@ impl Emitter {
                     let along = axis.dot(direction);
                     let beyond = along * along + radius_squared - distance_squared;
                     let target = site.position + direction * (along + beyond.max(0.0).sqrt());
-                    return Arrival::above(site, direction, Some(target), PI / local.z);
+                    // As rounded here, so that cosine times strength is π to the last digit.
+                    let strength = PI / direction.dot(site.normal);
+                    return Arrival::above(site, direction, Some(target), strength);
                 }
                 let sine_squared = radius_squared / distance_squared;
                 // One minus the cosine of the cone that holds the sphere, without cancellation.
@@ -257,7 +259,8 @@ impl Emitter {
 /// The mean of a function over `side`² stratified points of the unit square.
 fn mean(side: usize, random: &mut Random, value: impl FnMut(Vec2) -> f32) -> f32 {
     let side = side.max(1);
-    stratified(side, random).map(value).sum::<f32>() / (side * side) as f32
+    let sum: f64 = stratified(side, random).map(value).map(f64::from).sum();
+    (sum / (side * side) as f64) as f32
 }
 
 /// The part of a spot's intensity that leaves in a direction with that cosine to its axis.
