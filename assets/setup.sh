@@ -6,8 +6,8 @@ cd "$(dirname "$0")/.."
 
 fail() { printf 'assets/setup.sh: %s\n' "$*" >&2; exit 1; }
 
-# The linker comes with the C compiler.
-if ! command -v cc >/dev/null; then
+# The linker comes with the C compiler; the picture metric FLIP is in C++.
+if ! command -v cc >/dev/null || ! command -v c++ >/dev/null; then
     missing=(build-essential)
     command -v pkg-config >/dev/null || missing+=(pkg-config)
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
@@ -15,7 +15,7 @@ if ! command -v cc >/dev/null; then
         apt-get update -qq
         apt-get install -y -qq --no-install-recommends "${missing[@]}"
     else
-        fail "there is no C compiler, which links the program. Install these packages and run this again:
+        fail "there is no C and C++ compiler, which the program is linked and in part built with. Install these packages and run this again:
   sudo apt-get install ${missing[*]}"
     fi
 fi
