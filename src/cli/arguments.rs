@@ -113,23 +113,19 @@ fn reconstruct() -> Command {
         .fold(command, |command, declaration| command.arg(flag(declaration)))
 }
 
+fn folder(name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name("DIR").help(help).value_parser(value_parser!(PathBuf))
+}
+
 fn render() -> Command {
-    let folder = |name: &'static str, help: &'static str| {
-        Arg::new(name)
-            .long(name)
-            .value_name("DIR")
-            .help(help)
-            .required(true)
-            .value_parser(value_parser!(PathBuf))
-    };
     let switch = |name: &'static str, help: &'static str| {
         Arg::new(name).long(name).help(help).action(ArgAction::SetTrue)
     };
     let command = Command::new("render")
         .about("Make pictures of a recovered scene, as it is or with other light and objects")
         .arg(capture())
-        .arg(folder("solution", "Folder written by reconstruct"))
-        .arg(folder("out", "Folder for the pictures; made when missing"))
+        .arg(folder("solution", "Folder written by reconstruct").required(true))
+        .arg(folder("out", "Folder for the pictures; made when missing").required(true))
         .arg(path("edits", "Added lights and objects, other materials (edits.json)"))
         .arg(path("cameras", "Cameras (transforms.json) [default: the capture's own]"))
         .arg(switch("png", "Also write sRGB pictures, the 99th percentile white"))
@@ -153,6 +149,15 @@ fn score() -> Command {
                 .value_parser(value_parser!(PathBuf)),
         )
         .arg(path("json", "Also write the scores as JSON"))
+        .arg(
+            folder("renders", "Also compare these pictures, which render has written")
+                .requires("truth_images"),
+        )
+        .arg(
+            folder("truth-images", "With true ones of the same names")
+                .id("truth_images")
+                .requires("renders"),
+        )
 }
 
 fn flag(declaration: &Declaration) -> Arg {

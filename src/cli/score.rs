@@ -9,6 +9,7 @@ use crate::cli::{Ending, arguments};
 use crate::io::solution::{Solution, write_pretty};
 use crate::io::truth::Truth;
 use crate::math::rgb::{CHANNELS, Rgb};
+use crate::study::pictures::{self, PictureScore};
 use crate::study::score::{Errors, Score, compare};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -19,8 +20,15 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     let solution = Solution::read(&file)?;
     let truth = Truth::read(&capture.join("truth.json"))?;
-    let score = compare(&solution, &truth);
+    let mut score = compare(&solution, &truth);
+    let folders = ["renders", "truth_images"].map(|name| matches.get_one::<PathBuf>(name));
+    if let [Some(renders), Some(truths)] = folders {
+        score.pictures = pictures::compare_folders(renders, truths)?;
+    }
     print(&score);
+    if !score.pictures.is_empty() {
+        print_pictures(&score.pictures);
+    }
     if let Some(json) = matches.get_one::<PathBuf>("json") {
         write_pretty(json, &score)?;
     }
@@ -101,6 +109,21 @@ fn print(score: &Score) {
     if intervals.exponents_of > 0 {
         let (inside, of) = (intervals.exponents_inside, intervals.exponents_of);
         say_line!("true exponents in their intervals: {inside} of {of}");
+    }
+}
+
+fn print_pictures(pictures: &[PictureScore]) {
+    let widest = pictures.iter().map(|p| p.name.chars().count()).max().unwrap_or(0).max(10);
+    say_line!("{:widest$}  {:>9}  relative RMS  PSNR in dB    FLIP", "picture", "pixels");
+    for picture in pictures {
+        let psnr = picture.psnr_db.map_or("-".to_owned(), |psnr| format!("{psnr:.2}"));
+        say_line!(
+            "{:widest$}  {:>9}  {:>12.4}  {psnr:>10}  {:.4}",
+            picture.name,
+            picture.pixels,
+            picture.relative_rms,
+            picture.mean_flip
+        );
     }
 }
 

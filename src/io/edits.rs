@@ -68,7 +68,11 @@ fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Added
         )));
     };
     let emitter = emitter?;
-    let emission = not_negative(&item.need(emitter.quantity())?)?;
+    let field = item.need(emitter.quantity())?;
+    let emission = not_negative(&field)?;
+    if emission.iter().any(|&value| value > BRIGHTEST) {
+        return Err(too_bright(&field));
+    }
     Ok(AddedLight { name, shape: Shape::Emitter(emitter), emission })
 }
 
@@ -216,10 +220,20 @@ fn change(item: &Field) -> Result<Override, Error> {
     Ok(change)
 }
 
+/// Squared distances and many reflections are still within single precision.
+const BRIGHTEST: f64 = 1e20;
+
+fn too_bright(field: &Field) -> Error {
+    field.wrong_with("this is brighter than pictures can hold", "Give it in the capture's unit")
+}
+
 fn at_least_0(field: &Field) -> Result<f64, Error> {
     let value = field.number()?;
     if value < 0.0 {
         return Err(field.wrong("light cannot be negative"));
+    }
+    if value > BRIGHTEST {
+        return Err(too_bright(field));
     }
     Ok(value)
 }

@@ -55,6 +55,28 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
     })
 }
 
+/// One channel of the display window by its full name, 0 outside of the data window; `None` where
+/// no layer at full resolution has it.
+pub fn read_channel(file: &Path, name: &str) -> Result<Option<Vec<f32>>, Error> {
+    guarded(file, || {
+        let (meta, bytes) = read_headers(file)?;
+        check_counts(file, &meta, bytes)?;
+        let found = meta.headers.iter().enumerate().find_map(|(layer, header)| {
+            let is_it = |channel: &exr::prelude::ChannelDescription| {
+                channel.sampling == Vec2(1, 1) && channel.name.to_string() == name
+            };
+            let index = header.channels.list.iter().position(is_it).filter(|_| !header.deep)?;
+            Some(Choice { layer, channels: Channels::Grey(index) })
+        });
+        let Some(choice) = found else { return Ok(None) };
+        let header = &meta.headers[choice.layer];
+        check_layer(file, header, bytes)?;
+        let pixels = decode(file, header, &choice, None)?.pixels;
+        let value = |[value, ..]: Radiance| if value.is_nan() { 0.0 } else { value };
+        Ok(Some(pixels.into_iter().map(value).collect()))
+    })
+}
+
 /// Runs a decoder, which may panic on a damaged file.
 fn guarded<T>(file: &Path, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     catch_unwind(AssertUnwindSafe(work))

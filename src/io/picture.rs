@@ -1,8 +1,9 @@
 //! The image files that cameras name, whatever their format.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{Error, Fault, exr, hdr};
 use crate::math::rgb::Radiance;
@@ -61,6 +62,21 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
         (Format::Radiance, _) | (Format::Unknown, "hdr") => hdr::read(file),
         _ => Err(no_radiance(file)),
     }
+}
+
+/// The OpenEXR and Radiance files of a folder, by their names without extension.
+pub fn by_stem(folder: &Path) -> Result<BTreeMap<String, PathBuf>, Error> {
+    let unreadable = |source| Error::Read { file: folder.to_owned(), source };
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let file = entry.map_err(unreadable)?.path();
+        if ["exr", "hdr"].contains(&extension(&file).as_str())
+            && let Some(stem) = file.file_stem()
+        {
+            files.insert(stem.to_string_lossy().into_owned(), file);
+        }
+    }
+    Ok(files)
 }
 
 fn extension(file: &Path) -> String {

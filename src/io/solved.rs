@@ -104,7 +104,13 @@ fn add(
                 capture.lights.iter().position(named).ok_or_else(|| {
                     wrong("there is no light of this name among the capture's tags")
                 })?;
-            VirtualLight::disc(LightKind::Known(known), Vec3::ZERO, Vec3::Z, 0.0)
+            // Where lobes of reflection find it, as in the solve.
+            let (position, radius_m) = match &capture.lights[known] {
+                KnownLight::Shape { emitter, .. } => emitter.extent(),
+                _ => (Vec3::ZERO, 0.0),
+            };
+            let kind = LightKind::Known(known);
+            VirtualLight { kind, ..VirtualLight::lamp(position, radius_m) }
         }
         kind => return Err(wrong(&format!("\"{kind}\" is no kind of light"))),
     };
@@ -155,7 +161,8 @@ fn read_textures(folder: &Path, capture: &Capture, solved: &mut Solved) -> Resul
             return Err(other(&image, "", "a texture for another geometry"));
         }
         let (width, height) = (picture.width, picture.height);
-        let seen = vec![true; width * height];
+        let seen = exr::read_channel(&image, "seen")?
+            .map_or(vec![true; width * height], |seen| seen.iter().map(|&s| s > 0.5).collect());
         let unwrap = Unwrap { triangles, corners, width, height, is_own };
         let texels = picture.pixels;
         solved.textures.push(Texture { surface, material, unwrap, texels, seen });

@@ -192,6 +192,9 @@ enum Source {
     Dome(DomeTable),
 }
 
+/// Part of the distance within which a light may lie on a surface.
+const FLUSH: f32 = 1e-3;
+
 /// Light of an added one at a site.
 #[derive(Clone, Copy, Debug)]
 pub struct Direct {
@@ -223,6 +226,10 @@ impl Added {
                 }
                 let has_extent =
                     matches!(emitter, Emitter::Rectangle { .. } | Emitter::Sphere { .. });
+                // So little, seen from its edge, that its inverse is infinite.
+                if arrival.strength < f32::MIN_POSITIVE {
+                    return None;
+                }
                 Some(Direct {
                     direction: arrival.direction,
                     cosine: arrival.cosine,
@@ -247,11 +254,23 @@ impl Added {
 
     /// Radiance that a ray from a site meets before `distance_m`, with the density with which
     /// [`sample`](Self::sample) finds its direction.
-    pub fn met(&self, site: Site, direction: Vec3, distance_m: f32) -> Option<(Radiance, f32)> {
+    pub fn met(
+        &self,
+        views: &Views,
+        site: Site,
+        direction: Vec3,
+        distance_m: f32,
+    ) -> Option<(Radiance, f32)> {
         match &self.source {
             Source::Emitter(emitter) => {
                 let (along, strength) = emitter.met(site, direction)?;
-                (along < distance_m).then(|| (self.emission, 1.0 / strength))
+                // A panel may lie on the surface that the ray met: where light sampling finds it,
+                // it has to be found here, too.
+                let is_flush = || {
+                    along * (1.0 - FLUSH) - 1e2 * views.offset_m < distance_m
+                        && views.is_free(site, site.position + direction * along)
+                };
+                (along < distance_m || is_flush()).then(|| (self.emission, 1.0 / strength))
             }
             Source::Dome(table) => {
                 if distance_m < f32::INFINITY {
@@ -285,16 +304,28 @@ impl DomeTable {
         let columns = 2 * rows;
         let mut table = Self { dome, columns, rows, cumulated: Vec::new() };
         let mut sum = 0.0f64;
-        let mut sums = Vec::with_capacity(rows * columns);
-        for row in 0..rows {
-            for column in 0..columns {
-                let place = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
+        // As fine as the image, so that a sun of a few pixels is not missed.
+        let fine = table.dome.image.height().div_ceil(rows).clamp(1, 32);
+        let power = |row: usize, column: usize| {
+            let within = (0..fine * fine).map(|k| {
+                let part = Vec2::new((k % fine) as f32 + 0.5, (k / fine) as f32 + 0.5);
+                let place = Vec2::new(column as f32, row as f32) + part / fine as f32;
                 let radiance = table.dome.radiance(table.direction(place));
-                // A little everywhere: between the cells' middles there may be light.
-                let power = radiance.iter().map(|&value| f64::from(value.max(0.0))).sum::<f64>();
-                sum += (power + 1e-6) * f64::from(table.solid_angle(row));
-                sums.push(sum);
-            }
+                radiance.iter().map(|&value| f64::from(value.max(0.0))).sum::<f64>()
+            });
+            within.sum::<f64>() / (fine * fine) as f64
+        };
+        let powers: Vec<f64> = (0..rows * columns)
+            .into_par_iter()
+            .map(|cell| power(cell / columns, cell % columns))
+            .collect();
+        // A little everywhere: between the places that were asked there may be light.
+        let least = 1e-4 * powers.iter().sum::<f64>() / powers.len() as f64;
+        let least = if least > 0.0 { least } else { 1.0 };
+        let mut sums = Vec::with_capacity(rows * columns);
+        for (cell, power) in powers.iter().enumerate() {
+            sum += (power + least) * f64::from(table.solid_angle(cell / columns));
+            sums.push(sum);
         }
         table.cumulated = sums.iter().map(|value| (value / sum) as f32).collect();
         table

@@ -211,7 +211,9 @@ impl Scene<'_> {
         let eye = Site { position: ray.origin, normal: ray.direction };
         let (site, density) = from.unwrap_or((eye, f32::INFINITY));
         for (index, added) in self.added.iter().enumerate() {
-            let Some((radiance, by_light)) = added.met(site, ray.direction, distance_m) else {
+            let Some((radiance, by_light)) =
+                added.met(&self.geometry, site, ray.direction, distance_m)
+            else {
                 continue;
             };
             // The balance heuristic (Veach 1997); a camera looks at lights in one way only.
@@ -306,7 +308,9 @@ impl Brdf {
         let part = self.specular_part();
         let mut density = (1.0 - part) * cosine / PI;
         if part > 0.0 {
-            let lobe = mirror.dot(direction).max(0.0).powf(self.exponent);
+            let along = mirror.dot(direction);
+            // 0⁰ is 1, and an exponent of 0 sends nothing below the mirror direction's horizon.
+            let lobe = if along > 0.0 { along.powf(self.exponent) } else { 0.0 };
             density += part * (self.exponent + 1.0) / (2.0 * PI) * lobe;
         }
         density

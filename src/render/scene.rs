@@ -167,6 +167,15 @@ impl<'a> Scene<'a> {
                 reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
                 reflectance.specular = change.specular.unwrap_or(reflectance.specular);
                 reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
+                // No more is sent back than came: what was not asked for gives way.
+                let Reflectance { diffuse, specular, .. } = &mut reflectance;
+                for (diffuse, specular) in diffuse.iter_mut().zip(specular) {
+                    if change.diffuse.is_some() {
+                        *specular = specular.min(1.0 - *diffuse);
+                    } else if change.specular.is_some() {
+                        *diffuse = diffuse.min(1.0 - *specular);
+                    }
+                }
             }
             let is_repainted = change.is_some_and(|change| change.diffuse.is_some());
             let texture = solved.textures.iter().find(|texture| texture.surface == index);
@@ -209,7 +218,7 @@ impl<'a> Scene<'a> {
             offset_m,
         };
         let added: Vec<Added> = edits.lights.iter().map(Added::new).collect();
-        let shell = shell(solved, geometry, edits, places);
+        let shell = shell(capture, solved, geometry, edits, places);
         Self {
             geometry: lit,
             photographs,
@@ -291,8 +300,17 @@ fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
 
 /// Room that the surroundings leave around what they hold, in diagonals.
 const MARGIN: f32 = 0.02;
+/// Room around added lights that shine to all sides, in diagonals: so close to a wall that they
+/// would make it glow in one small spot nobody hangs a lamp.
+const LAMP_MARGIN: f32 = 0.1;
 
-fn shell(solved: &Solved, geometry: &Geometry, edits: &Edits, places: &[Vec3]) -> Option<Shell> {
+fn shell(
+    capture: &Capture,
+    solved: &Solved,
+    geometry: &Geometry,
+    edits: &Edits,
+    places: &[Vec3],
+) -> Option<Shell> {
     let is_open = solved.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
         || edits.lights.iter().any(|light| matches!(light.shape, Shape::Dome(_)));
     let albedo = match edits.surroundings {
@@ -301,19 +319,23 @@ fn shell(solved: &Solved, geometry: &Geometry, edits: &Edits, places: &[Vec3]) -
         Surroundings::Auto => GREY,
         Surroundings::Albedo(albedo) => albedo,
     };
+    // Photographs are taken in the room, too; without them it would change with the frames that
+    // happen to be rendered.
+    let cameras = capture.photographs.iter().map(|photograph| photograph.camera.position.as_vec3());
+    let hold = |(low, high): (Vec3, Vec3), p: Vec3| (low.min(p), high.max(p));
+    let (low, high) =
+        places.iter().copied().chain(cameras).fold((geometry.low, geometry.high), hold);
+    let below = LAMP_MARGIN * (high - low).length();
+    let ball = |center: Vec3, radius_m: f32| vec![center - radius_m, center + radius_m];
     let lights = edits.lights.iter().flat_map(|AddedLight { shape, .. }| match shape {
         Shape::Emitter(Emitter::Rectangle { corners, .. }) => corners.to_vec(),
-        Shape::Emitter(Emitter::Sphere { center, radius_m }) => {
-            vec![center - *radius_m, center + *radius_m]
-        }
+        Shape::Emitter(Emitter::Sphere { center, radius_m }) => ball(*center, radius_m + below),
         Shape::Emitter(Emitter::Point { position } | Emitter::Spot { position, .. }) => {
-            vec![*position]
+            ball(*position, below)
         }
         Shape::Emitter(Emitter::Sun { .. }) | Shape::Dome(_) => Vec::new(),
     });
-    let places = places.iter().copied().chain(lights);
-    let (low, high) =
-        places.fold((geometry.low, geometry.high), |(low, high), p| (low.min(p), high.max(p)));
+    let (low, high) = lights.fold((low, high), hold);
     let margin = MARGIN * (high - low).length();
     Some(Shell { low: low - margin, high: high + margin, albedo: albedo as f32 })
 }

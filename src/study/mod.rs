@@ -1,3 +1,4 @@
 //! Studies of the results: how far they are from the truth, and how stable they are.
 
+pub mod pictures;
 pub mod score;

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::io::solution::Solution;
 use crate::io::truth::Truth;
 use crate::math::rgb::{CHANNELS, Rgb};
+use crate::study::pictures::PictureScore;
 
 /// What `lobelia score` prints and writes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +24,8 @@ pub struct Score {
     pub intervals: Intervals,
     /// Materials that were not compared, and why.
     pub skipped: Vec<Skipped>,
+    /// Of rendered pictures, where some were given.
+    pub pictures: Vec<PictureScore>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,6 +96,7 @@ pub fn compare(solution: &Solution, truth: &Truth) -> Score {
         channel_scale: None,
         intervals: Intervals::default(),
         skipped: Vec::new(),
+        pictures: Vec::new(),
     };
     // Of every estimated value, where it has an interval.
     let mut widths: Vec<Option<f64>> = Vec::new();

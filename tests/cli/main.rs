@@ -7,6 +7,7 @@ mod files; // what `reconstruct` writes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
 mod options; // flags, options files, help
+mod render; // pictures of a recovered scene
 mod score; // `score` against the truth
 mod surfaces; // textures and gloss
 

@@ -1,0 +1,188 @@
+//! How far rendered pictures are from true ones, where the render knows what is seen.
+//!
+//! Differences of light are told by their relative RMS. What a viewer sees of them is told by PSNR
+//! and FLIP (Andersson et al. 2020) of sRGB pictures at one exposure, at which the 99th percentile
+//! of the true values is white.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::io::export::pictures::{percentile, srgb};
+use crate::io::picture::{self, Picture};
+use crate::io::{Error, Fault, exr};
+use crate::math::rgb::{CHANNELS, Radiance};
+
+/// A picture beside the true one.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PictureScore {
+    /// Of the files, without extension.
+    pub name: String,
+    /// Pixels that were compared.
+    pub pixels: usize,
+    /// Root mean square of the differences over that of the true values.
+    pub relative_rms: f64,
+    /// Of the sRGB values, not rounded; `null` where they are equal.
+    pub psnr_db: Option<f64>,
+    /// At [`PIXELS_PER_DEGREE`], over the pixels that were compared; 0 to 1.
+    pub mean_flip: f64,
+}
+
+/// A monitor of 0.7 m and 3840 pixels, seen from 0.7 m: FLIP's own default.
+pub const PIXELS_PER_DEGREE: f32 = 67.0;
+
+/// Pixels of which known surfaces cover less show in part what nobody modelled.
+const COVERED: f32 = 0.999;
+
+/// Compares every true picture of a folder with the render of that name, in their order.
+///
+/// # Errors
+/// Where a file cannot be read, two of a name differ in size, or no two have a name in common.
+pub fn compare_folders(renders: &Path, truths: &Path) -> Result<Vec<PictureScore>, Error> {
+    let (rendered, truth_files) = (picture::by_stem(renders)?, picture::by_stem(truths)?);
+    let mut scores = Vec::new();
+    for (name, truth_file) in &truth_files {
+        let Some(render_file) = rendered.get(name) else { continue };
+        let (render, truth) = (picture::read(render_file)?, picture::read(truth_file)?);
+        if (render.width, render.height) != (truth.width, truth.height) {
+            let problem = format!(
+                "it has {} x {} pixels, and {} has {} x {}",
+                render.width,
+                render.height,
+                truth_file.display(),
+                truth.width,
+                truth.height
+            );
+            let remedy = "Render it with the camera of the true picture";
+            return Err(Error::Invalid(Fault::new(render_file, "", problem, remedy)));
+        }
+        let coverage = match picture::Format::of(render_file)? {
+            picture::Format::OpenExr => exr::read_channel(render_file, "A")?,
+            _ => None,
+        };
+        scores.push(compare(name, &render, coverage.as_deref(), &truth));
+    }
+    if scores.is_empty() {
+        return Err(Error::Missing(Fault::new(
+            renders,
+            "",
+            format!("none of its pictures has the name of one in {}", truths.display()),
+            "Render the true pictures' cameras: lobelia render … --cameras FILE",
+        )));
+    }
+    Ok(scores)
+}
+
+/// Compares two pictures of one size. `coverage` is the part of each pixel, row by row, that known
+/// surfaces cover; without it every pixel counts. Pixels that are not finite in the truth do not.
+pub fn compare(
+    name: &str,
+    render: &Picture,
+    coverage: Option<&[f32]>,
+    truth: &Picture,
+) -> PictureScore {
+    let is_compared = |index: usize| {
+        coverage.is_none_or(|coverage| coverage[index] > COVERED)
+            && truth.pixels[index].iter().all(|value| value.is_finite())
+    };
+    let compared: Vec<bool> = (0..truth.pixels.len()).map(is_compared).collect();
+    let kept: Vec<Radiance> = truth
+        .pixels
+        .iter()
+        .zip(&compared)
+        .filter_map(|(&pixel, &compared)| compared.then_some(pixel))
+        .collect();
+    let white = percentile(&kept, 0.99);
+    let white = if white > 0.0 { white } else { 1.0 };
+    let shown = |pixel: Radiance| pixel.map(|value| srgb(value / white));
+
+    let (mut difference, mut total, mut shown_difference) = (0.0f64, 0.0f64, 0.0f64);
+    let mut bytes = [Vec::with_capacity(CHANNELS * compared.len()), Vec::new()];
+    for (index, &compared) in compared.iter().enumerate() {
+        if !compared {
+            // Alike in both, so that FLIP sees no edge there that is in one alone.
+            bytes.iter_mut().for_each(|bytes| bytes.extend([0; CHANNELS]));
+            continue;
+        }
+        let (r, t) = (render.pixels[index], truth.pixels[index]);
+        for c in 0..CHANNELS {
+            difference += f64::from(r[c] - t[c]).powi(2);
+            total += f64::from(t[c]).powi(2);
+            shown_difference += f64::from(shown(r)[c] - shown(t)[c]).powi(2);
+        }
+        for (bytes, pixel) in bytes.iter_mut().zip([r, t]) {
+            bytes.extend(shown(pixel).map(|value| (value * 255.0 + 0.5) as u8));
+        }
+    }
+    let mean_squared = shown_difference / (CHANNELS * kept.len()).max(1) as f64;
+    PictureScore {
+        name: name.to_owned(),
+        pixels: kept.len(),
+        relative_rms: if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() },
+        psnr_db: (mean_squared > 0.0).then(|| -10.0 * mean_squared.log10()),
+        mean_flip: mean_flip(&bytes, truth.width, truth.height, &compared),
+    }
+}
+
+fn mean_flip(
+    [render, truth]: &[Vec<u8>; 2],
+    width: usize,
+    height: usize,
+    compared: &[bool],
+) -> f64 {
+    let image =
+        |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(width as u32, height as u32, bytes);
+    let map = nv_flip::flip(image(truth), image(render), PIXELS_PER_DEGREE).to_vec();
+    let values = map.iter().zip(compared).filter(|(_, compared)| **compared);
+    let (sum, count) =
+        values.fold((0.0, 0usize), |(sum, count), (value, _)| (sum + f64::from(*value), count + 1));
+    sum / count.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(pixel: impl Fn(usize, usize) -> Radiance) -> Picture {
+        let (width, height) = (40, 30);
+        let pixels = (0..width * height).map(|k| pixel(k % width, k / width)).collect();
+        Picture { width, height, pixels, notes: Vec::new() }
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error() {
+        let truth = picture(|x, y| [x as f32, y as f32, 1.0]);
+        let score = compare("a", &truth, None, &truth);
+        let expected = PictureScore {
+            name: "a".into(),
+            pixels: 1200,
+            relative_rms: 0.0,
+            psnr_db: None,
+            mean_flip: 0.0,
+        };
+        assert_eq!(score, expected);
+    }
+
+    #[test]
+    fn a_factor_on_grey_has_the_error_of_its_srgb_values() {
+        // White is the truth's own 2; the sRGB of 0.5 is 0.735357.
+        let (truth, render) = (picture(|_, _| [2.0; 3]), picture(|_, _| [1.0; 3]));
+        let score = compare("a", &render, None, &truth);
+        assert!((score.relative_rms - 0.5).abs() < 1e-7);
+        let expected = -20.0 * (1.0f64 - 0.735_357).log10();
+        assert!((score.psnr_db.unwrap() - expected).abs() < 1e-3, "{score:?}");
+        assert!(score.mean_flip > 0.05 && score.mean_flip < 1.0, "{score:?}");
+    }
+
+    #[test]
+    fn what_is_unknown_in_either_does_not_count() {
+        let truth = picture(|x, _| if x < 10 { [f32::NAN; 3] } else { [1.0; 3] });
+        let render = picture(|x, _| if (10..20).contains(&x) { [50.0; 3] } else { [1.0; 3] });
+        let coverage: Vec<f32> =
+            (0..1200).map(|k| if (10..20).contains(&(k % 40)) { 0.5 } else { 1.0 }).collect();
+        let score = compare("a", &render, Some(&coverage), &truth);
+        assert_eq!((score.pixels, score.relative_rms, score.mean_flip), (600, 0.0, 0.0));
+        let none = compare("a", &render, Some(&[0.0; 1200]), &truth);
+        assert_eq!((none.pixels, none.psnr_db, none.mean_flip), (0, None, 0.0));
+    }
+}

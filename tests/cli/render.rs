@@ -1,0 +1,235 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lobelia::io::{exr, picture};
+use serde_json::json as object;
+
+use crate::{Copy, Run, coarse, example, files_below, json, lobelia};
+
+/// A solution of the example and a place for pictures.
+struct Pictures {
+    folder: tempfile::TempDir,
+}
+
+impl Pictures {
+    fn new() -> Self {
+        let pictures = Self { folder: tempfile::tempdir().unwrap() };
+        Run::of(&mut coarse(&example(), &pictures.at("solution"))).succeeds();
+        pictures
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn put(&self, name: &str, value: serde_json::Value) -> PathBuf {
+        let file = self.at(name);
+        fs::write(&file, value.to_string()).unwrap();
+        file
+    }
+
+    /// Small cameras where the example's own are; the frames' names are these.
+    fn cameras(&self, names: &[&str]) -> PathBuf {
+        let mut cameras = json(&example().join("transforms.json"));
+        for key in ["w", "h", "fl_x", "fl_y", "cx", "cy"] {
+            cameras[key] = (cameras[key].as_f64().unwrap() / 10.0).into();
+        }
+        for key in ["w", "h"] {
+            cameras[key] = (cameras[key].as_f64().unwrap() as u64).into();
+        }
+        let frames = cameras["frames"].as_array_mut().unwrap();
+        frames.truncate(names.len());
+        for (frame, name) in frames.iter_mut().zip(names) {
+            frame["file_path"] = (*name).into();
+        }
+        self.put("cameras.json", cameras)
+    }
+
+    /// A panel, a bulb of the same name, and a block that the picture shows.
+    fn edits(&self) -> PathBuf {
+        fs::write(
+            self.at("block.obj"),
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl new\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n",
+        )
+        .unwrap();
+        let corners = [[2, 2, 2], [3, 2, 2], [3, 3, 2], [2, 3, 2]];
+        self.put(
+            "edits.json",
+            object!({
+                "lights": [
+                    {"name": "lamp", "kind": "rectangle", "corners": corners,
+                     "normal": [0, 0, -1], "radiance": [3, 2, 1]},
+                    {"name": "Lamp", "kind": "point", "position": [1, 2, 1.5],
+                     "intensity": [1, 1, 1]}],
+                "objects": [{"mesh": "block.obj",
+                    "world_from_object": [[1, 0, 0, 1.2], [0, 1, 0, 1.2], [0, 0, 1, 0], [0, 0, 0, 1]],
+                    "materials": {"new": {"diffuse": [0.5, 0.5, 0.5]}}}],
+                "materials": {"floor": {"diffuse": [0.2, 0.2, 0.2]}}}),
+        )
+    }
+
+    fn render(&self, out: &str, arguments: &[&str]) -> std::process::Command {
+        let mut command = lobelia();
+        command.arg("render").arg(example()).arg("--solution").arg(self.at("solution"));
+        command.arg("--out").arg(self.at(out)).args(arguments);
+        command
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn channel(file: &Path, name: &str) -> Vec<f32> {
+    exr::read_channel(file, name).unwrap().unwrap_or_else(|| panic!("no channel {name}"))
+}
+
+#[test]
+fn layers_add_up_and_files_are_named_after_their_frames() {
+    let pictures = Pictures::new();
+    let (cameras, edits) =
+        (pictures.cameras(&["a/000.exr", "b/000.png", "last.exr"]), pictures.edits());
+    let flags = ["--cameras", text(&cameras), "--edits", text(&edits), "--spp", "4", "--png"];
+    let run = Run::of(&mut pictures.render("out", &flags)).succeeds();
+    assert!(run.out.contains("3 pictures in"), "{}", run.out);
+    let names =
+        ["000-2.exr", "000-2.png", "000.exr", "000.png", "last.exr", "last.png"].map(String::from);
+    assert_eq!(files_below(&pictures.at("out")), names);
+
+    for name in ["000.exr", "000-2.exr", "last.exr"] {
+        let file = pictures.at("out").join(name);
+        assert_eq!(picture::dimensions(&file).unwrap(), (32, 24));
+        for c in ["R", "G", "B"] {
+            let beauty = channel(&file, c);
+            let sum = |layers: &[&str]| {
+                let layers: Vec<_> =
+                    layers.iter().map(|layer| channel(&file, &format!("{layer}.{c}"))).collect();
+                (0..beauty.len()).map(move |k| layers.iter().map(|l| l[k]).sum::<f32>())
+            };
+            let lights = sum(&["light recovered", "light lamp", "light Lamp-2"]);
+            let detours = sum(&["direct", "indirect"]);
+            for ((beauty, lights), detours) in beauty.iter().zip(lights).zip(detours) {
+                assert!((beauty - lights).abs() <= 1e-5 * beauty.abs(), "{beauty} {lights}");
+                assert!((beauty - detours).abs() <= 1e-5 * beauty.abs(), "{beauty} {detours}");
+            }
+            assert!(beauty.iter().sum::<f32>() > 0.0);
+        }
+        let (known, distance) = (channel(&file, "A"), channel(&file, "Z"));
+        assert!(known.iter().zip(distance).all(|(known, z)| (*known > 0.0) == (z > 0.0)));
+        let objects = channel(&file, "object.A");
+        assert!(objects.iter().any(|&part| part > 0.9) && objects.contains(&0.0));
+    }
+    assert_eq!(picture::dimensions(&pictures.at("out/000.png")).unwrap(), (32, 24));
+
+    // The same on one thread and another number of them.
+    let mut one = pictures.render("one", &flags[..6]);
+    Run::of(one.env("RAYON_NUM_THREADS", "1")).succeeds();
+    for name in ["000.exr", "last.exr"] {
+        let bytes = |folder: &str| fs::read(pictures.at(folder).join(name)).unwrap();
+        assert!(bytes("out") == bytes("one"), "{name}");
+    }
+}
+
+#[test]
+fn without_edits_the_composite_is_the_photograph() {
+    let (pictures, copy) = (Pictures::new(), Copy::new());
+    copy.edit("transforms.json", |cameras| cameras["frames"].as_array_mut().unwrap().truncate(2));
+    let (capture, solution, out) = (copy.capture(), pictures.at("solution"), pictures.at("out"));
+    let mut command = lobelia();
+    command.arg("render").arg(&capture).arg("--solution").arg(&solution).arg("--out").arg(&out);
+    Run::of(command.args(["--spp", "1", "--composite", "-q"])).succeeds();
+    for index in 0..2 {
+        let file = pictures.at(&format!("out/00{index}-composite.exr"));
+        let composite = exr::read(&file).unwrap();
+        let photograph = exr::read(&example().join(format!("images/00{index}.exr"))).unwrap();
+        assert!(composite.pixels == photograph.pixels, "{index}");
+        assert!(channel(&file, "change.G").iter().all(|&change| change == 0.0));
+    }
+    // The rendering is no copy of it, but of the same brightness.
+    let mean = |file: PathBuf| {
+        let pixels = exr::read(&file).unwrap().pixels;
+        pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
+    };
+    let ratio = mean(pictures.at("out/001.exr")) / mean(example().join("images/001.exr"));
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn what_cannot_be_rendered_is_refused() {
+    let pictures = Pictures::new();
+    let cameras = pictures.cameras(&["000.exr"]);
+    let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
+        Run::of(&mut pictures.render("out", arguments)).fails(code, parts);
+        assert!(!pictures.at("out").exists());
+    };
+    refused(&["--spp", "0"], 1, &["spp", "0 is outside 1 to"]);
+    refused(&["--time", "soon"], 1, &["time", "soon"]);
+    refused(&["--sp", "4"], 2, &["--sp"]);
+    refused(&["--cameras", "none.json"], 1, &["none.json", "cannot be read"]);
+    refused(&["--edits", "none.json"], 1, &["none.json", "cannot be read"]);
+    let edits = pictures.put("bad.json", object!({"lights": [{"kind": "lamp"}]}));
+    let parts = ["bad.json, lights[0].kind", "\"lamp\" is no kind", "\"sphere\""];
+    refused(&["--cameras", text(&cameras), "--edits", text(&edits)], 1, &parts);
+
+    let bare = |arguments: &[&str]| Run::of(lobelia().arg("render").args(arguments));
+    bare(&[text(&example())]).fails(2, &["--solution", "--out"]);
+    let out = pictures.at("out");
+    let none = pictures.at("none");
+    bare(&[text(&example()), "--solution", text(&none), "--out", text(&out)])
+        .fails(1, &["solution.json", "cannot be read"]);
+    bare(&[text(&none), "--solution", text(&none), "--out", text(&out)]).fails(1, &["none"]);
+    fs::write(&out, "a file").unwrap();
+    Run::of(&mut pictures.render("out", &[])).fails(1, &["out", "a file is there"]);
+
+    // Another capture's solution: of the example with another material.
+    let copy = Copy::new();
+    copy.edit("tags.json", |tags| tags["materials"][0]["name"] = "ground".into());
+    let (capture, solution, out) = (copy.capture(), pictures.at("solution"), copy.out());
+    bare(&[text(&capture), "--solution", text(&solution), "--out", text(&out)])
+        .fails(1, &["no material \"ground\"", "Reconstruct the capture again"]);
+}
+
+#[test]
+fn renders_are_scored_beside_true_pictures() {
+    let pictures = Pictures::new();
+    let cameras = pictures.cameras(&["a.exr", "b.exr"]);
+    let flags = ["--cameras", text(&cameras), "--spp", "2", "-q"];
+    Run::of(&mut pictures.render("out", &flags)).succeeds();
+    // A truth that is 10 % brighter; b is right, but for a pixel that nobody knows.
+    let truth = pictures.at("truth");
+    for (name, factor) in [("a.exr", 1.1f32), ("b.exr", 1.0)] {
+        let mut pixels = exr::read(&pictures.at("out").join(name)).unwrap().pixels;
+        pixels.iter_mut().flatten().for_each(|value| *value *= factor);
+        pixels[24 * 32 - 1] = [f32::NAN; 3];
+        exr::write_rgb(&truth.join(name), 32, 24, &pixels).unwrap();
+    }
+    let score = |more: &[&str]| {
+        let mut command = lobelia();
+        command.arg("score").arg(example()).arg(pictures.at("solution")).args(more);
+        Run::of(&mut command)
+    };
+    let (out, file) = (pictures.at("out"), pictures.at("score.json"));
+    let folders = ["--renders", text(&out), "--truth-images", text(&truth)];
+    let run = score(&[&folders[..], &["--json", text(&file)]].concat()).succeeds();
+    let scored = json(&file);
+    let number = |k: usize, field: &str| scored["pictures"][k][field].as_f64().unwrap();
+    assert!((number(0, "relative_rms") - 0.1 / 1.1).abs() < 1e-6);
+    let known = channel(&out.join("a.exr"), "A");
+    let count = known[..24 * 32 - 1].iter().filter(|&&a| a > 0.999).count();
+    assert_eq!(scored["pictures"][0]["pixels"], count);
+    assert!((20.0..40.0).contains(&number(0, "psnr_db")) && number(0, "mean_flip") > 0.01);
+    assert_eq!((number(1, "relative_rms"), number(1, "mean_flip")), (0.0, 0.0));
+    assert!(scored["pictures"][1]["psnr_db"].is_null() && scored["raw"].is_object());
+    let line = run.out.lines().find(|line| line.starts_with("a ")).unwrap();
+    assert!(line.contains("0.0909") && run.out.contains("PSNR in dB"), "{}", run.out);
+
+    score(&folders[..2]).fails(2, &["--truth-images"]);
+    let none = pictures.at("none");
+    score(&["--renders", text(&out), "--truth-images", text(&none)])
+        .fails(1, &["none", "cannot be read"]);
+    fs::create_dir(&none).unwrap();
+    score(&["--renders", text(&out), "--truth-images", text(&none)])
+        .fails(1, &["out", "none of its pictures has the name", "--cameras"]);
+    exr::write_rgb(&truth.join("b.exr"), 4, 4, &[[1.0; 3]; 16]).unwrap();
+    score(&folders).fails(1, &["b.exr", "32 x 24", "4 x 4", "camera"]);
+}

@@ -1,0 +1,234 @@
+//! A written solution, read back to be rendered.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use lobelia::geometry::mesh::Mesh;
+use lobelia::io::{Error, export, solved};
+use lobelia::math::rgb::{Radiance, Rgb};
+use lobelia::reconstruct::equations::{Equations, Reflectance};
+use lobelia::reconstruct::lights::{LightKind, VirtualLight};
+use lobelia::reconstruct::lobes::Lobe;
+use lobelia::reconstruct::samples::SampleCloud;
+use lobelia::reconstruct::solution::{Solution, Stopped};
+use lobelia::reconstruct::textures::Texture;
+use lobelia::reconstruct::transport::{HiddenLight, Transport};
+use lobelia::reconstruct::unwrap::Unwrap;
+use lobelia::reconstruct::{Options, Reconstruction};
+use lobelia::render::scene::Solved;
+use lobelia::scene::{Capture, Emitter, KnownLight, Material, MaterialKind, Role, Surface};
+use lobelia::watch::Watch;
+
+use crate::{folder, message};
+
+const PANEL: Emitter = Emitter::Sphere { center: Vec3::new(1.0, 2.0, 3.0), radius_m: 0.25 };
+
+/// A glossy floor, two walls of one textured material, which differ in the case of their names
+/// alone, and a door that nobody saw.
+fn capture() -> Capture {
+    let names = ["floor", "wall", "Wall", "door"];
+    let materials = ["floor", "wall", "door"];
+    let surface_of = |material| match material {
+        1 => vec![1, 2],
+        0 => vec![0],
+        _ => vec![3],
+    };
+    let corner = |k: usize| Vec3::new(k as f32, (k * k % 7) as f32, (k % 3) as f32);
+    let triangles: Vec<[u32; 3]> = (0..6).map(|k| [k, k + 1, k + 2]).collect();
+    let uv = |k: usize| Vec2::new(0.1 * k as f32, 1.0 - 0.15 * k as f32);
+    Capture {
+        mesh: Mesh {
+            positions: (0..8).map(corner).collect(),
+            surface: vec![0, 1, 1, 2, 3, 2],
+            polygon: (0..6).collect(),
+            texcoords: (0..6).map(|k| [uv(k), uv(k + 1), uv(0)]).collect(),
+            triangles,
+        },
+        surfaces: names
+            .iter()
+            .zip([0, 1, 1, 2])
+            .map(|(name, material)| Surface {
+                name: name.to_string(),
+                role: Role::Material(material),
+                has_texcoords: true,
+            })
+            .collect(),
+        materials: materials
+            .iter()
+            .enumerate()
+            .map(|(index, name)| Material {
+                name: name.to_string(),
+                kind: if index == 0 { MaterialKind::Specular } else { MaterialKind::Diffuse },
+                surfaces: surface_of(index),
+                textured: index == 1,
+                known_diffuse: None,
+                known_diffuse_sd: None,
+            })
+            .collect(),
+        lights: vec![KnownLight::Shape {
+            name: "panel".into(),
+            emitter: PANEL,
+            emission: None,
+            color: None,
+        }],
+        ..Capture::default()
+    }
+}
+
+/// Lights of every kind, all of whose lobes shine.
+fn solution() -> Solved {
+    let mut found = Solved::default();
+    let floor =
+        Reflectance { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
+    found.reflectances = vec![Some(floor), Some(Reflectance::diffuse([0.2, 0.3, 0.4])), None];
+    let (place, aside) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.6, 0.0, -0.8));
+    let kind = LightKind::Known(0);
+    for (light, lobes) in [
+        (VirtualLight::disc(LightKind::Sphere, place, aside, 0.5), 3),
+        (VirtualLight::disc(LightKind::Surface, -place, -Vec3::Z, 0.25), 1),
+        (VirtualLight::lamp(place, 0.125), 2),
+        (VirtualLight::distant(LightKind::Sky, -Vec3::Z, 0.2), 1),
+        (VirtualLight::distant(LightKind::Sun, aside, 0.5 * Emitter::SUN_DIAMETER), 1),
+        (VirtualLight { kind, ..VirtualLight::lamp(place, 0.25) }, 1),
+    ] {
+        found.lobes.first.push(found.lobes.lobes.len());
+        for k in 0..lobes {
+            let index = found.lights.lights.len();
+            let (direction, exponent) = ([aside, -Vec3::Z, Vec3::Y][k], [20.0, 1.0, 0.0][k]);
+            found.lobes.lobes.push(Lobe { light: index, direction, exponent });
+            found.emission.push([0.1 + index as f64, 1.0 / 3.0, k as f64]);
+        }
+        found.lights.lights.push(light);
+    }
+    found.lobes.first.push(found.lobes.lobes.len());
+    let texture = |surface: usize, triangles: Vec<usize>, is_own: bool| {
+        let (width, height) = (5, 4);
+        let mesh = capture().mesh;
+        let corners = triangles
+            .iter()
+            .map(|&triangle| match is_own {
+                true => mesh.texcoords[triangle],
+                false => [0.1f32, 0.2, 0.7].map(|x| Vec2::new(x / 3.0, x * triangle as f32 / 6.0)),
+            })
+            .collect();
+        let value = |k: usize| 0.01 * (k + surface) as f32;
+        let texels: Vec<Radiance> =
+            (0..width * height).map(|k| [value(k), value(2 * k), 0.5]).collect();
+        let seen = (0..width * height).map(|k| k % 3 > 0).collect();
+        let unwrap = Unwrap { triangles, corners, width, height, is_own };
+        Texture { surface, material: 1, unwrap, texels, seen }
+    };
+    found.textures = vec![texture(1, vec![1, 2], false), texture(2, vec![3, 5], true)];
+    found
+}
+
+fn write(folder: &std::path::Path, solved: &Solved) {
+    let reconstruction = Reconstruction {
+        samples: Arc::new(SampleCloud::default()),
+        lights: Arc::new(solved.lights.clone()),
+        lobes: Arc::new(solved.lobes.clone()),
+        transport: Arc::new(Transport {
+            irradiance: Vec::new(),
+            records: Vec::new(),
+            first_record: Vec::new(),
+            record_weight: 0.0,
+            coupling: faer::Mat::zeros(0, 0),
+            hidden: Vec::new(),
+            first_hidden: Vec::new(),
+            hidden_light: HiddenLight::default(),
+        }),
+        equations: Arc::new(Equations::default()),
+        solution: Arc::new(Solution {
+            reflectances: solved.reflectances.clone(),
+            emission: solved.emission.clone(),
+            iterations: Vec::new(),
+            stopped: Stopped::GradientConverged,
+            computed: Vec::new(),
+            certainty: None,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+        }),
+        textures: Arc::new(solved.textures.clone()),
+        seconds: [0.0; 5],
+        warnings: Vec::new(),
+    };
+    let (options, watch) = (Options::default(), Watch::new());
+    export::write(folder, &capture(), &options, &reconstruction, 0.0, &watch).unwrap();
+}
+
+fn read(capture: &Capture, solved: &Solved) -> Result<Solved, Error> {
+    let folder = folder();
+    write(folder.path(), solved);
+    solved::read(folder.path(), capture)
+}
+
+#[test]
+fn what_is_written_reads_back() {
+    let (written, found) = (solution(), read(&capture(), &solution()).unwrap());
+    assert_eq!(found.textures, written.textures);
+    assert_eq!(found.emission, written.emission);
+    assert_eq!(found.lobes.first, written.lobes.first);
+    assert_eq!(found.lobes.lobes, written.lobes.lobes);
+    assert_eq!(found.lights.lights.len(), written.lights.lights.len());
+    for (found, written) in found.lights.lights.iter().zip(&written.lights.lights) {
+        // A sky cell's angle goes by way of its solid angle.
+        assert!((found.half_angle - written.half_angle).abs() < 1e-7, "{found:?}, {written:?}");
+        assert_eq!(VirtualLight { half_angle: written.half_angle, ..*found }, *written);
+    }
+    assert_eq!(found.reflectances[0], written.reflectances[0]);
+    assert_eq!(found.reflectances[2], None);
+    // Of a textured material the mean of its texture is written, over what was seen.
+    let texels = written.textures.iter().flat_map(|t| t.texels.iter().zip(&t.seen));
+    let seen: Vec<_> = texels.filter(|(_, seen)| **seen).map(|(texel, _)| texel[0]).collect();
+    let mean = f64::from(seen.iter().sum::<f32>()) / seen.len() as f64;
+    let wall: Rgb = found.reflectances[1].unwrap().diffuse;
+    assert!((wall[0] - mean).abs() < 1e-6, "{wall:?}, {mean}");
+}
+
+#[test]
+fn dark_lights_are_left_out_without_disorder() {
+    let mut written = solution();
+    // The lamp and one lobe of the disc.
+    written.emission[4] = [0.0; 3];
+    written.emission[5] = [0.0; 3];
+    let found = read(&capture(), &written).unwrap();
+    assert_eq!(found.lights.lights.len(), 5);
+    assert_eq!(found.lobes.first, [0, 3, 4, 5, 6, 7]);
+    assert!(found.lobes.lobes[4..].iter().zip(2..).all(|(lobe, light)| lobe.light == light));
+}
+
+#[test]
+fn a_solution_of_another_capture_is_refused() {
+    let mut other = capture();
+    other.materials[1].name = "plaster".into();
+    message(
+        read(&other, &solution()),
+        &["solution.json", "no material \"plaster\"", "Reconstruct the capture again"],
+    );
+    let mut other = capture();
+    other.lights.clear();
+    let parts = ["lights.json", "lights[5]", "no light of this name", "Reconstruct again"];
+    message(read(&other, &solution()), &parts);
+    let mut other = capture();
+    other.mesh.surface[4] = 1;
+    message(read(&other, &solution()), &["wall.exr", "another geometry"]);
+}
+
+#[test]
+fn damaged_files_are_refused_by_name() {
+    let spoil = |name: &str, from: &str, to: &str, parts: &[&str]| {
+        let folder = folder();
+        write(folder.path(), &solution());
+        let file = folder.path().join(name);
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&file, text.replacen(from, to, 1)).unwrap();
+        message(solved::read(folder.path(), &capture()), parts);
+    };
+    let again = "Reconstruct again";
+    spoil("lights.json", "\"lamp\"", "\"bulb\"", &["lights[2]", "\"bulb\" is no kind", again]);
+    spoil("lights.json", "\"position\"", "\"place\"", &["lights[0]", "has a position", again]);
+    spoil("lights.json", "0.333", "-0.333", &["lights[0]", "0 or more", again]);
+    spoil("textures/wall.obj", "vt 0", "vt x", &["wall.obj", "line ", "two texture", again]);
+    spoil("textures/wall.obj", "vt 0", "vx 0", &["wall.exr", "another geometry"]);
+}

@@ -1,0 +1,189 @@
+use std::f64::consts::PI;
+
+use glam::{DVec3, Vec3};
+use lobelia::geometry::bvh::RayCaster;
+use lobelia::math::sampling::Random;
+use lobelia::reconstruct::lights::{LightKind, VirtualLight};
+use lobelia::reconstruct::lobes::Lobe;
+use lobelia::reconstruct::transport::{Falloff, arriving};
+use lobelia::scene::{Emitter, KnownLight, Site, Views};
+use lobelia::watch::Watch;
+
+use crate::rooms::{Dice, Room};
+use crate::stage::{Estimate, Stage, reflectance};
+
+/// A floor and a wall with a box between them, which hides parts of what there is.
+fn corner() -> Stage {
+    let mut room = Room::default();
+    let (floor, wall, sides) = (room.diffuse("floor"), room.diffuse("wall"), room.diffuse("box"));
+    room.square(floor, 2.0, 0.0);
+    room.rectangle(wall, DVec3::new(-2.0, 2.0, 0.0), DVec3::X * 4.0, DVec3::Z * 2.5);
+    room.open_box(sides, DVec3::new(-0.3, 0.3, 0.0), DVec3::new(0.4, 0.9, 0.8));
+    let reflectances =
+        [reflectance(0.5, 0.0, 1.0), reflectance(0.3, 0.4, 25.0), reflectance(0.7, 0.0, 1.0)];
+    Stage::new(room, &reflectances).most(1).spp(32)
+}
+
+fn shine(stage: &mut Stage, light: VirtualLight, lobes: &[(Vec3, f32)]) {
+    let index = stage.solved.lights.lights.len();
+    stage.solved.lights.lights.push(light);
+    for (k, &(direction, exponent)) in lobes.iter().enumerate() {
+        stage.solved.lobes.lobes.push(Lobe { light: index, direction, exponent });
+        stage.solved.emission.push([1.0 + k as f64, 2.0, 3.0 / (1.0 + k as f64)]);
+    }
+    stage.solved.lobes.first.push(stage.solved.lobes.lobes.len());
+}
+
+fn unit(x: f32, y: f32, z: f32) -> Vec3 {
+    Vec3::new(x, y, z).normalize_or_zero()
+}
+
+/// Adds one light of a kind.
+fn add(stage: &mut Stage, kind: &str) {
+    let lobes = [(unit(-0.2, 0.5, -1.0), 20.0), (unit(0.4, 0.1, -0.6), 3.0)];
+    match kind {
+        "disc" => {
+            let (place, facing) = (Vec3::new(0.3, -1.0, 2.6), unit(-0.1, 0.5, -1.0));
+            shine(stage, VirtualLight::disc(LightKind::Sphere, place, facing, 0.3), &lobes);
+        }
+        "surface" => {
+            let place = Vec3::new(-1.0, 2.0, 1.2);
+            let disc = VirtualLight::disc(LightKind::Surface, place, -Vec3::Y, 0.25);
+            shine(stage, disc, &[(-Vec3::Y, 1.0)]);
+        }
+        "lamp" => shine(
+            stage,
+            VirtualLight::lamp(Vec3::new(-0.6, 0.2, 1.6), 0.2),
+            &[(Vec3::Z, 0.0), (unit(0.4, 0.1, -0.6), 2.0)],
+        ),
+        "sky" => {
+            for tilt in [0.2f32, 1.0, 1.5] {
+                let travels = -Vec3::new(0.6 * tilt.sin(), -0.8 * tilt.sin(), tilt.cos());
+                let cell = VirtualLight::distant(LightKind::Sky, travels, 0.3);
+                shine(stage, cell, &[(travels, 0.0)]);
+            }
+        }
+        "sun" => {
+            let travels = unit(-0.3, 0.6, -0.8);
+            let half = 0.5 * Emitter::SUN_DIAMETER;
+            shine(stage, VirtualLight::distant(LightKind::Sun, travels, half), &[(travels, 0.0)]);
+        }
+        "panel" | "spot" => {
+            let known = stage.room.capture.lights.len();
+            let emitter = match kind {
+                "spot" => Emitter::Spot {
+                    position: Vec3::new(0.8, -0.5, 1.9),
+                    direction: unit(-0.3, 0.4, -1.0),
+                    inner_angle: 0.4,
+                    outer_angle: 0.9,
+                },
+                _ => crate::stage::ceiling([0.5, 1.1], [-0.8, -0.2], 2.1),
+            };
+            let light =
+                KnownLight::Shape { name: kind.into(), emitter, emission: None, color: None };
+            stage.room.capture.lights.push(light);
+            let (middle, radius_m) = emitter.extent();
+            let kind = LightKind::Known(known);
+            let light = VirtualLight { kind, ..VirtualLight::lamp(middle, radius_m) };
+            shine(stage, light, &[(Vec3::Z, 0.0)]);
+        }
+        _ => unreachable!(),
+    }
+}
+
+const KINDS: [&str; 7] = ["disc", "surface", "lamp", "sky", "sun", "panel", "spot"];
+
+/// Σ k E (ρ_d + ρ_s lobe)/π with the coupling of the solve, over many shadow rays.
+fn coupled(stage: &Stage, site: Site, eye: Vec3, material: usize, channel: usize) -> Estimate {
+    let capture = &stage.room.capture;
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, &Watch::new()).unwrap();
+    let Some(surface) = stage.solved.reflectances[material] else { unreachable!() };
+    let towards = (eye - site.position).normalize_or_zero();
+    let mirror = 2.0 * site.normal.dot(towards) * site.normal - towards;
+    let run = |run: u64| {
+        let mut random = Random::new(run, 9, 9);
+        let mut sum = 0.0;
+        for (index, light) in stage.solved.lights.lights.iter().enumerate() {
+            let range = stage.solved.lobes.of(index);
+            let mut values = vec![0.0; range.len()];
+            let lobes = &stage.solved.lobes.lobes[range.clone()];
+            let falloff = Falloff::InverseSquare;
+            arriving(&views, light, lobes, site, falloff, 20, &mut random, &mut values);
+            let specular = match surface.specular[channel] {
+                0.0 => 0.0,
+                specular => specular * light.lobe(site.position, mirror, surface.exponent),
+            };
+            let factor = (surface.diffuse[channel] + specular) / PI;
+            let emissions = &stage.solved.emission[range];
+            let coupled = values.iter().zip(emissions);
+            sum += coupled.map(|(k, e)| factor * f64::from(*k) * e[channel]).sum::<f64>();
+        }
+        sum
+    };
+    Estimate::of(&(0..24).map(run).collect::<Vec<_>>())
+}
+
+/// A place, its normal, its material and an eye.
+fn places() -> Vec<(Site, Vec3, usize)> {
+    let mut dice = Dice::new(11);
+    let mut places = Vec::new();
+    for k in 0..5 {
+        let (u, v) = (4.0 * dice.uniform() as f32 - 2.0, dice.uniform() as f32);
+        let floor = Site { position: Vec3::new(u, 1.3 * v - 1.4, 0.0), normal: Vec3::Z };
+        let wall = Site { position: Vec3::new(u, 2.0, 0.2 + 2.0 * v), normal: -Vec3::Y };
+        let top = Site { position: Vec3::new(0.3 * v, 0.4 + 0.1 * k as f32, 0.8), normal: Vec3::Z };
+        places.extend([floor, wall, top].into_iter().zip(0..3).map(|(site, material)| {
+            let aside = Vec3::new(v - 0.5, 0.3, 0.4).reject_from_normalized(site.normal);
+            (site, site.position + 0.05 * (site.normal + aside), material)
+        }));
+    }
+    places
+}
+
+fn agree(stage: &Stage) {
+    let mut lit = 0;
+    for (site, eye, material) in places() {
+        let film = stage.radiance(eye.as_dvec3(), site.position.as_dvec3());
+        for (channel, found) in film.into_iter().enumerate() {
+            let expected = coupled(stage, site, eye, material, channel);
+            let error = found.error.hypot(expected.error);
+            let difference = (found.mean - expected.mean).abs();
+            // Single precision moves the place by a rounding of its coordinates.
+            assert!(
+                difference <= 4.5 * error + 1e-4 * expected.mean,
+                "{site:?} {channel}: {found:?}, not {expected:?}"
+            );
+            lit += usize::from(found.mean > 0.0 && found.error < 0.03 * found.mean);
+        }
+    }
+    assert!(lit >= 10, "{lit} places tell anything");
+}
+
+#[test]
+fn one_reflection_of_every_kind_of_light_is_its_coupling() {
+    for kind in KINDS {
+        let mut stage = corner();
+        add(&mut stage, kind);
+        agree(&stage);
+    }
+}
+
+#[test]
+fn many_lights_are_chosen_among_without_bias() {
+    let mut stage = corner().spp(128);
+    KINDS.iter().for_each(|kind| add(&mut stage, kind));
+    agree(&stage);
+}
+
+#[test]
+fn dark_lights_change_nothing() {
+    let mut stage = corner();
+    add(&mut stage, "lamp");
+    let before = stage.film(&crate::stage::needle(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO));
+    add(&mut stage, "disc");
+    let lit = stage.solved.lobes.of(0).end;
+    stage.solved.emission[lit..].fill([0.0; 3]);
+    let after = stage.film(&crate::stage::needle(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO));
+    assert_eq!(before.beauty(), after.beauty());
+}
