@@ -51,6 +51,8 @@ pub enum Action {
     Cancel,
     /// Makes a photograph anew from the results.
     Compare(usize),
+    /// Finds what the lights see of the photographed surfaces.
+    Cover,
     Workspace(Workspace),
     ShowPane(Pane),
     ResetLayout,
@@ -126,6 +128,11 @@ pub fn apply(state: &mut State, action: Action) {
         Action::Compare(photograph) => {
             if let Some(project) = &state.project {
                 state.jobs.compare(project, photograph);
+            }
+        }
+        Action::Cover => {
+            if let Some(project) = &state.project {
+                state.jobs.cover(project);
             }
         }
         Action::Close => leave(state, Then::Close),

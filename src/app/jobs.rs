@@ -1,7 +1,7 @@
 //! The workers behind the window, and what their events mean for the project.
 //!
-//! There are three: reading a capture and making pictures must not wait for a reconstruction that
-//! runs, and all are the worker that the terminal drives.
+//! There are three: reading a capture, like other short work, and making pictures must not wait
+//! for a reconstruction that runs, and all are the worker that the terminal drives.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,6 +14,8 @@ use super::derived::{self, Derived};
 use super::files::{self, Opening};
 use super::project::{Products, Project, Run};
 use super::state::State;
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::RenderOptions;
 use crate::render::film::Film;
@@ -35,6 +37,13 @@ pub struct Picture {
     pub is_done: bool,
 }
 
+/// The masks of some lights (Fig. 6).
+pub struct Coverage {
+    job: Job,
+    pub of: Arc<VirtualLights>,
+    pub masks: Option<Arc<Vec<Option<CoverageMask>>>>,
+}
+
 /// Pixels along the longer side of a picture that is made to compare.
 const COMPARED: usize = 800;
 
@@ -44,6 +53,8 @@ pub struct Jobs {
     painter: Worker,
     /// The photograph that is made anew, to be compared.
     pub picture: Option<Picture>,
+    /// What the lights see, where it was asked for.
+    pub coverage: Option<Coverage>,
     ctx: egui::Context,
     pub opening: Option<(Job, Opening)>,
     /// The export under way, and what it writes.
@@ -63,6 +74,7 @@ impl Jobs {
             runner: worker()?,
             painter: worker()?,
             picture: None,
+            coverage: None,
             ctx: ctx.clone(),
             opening: None,
             exporting: None,
@@ -146,6 +158,17 @@ impl Jobs {
             Some(Picture { job, of: whole, photograph, step, film: None, is_done: false });
     }
 
+    /// Finds what the lights see.
+    pub fn cover(&mut self, project: &Project) {
+        let Some((lights, _)) = project.products.lights.clone() else { return };
+        if let Some(coverage) = self.coverage.take() {
+            self.loader.cancel(coverage.job);
+        }
+        let capture = project.result_capture().clone();
+        let job = self.loader.send(Command::Cover { capture, lights: lights.clone() });
+        self.coverage = Some(Coverage { job, of: lights, masks: None });
+    }
+
     pub fn stop_comparing(&mut self) {
         if let Some(picture) = self.picture.take() {
             self.painter.cancel(picture.job);
@@ -190,6 +213,11 @@ pub fn drain(state: &mut State) {
     {
         state.jobs.stop_comparing();
     }
+    if state.project.is_none()
+        && let Some(coverage) = state.jobs.coverage.take()
+    {
+        state.jobs.loader.cancel(coverage.job);
+    }
     if let Some((whole, answer)) = &state.jobs.derived {
         let answer = answer.try_recv();
         // Another project, or another run's results, may be shown by now.
@@ -211,6 +239,12 @@ pub fn drain(state: &mut State) {
 }
 
 fn loader_event(state: &mut State, event: Event) {
+    if let Some(coverage) = state.jobs.coverage.as_mut().filter(|own| own.job == event.job) {
+        if let Happening::Covered(masks) = event.happening {
+            coverage.masks = Some(masks);
+        }
+        return;
+    }
     // Only the latest opening counts; a project that was open stays until it has succeeded.
     if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
         || !event.happening.is_ending()

@@ -80,6 +80,28 @@ pub fn square_to_disc(square: Vec2) -> Vec2 {
     radius * Vec2::new(angle.cos(), angle.sin())
 }
 
+/// The inverse of [`square_to_disc`].
+pub fn disc_to_square(disc: Vec2) -> Vec2 {
+    use std::f32::consts::FRAC_PI_4;
+    let radius = disc.length();
+    if radius == 0.0 {
+        return Vec2::splat(0.5);
+    }
+    let p = if disc.x.abs() > disc.y.abs() {
+        let along = radius.copysign(disc.x);
+        Vec2::new(along, along * (disc.y / disc.x).atan() / FRAC_PI_4)
+    } else {
+        let along = radius.copysign(disc.y);
+        Vec2::new(along * (disc.x / disc.y).atan() / FRAC_PI_4, along)
+    };
+    0.5 * (p + Vec2::ONE)
+}
+
+/// Where [`square_to_uniform_hemisphere`] has a direction in the disc that its square goes to.
+pub fn uniform_hemisphere_to_disc(direction: Vec3) -> Vec2 {
+    direction.truncate() / (1.0 + direction.z.max(0.0)).sqrt()
+}
+
 /// Maps [0, 1]² onto directions about +z with density cos θ / π.
 pub fn square_to_cosine_hemisphere(square: Vec2) -> Vec3 {
     let disc = square_to_disc(square);
@@ -159,6 +181,19 @@ mod tests {
                 assert!(1.0 - direction.z <= cap + 1e-6);
             }
         }
+    }
+
+    #[test]
+    fn maps_have_inverses() {
+        let mut random = Random::new(8, 0, 0);
+        for _ in 0..1000 {
+            let square = random.point();
+            let disc = square_to_disc(square);
+            assert!((disc_to_square(disc) - square).length() < 1e-5, "{square}");
+            let direction = square_to_uniform_hemisphere(square);
+            assert!((uniform_hemisphere_to_disc(direction) - disc).length() < 1e-5, "{square}");
+        }
+        assert_eq!(disc_to_square(Vec2::ZERO), Vec2::splat(0.5));
     }
 
     #[test]

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::geometry::bvh::RayCaster;
 use crate::io;
+use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
-use crate::scene::Capture;
-use crate::watch::Watch;
+use crate::scene::{Capture, Views};
+use crate::watch::{Cancelled, Watch};
 use crate::worker::event::Happening;
 use crate::worker::render::{self, Rendering};
 
@@ -26,6 +29,8 @@ pub enum Command {
         load_secs: f64,
         folder: PathBuf,
     },
+    /// Find what each light of the bounding sphere sees of the photographed surfaces (Fig. 6).
+    Cover { capture: Arc<Capture>, lights: Arc<VirtualLights> },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
     #[cfg(test)]
@@ -64,6 +69,10 @@ impl Command {
                     Err(error) => Happening::Failed(error.to_string()),
                 }
             }
+            Self::Cover { capture, lights } => match cover(&capture, &lights, watch) {
+                Ok(masks) => Happening::Covered(Arc::new(masks)),
+                Err(Cancelled) => Happening::Cancelled,
+            },
             Self::Render(rendering) => match render::perform(&rendering, watch, emit) {
                 Ok(happening) => happening,
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
@@ -73,4 +82,22 @@ impl Command {
             Self::Panic => panic!("on purpose"),
         }
     }
+}
+
+/// Side of the masks that are shown, in pixels.
+const MASK_PX: usize = 96;
+
+fn cover(
+    capture: &Capture,
+    lights: &VirtualLights,
+    watch: &Watch,
+) -> Result<Vec<Option<CoverageMask>>, Cancelled> {
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    watch.begin((lights.lights.len() * MASK_PX) as u64);
+    let mask = |light: &VirtualLight| {
+        let is_disc = light.kind == LightKind::Sphere;
+        is_disc.then(|| coverage(&views, light, MASK_PX, watch)).transpose()
+    };
+    lights.lights.iter().map(mask).collect()
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::film::Film;
 use crate::scene::Capture;
@@ -26,6 +27,8 @@ pub enum Happening {
     Loaded(Arc<Capture>),
     Reconstructed(Arc<Reconstruction>),
     Exported(PathBuf),
+    /// One mask per light; `None` for those that are no disc of the sphere.
+    Covered(Arc<Vec<Option<CoverageMask>>>),
     /// A picture has gained paths.
     Picture {
         frame: usize,

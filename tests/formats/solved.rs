@@ -43,7 +43,8 @@ fn capture() -> Capture {
             polygon: (0..6).collect(),
             texcoords: (0..6).map(|k| [uv(k), uv(k + 1), uv(0)]).collect(),
             triangles,
-        },
+        }
+        .into(),
         surfaces: names
             .iter()
             .zip([0, 1, 1, 2])
@@ -210,7 +211,7 @@ fn a_solution_of_another_capture_is_refused() {
     let parts = ["lights.json", "lights[5]", "no light of this name", "Reconstruct again"];
     message(read(&other, &solution()), &parts);
     let mut other = capture();
-    other.mesh.surface[4] = 1;
+    Arc::make_mut(&mut other.mesh).surface[4] = 1;
     message(read(&other, &solution()), &["wall.exr", "another geometry"]);
 }
 

@@ -14,7 +14,7 @@ const STRENGTH: f64 = 4.0;
 /// The middle of a diffuse floor sends ρ/π times its irradiance per unit of the light's strength.
 #[track_caller]
 fn sends(emitter: Emitter, irradiance: f64) {
-    let stage = floor(reflectance(RHO, 0.0, 1.0)).light(emitter, [STRENGTH; 3]);
+    let stage = floor(reflectance(RHO, 0.0, 1.0)).light(emitter, [STRENGTH; 3]).spp(256);
     sends_from(&stage, irradiance);
 }
 

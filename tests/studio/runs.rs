@@ -61,7 +61,9 @@ fn a_run_fills_plot_and_tables() {
     window.click("Lights");
     // The window of the 3D view has a switch of that name.
     window.menu("View", "Show lights");
-    assert!(window.has("lights row 0"));
+    window.click("lights row 0");
+    window.wait("the mask of a disc", |window| window.has_part("% of its hemisphere"));
+    assert!(window.has_part("Lobes, by emission"));
     window.menu("File", "Close project");
     assert!(window.has_part("The results were not exported"));
     window.click("Cancel");

@@ -33,6 +33,37 @@ fn a_wrong_path_gives_the_terminals_text_and_leaves_the_project() {
     assert!(!window.has("This cannot be opened"));
 }
 
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn a_damaged_capture_that_is_dropped_gives_the_terminals_text_and_leaves_the_project() {
+    let folder = tempfile::tempdir().unwrap();
+    let damaged = folder.path().join("damaged");
+    std::fs::create_dir(&damaged).unwrap();
+    std::fs::write(damaged.join("scene.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
+    std::fs::copy(example().join("transforms.json"), damaged.join("transforms.json")).unwrap();
+    let terminal = Command::new(env!("CARGO_BIN_EXE_lobelia")).arg("info").arg(&damaged).output();
+    let printed = String::from_utf8(terminal.unwrap().stderr).unwrap();
+    let text = printed.trim().strip_prefix("error: ").expect("an error").to_owned();
+
+    let mut window = Window::with_example();
+    window.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(damaged)));
+    window.wait_for("This cannot be opened");
+    assert!(window.has(&text), "the card says something else than: {text}");
+    assert!(window.has("Photographs (6)"), "the open project is gone");
+}
+
 #[test]
 fn recent_captures_survive_their_files() {
     let home = tempfile::tempdir().unwrap();

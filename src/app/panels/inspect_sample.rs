@@ -5,6 +5,7 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
+use super::inspect_light::MaskCache;
 use super::inspector::facts;
 use super::numbers::{rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
@@ -32,6 +33,7 @@ pub struct CropCache {
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
     extent: Option<(BTreeSet<usize>, usize, f64)>,
+    pub mask: MaskCache,
     /// How many samples each photograph sees.
     seen: Option<(Weak<SampleCloud>, Vec<usize>)>,
 }

@@ -2,15 +2,15 @@
 
 use eframe::egui;
 
+use super::inspect_light::light_ui;
 use super::inspect_sample::{CropCache, sample_ui};
-use super::lights::{name, place};
 use super::materials::{found, identified_ui, interval_bar};
 use super::numbers::{
-    count, counted, emission_color, empty, list_color, outdated, reflectance_color, rgb, short,
-    swatch, triple,
+    count, counted, empty, list_color, outdated, reflectance_color, rgb, short, swatch,
 };
 use super::outliner::use_of;
 use crate::app::actions::{Action, Select};
+use crate::app::jobs::Coverage;
 use crate::app::project::{Focus, Project};
 use crate::app::theme::CHANNEL_NAMES;
 use crate::scene::{MaterialKind, Role};
@@ -18,6 +18,7 @@ use crate::scene::{MaterialKind, Role};
 pub fn inspector_ui(
     ui: &mut egui::Ui,
     project: &Project,
+    coverage: Option<&Coverage>,
     crops: &mut CropCache,
     actions: &mut Vec<Action>,
 ) {
@@ -39,7 +40,7 @@ pub fn inspector_ui(
             }
             Focus::Light => {
                 if let Some(index) = selection.light {
-                    light(ui, project, index, actions);
+                    light_ui(ui, project, index, coverage, &mut crops.mask, actions);
                 }
             }
             Focus::Photograph => {
@@ -160,48 +161,6 @@ fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Ve
         if ui.link(text).on_hover_text("Select this sample").clicked() {
             actions.push(Action::Select(Select::Sample(sample)));
         }
-    }
-}
-
-fn light(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
-    let Some((lights, lobes)) = &project.products.lights else { return };
-    let Some(light) = lights.lights.get(index) else { return };
-    ui.heading(format!("{} {index}", name(project, light)));
-    let mut rows = vec![("Position", place(light))];
-    if light.radius_m > 0.0 {
-        rows.push(("Radius", format!("{:.3} m", light.radius_m)));
-    }
-    if light.half_angle > 0.0 {
-        rows.push(("Half angle", format!("{:.2}°", light.half_angle.to_degrees())));
-    }
-    let numbers = project.products.derived.as_ref().and_then(|d| d.lights.get(index));
-    if let Some(numbers) = numbers {
-        rows.push(("Share of virtual light", format!("{} %", short(100.0 * numbers.share))));
-        rows.push(("Lit samples", count(numbers.lit_samples)));
-        rows.push(("Lobes lit", format!("{} of {}", numbers.lit_lobes, numbers.lobes)));
-    }
-    facts(ui, "light", &rows);
-    ui.add_space(6.0);
-    ui.weak("Lobes, by emission (red / green / blue)");
-    let solution = project.products.solution.as_deref();
-    let emission = |lobe: usize| {
-        solution.and_then(|solution| solution.emission.get(lobe).copied()).unwrap_or_default()
-    };
-    let mut own: Vec<usize> = lobes.of(index).collect();
-    own.sort_by(|a, b| emission(*b).iter().sum::<f64>().total_cmp(&emission(*a).iter().sum()));
-    for lobe in own.iter().take(40) {
-        let direction = lobes.lobes[*lobe].direction;
-        ui.horizontal(|ui| {
-            swatch(ui, emission_color(emission(*lobe)));
-            ui.label(rgb(emission(*lobe)));
-            ui.weak(format!("along {}", triple(direction, 2)));
-        });
-    }
-    if own.len() > 40 {
-        ui.weak(format!("and {} more", count(own.len() - 40)));
-    }
-    if ui.button("Frame").on_hover_text("Show it in the 3D view (F)").clicked() {
-        actions.push(Action::FrameSelection);
     }
 }
 

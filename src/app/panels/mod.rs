@@ -3,6 +3,7 @@
 pub mod cards;
 mod compare;
 mod convergence;
+mod inspect_light;
 mod inspect_sample;
 mod inspector;
 mod lights;
@@ -26,7 +27,7 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
-use super::jobs::Picture;
+use super::jobs::Jobs;
 use super::layout::Pane;
 use super::messages::Messages;
 use super::project::Project;
@@ -70,10 +71,9 @@ impl PanelState {
 /// The arrangement of panels around the 3D view.
 pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Action>) {
     let State { project, layout, viewport, panels, messages, jobs, .. } = state;
-    let picture = jobs.picture.as_ref();
     let Some(project) = project else { return };
     egui::CentralPanel::no_frame().show(ui, |ui| {
-        let mut behavior = Behavior { project, viewport, panels, messages, picture, actions };
+        let mut behavior = Behavior { project, viewport, panels, messages, jobs, actions };
         layout.tree().ui(&mut behavior, ui);
     });
 }
@@ -83,13 +83,13 @@ struct Behavior<'a> {
     viewport: &'a mut Viewport,
     panels: &'a mut PanelState,
     messages: &'a Messages,
-    picture: Option<&'a Picture>,
+    jobs: &'a Jobs,
     actions: &'a mut Vec<Action>,
 }
 
 impl egui_tiles::Behavior<Pane> for Behavior<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        let Self { project, viewport, panels, messages, picture, actions } = self;
+        let Self { project, viewport, panels, messages, jobs, actions } = self;
         if *pane == Pane::Viewport {
             let events = viewport.show(ui, &project.content());
             actions.extend(events.into_iter().map(viewport_action));
@@ -108,7 +108,8 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                 Pane::Run => run::run_ui(ui, project, &mut panels.run, actions),
                 Pane::Inspector => {
                     panels.inspector.exposure = viewport.exposure();
-                    inspector::inspector_ui(ui, project, &mut panels.inspector, actions);
+                    let coverage = jobs.coverage.as_ref();
+                    inspector::inspector_ui(ui, project, coverage, &mut panels.inspector, actions);
                 }
                 Pane::Convergence => {
                     convergence::convergence_ui(ui, project, &mut panels.convergence);
@@ -124,7 +125,7 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                 Pane::Compare => {
                     let state = &mut panels.compare;
                     state.exposure = viewport.exposure();
-                    compare::compare_ui(ui, project, *picture, state, actions);
+                    compare::compare_ui(ui, project, jobs.picture.as_ref(), state, actions);
                 }
                 Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
             }
