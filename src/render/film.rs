@@ -103,6 +103,32 @@ impl Film {
         self.mean_one(CHANNELS * (self.layers + 4) + 2)
     }
 
+    /// Of one pixel the mean radiance of every layer, then of the direct part; and half the
+    /// difference between the means of the two halves of its paths, the size of its error.
+    pub(super) fn light(&self, index: usize) -> (Vec<Radiance>, Radiance) {
+        let stride = self.stride();
+        let pixel = &self.values[index * stride..(index + 1) * stride];
+        let factor = 1.0 / self.paths.max(1) as f32;
+        let triple = |first: usize| std::array::from_fn(|c| pixel[first + c] * factor);
+        let layers: Vec<Radiance> =
+            (0..=self.layers).map(|layer| triple(CHANNELS * layer)).collect();
+        let odd: Radiance = triple(CHANNELS * (self.layers + 1));
+        let apart = std::array::from_fn(|c| {
+            layers[..self.layers].iter().map(|layer| layer[c]).sum::<f32>() - 2.0 * odd[c]
+        });
+        (layers, apart)
+    }
+
+    /// Replaces what `light` gives; the noise is no longer known.
+    pub(super) fn set_light(&mut self, index: usize, layers: &[Radiance]) {
+        let stride = self.stride();
+        let paths = self.paths as f32;
+        let pixel = &mut self.values[index * stride..(index + 1) * stride];
+        for (value, mean) in pixel.iter_mut().zip(layers.iter().flatten()) {
+            *value = mean * paths;
+        }
+    }
+
     /// Standard error of the radiance over the whole picture, relative to its mean: from the
     /// difference between every other path and the rest. `None` before there are two of each.
     pub fn noise(&self) -> Option<f64> {

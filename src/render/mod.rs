@@ -1,5 +1,6 @@
 //! Pictures of a recovered scene, as it is and with other light, materials and objects (Section 6).
 
+mod denoise;
 pub mod edits;
 pub mod film;
 mod lights;
@@ -32,6 +33,8 @@ options! {
         time: Option<f64> = None, Some((0.01, 1e6)), "s";
         /// Reflections that a path goes through at most.
         reflections: usize = 16, Some((1.0, 1000.0)), "";
+        /// Take noise out where normals, distances and albedos say that neighbours are lit alike.
+        denoise: bool = false, None, "";
         /// Seed of all random numbers.
         seed: usize = 1, Some((0.0, 1e15)), "";
     }
@@ -63,7 +66,7 @@ pub fn render(
             break;
         }
     }
-    Ok(film)
+    Ok(if options.denoise { denoise::denoised(&film) } else { film })
 }
 
 fn add_paths(

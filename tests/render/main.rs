@@ -9,6 +9,8 @@ mod stage;
 
 /// Bad luck: random edits, and what cannot be seen.
 mod chaos;
+/// Noise taken out.
+mod denoise;
 /// Same scene, options and seed, same bytes; and a cancelled picture.
 mod determinism;
 /// Textures, other materials, objects, the factor on the recovered light.
