@@ -77,14 +77,7 @@ fn reconstruct() -> Command {
              over the file.",
         )
         .arg(capture())
-        .arg(
-            Arg::new("out")
-                .long("out")
-                .value_name("DIR")
-                .help("Folder for the solution; made when missing")
-                .required(true)
-                .value_parser(value_parser!(PathBuf)),
-        )
+        .arg(folder("out", "Folder for the solution; made when missing").required(true))
         .arg(path("options", "Options file (TOML)"))
         .arg(
             Arg::new("threads")
@@ -100,17 +93,20 @@ fn reconstruct() -> Command {
                 .help("Diffuse reflectance that a material starts from; may be repeated")
                 .action(ArgAction::Append),
         )
-        .arg(
-            Arg::new("quiet")
-                .long("quiet")
-                .short('q')
-                .help("Show no progress")
-                .action(ArgAction::SetTrue),
-        );
-    Options::default()
-        .declarations()
-        .iter()
-        .fold(command, |command, declaration| command.arg(flag(declaration)))
+        .arg(quiet());
+    with_flags(command, &Options::default().declarations())
+}
+
+fn with_flags(command: Command, declarations: &[Declaration]) -> Command {
+    declarations.iter().fold(command, |command, declaration| command.arg(flag(declaration)))
+}
+
+fn switch(name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).help(help).action(ArgAction::SetTrue)
+}
+
+fn quiet() -> Arg {
+    switch("quiet", "Show no progress").short('q')
 }
 
 fn folder(name: &'static str, help: &'static str) -> Arg {
@@ -118,9 +114,6 @@ fn folder(name: &'static str, help: &'static str) -> Arg {
 }
 
 fn render() -> Command {
-    let switch = |name: &'static str, help: &'static str| {
-        Arg::new(name).long(name).help(help).action(ArgAction::SetTrue)
-    };
     let command = Command::new("render")
         .about("Make pictures of a recovered scene, as it is or with other light and objects")
         .arg(capture())
@@ -130,11 +123,8 @@ fn render() -> Command {
         .arg(path("cameras", "Cameras (transforms.json) [default: the capture's own]"))
         .arg(switch("png", "Also write sRGB pictures, the 99th percentile white"))
         .arg(switch("composite", "Also set the edits into the capture's photographs"))
-        .arg(switch("quiet", "Show no progress").short('q'));
-    RenderOptions::default()
-        .declarations()
-        .iter()
-        .fold(command, |command, declaration| command.arg(flag(declaration)))
+        .arg(quiet());
+    with_flags(command, &RenderOptions::default().declarations())
 }
 
 fn score() -> Command {
@@ -202,7 +192,7 @@ pub(super) fn apply_render(
     options: &mut RenderOptions,
 ) -> Result<(), OptionError> {
     for declaration in options.declarations() {
-        if let Some(text) = matches.get_one::<String>(declaration.name) {
+        if let Some(text) = matches.get_one::<String>(&declaration.flag()) {
             options.set(declaration.name, text)?;
         }
     }

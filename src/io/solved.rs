@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -43,7 +44,7 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
         add(&mut solved, light, capture, &file, index)?;
     }
     solved.lobes.first.push(solved.lobes.lobes.len());
-    read_textures(&folder.join("textures"), capture, &mut solved)?;
+    solved.textures = Arc::new(read_textures(&folder.join("textures"), capture, &solved)?);
     Ok(solved)
 }
 
@@ -131,7 +132,8 @@ fn add(
     Ok(())
 }
 
-fn read_textures(folder: &Path, capture: &Capture, solved: &mut Solved) -> Result<(), Error> {
+fn read_textures(folder: &Path, capture: &Capture, solved: &Solved) -> Result<Vec<Texture>, Error> {
+    let mut textures = Vec::new();
     let mut taken = BTreeSet::new();
     for (surface, tagged) in capture.surfaces.iter().enumerate() {
         let Role::Material(material) = tagged.role else { continue };
@@ -165,9 +167,9 @@ fn read_textures(folder: &Path, capture: &Capture, solved: &mut Solved) -> Resul
             .map_or(vec![true; width * height], |seen| seen.iter().map(|&s| s > 0.5).collect());
         let unwrap = Unwrap { triangles, corners, width, height, is_own };
         let texels = picture.pixels;
-        solved.textures.push(Texture { surface, material, unwrap, texels, seen });
+        textures.push(Texture { surface, material, unwrap, texels, seen });
     }
-    Ok(())
+    Ok(textures)
 }
 
 /// The texture coordinates of a map that was written with a texture, three to a triangle.

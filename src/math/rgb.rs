@@ -8,3 +8,9 @@ pub type Radiance = [f32; 3];
 
 /// The number of colour channels.
 pub const CHANNELS: usize = 3;
+
+/// The sRGB transfer function (IEC 61966-2-1), clipped to [0, 1].
+pub fn srgb(linear: f32) -> f32 {
+    let linear = linear.clamp(0.0, 1.0);
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}

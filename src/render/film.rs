@@ -37,6 +37,11 @@ impl Film {
         (stride, self.values.chunks_exact_mut(row.max(1)).enumerate())
     }
 
+    /// One channel of all layers of a pixel.
+    fn sum(&self, pixel: &[f32], channel: usize) -> f32 {
+        (0..self.layers).map(|layer| pixel[CHANNELS * layer + channel]).sum()
+    }
+
     fn mean(&self, first: usize) -> Vec<Radiance> {
         let factor = 1.0 / self.paths.max(1) as f32;
         self.values
@@ -64,11 +69,7 @@ impl Film {
         let factor = 1.0 / self.paths.max(1) as f32;
         self.values
             .chunks_exact(self.stride())
-            .map(|pixel| {
-                std::array::from_fn(|c| {
-                    (0..self.layers).map(|layer| pixel[CHANNELS * layer + c]).sum::<f32>() * factor
-                })
-            })
+            .map(|pixel| std::array::from_fn(|c| self.sum(pixel, c) * factor))
             .collect()
     }
 
@@ -139,7 +140,7 @@ impl Film {
         let (mut squares, mut sum) = (0.0f64, 0.0f64);
         for pixel in self.values.chunks_exact(self.stride()) {
             for c in 0..CHANNELS {
-                let all: f32 = (0..self.layers).map(|layer| pixel[CHANNELS * layer + c]).sum();
+                let all = self.sum(pixel, c);
                 let odd = pixel[odd + c];
                 // Both halves have as many paths: an even number was traced.
                 squares += f64::from(all - 2.0 * odd).powi(2);

@@ -13,6 +13,7 @@ use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::transport::{Falloff, geometric_factor};
 use crate::render::edits::{AddedLight, Shape};
 use crate::render::scene::Solved;
+use crate::scene::emitter::Arrival;
 use crate::scene::{Capture, Dome, Emitter, KnownLight, Site, Views};
 
 /// A recovered light that shines.
@@ -108,7 +109,7 @@ impl Recovered {
             let tilted = Site { position, normal: (normal + towards).normalize_or(normal) };
             let arriving = light.arriving(tilted, least_m, Vec2::splat(0.5));
             let facing = towards.dot(normal).max(0.0) + 0.1;
-            arriving.map_or(0.0, |a| facing * a.irradiance.iter().sum::<f32>())
+            arriving.map_or(0.0, |(a, _)| facing * a.irradiance.iter().sum::<f32>())
         };
         let strengths: Vec<f32> = self.lights.iter().map(strength).collect();
         let total: f32 = strengths.iter().sum();
@@ -150,9 +151,9 @@ impl Recovered {
         let before = if index > 0 { cumulated[index - 1] } else { 0.0 };
         let probability = cumulated[index] - before;
         let light = &self.lights[index];
-        let arriving = light.arriving(site, views.offset_m, square)?;
-        let is_free = match light.emitter {
-            Some(emitter) => emitter.arrival(site, views.offset_m, square)?.is_free(views, site),
+        let (arriving, arrival) = light.arriving(site, views.offset_m, square)?;
+        let is_free = match arrival {
+            Some(arrival) => arrival.is_free(views, site),
             None => light.shape.visibility(views, site, 1, random) > 0.0,
         };
         let irradiance = arriving.irradiance.map(|value| value / probability);
@@ -161,14 +162,21 @@ impl Recovered {
 }
 
 impl Light {
-    fn arriving(&self, site: Site, least_m: f32, square: Vec2) -> Option<Arriving> {
+    /// Light at a site were nothing in the way; of a light that the artist gave also the way that
+    /// it takes.
+    fn arriving(
+        &self,
+        site: Site,
+        least_m: f32,
+        square: Vec2,
+    ) -> Option<(Arriving, Option<Arrival>)> {
         let mut irradiance = [0.0; CHANNELS];
         if let Some(emitter) = &self.emitter {
             let arrival = emitter.arrival(site, least_m, square)?;
             for (sum, value) in irradiance.iter_mut().zip(self.lobes[0].1) {
                 *sum = value * arrival.cosine * arrival.strength;
             }
-            return Some(Arriving { irradiance, direction: arrival.direction });
+            return Some((Arriving { irradiance, direction: arrival.direction }, Some(arrival)));
         }
         let geometry = geometric_factor(&self.shape, site, Falloff::InverseSquare)?;
         for (lobe, emission) in &self.lobes {
@@ -177,7 +185,7 @@ impl Light {
                 *sum += value * emission;
             }
         }
-        Some(Arriving { irradiance, direction: geometry.direction })
+        Some((Arriving { irradiance, direction: geometry.direction }, None))
     }
 }
 
@@ -338,9 +346,13 @@ impl DomeTable {
         Vec3::new(polar.sin() * azimuth.sin(), polar.sin() * azimuth.cos(), polar.cos())
     }
 
+    /// The height of a row's upper edge.
+    fn edge(&self, row: usize) -> f32 {
+        (row as f32 / self.rows as f32 * PI).cos()
+    }
+
     fn solid_angle(&self, row: usize) -> f32 {
-        let edge = |row: usize| (row as f32 / self.rows as f32 * PI).cos();
-        (edge(row) - edge(row + 1)) * 2.0 * PI / self.columns as f32
+        (self.edge(row) - self.edge(row + 1)) * 2.0 * PI / self.columns as f32
     }
 
     fn probability(&self, cell: usize) -> f32 {
@@ -359,8 +371,7 @@ impl DomeTable {
         // What the choice leaves of the number is even in [0, 1) again.
         let rest = (square.x - (self.cumulated[cell] - probability)) / probability;
         let row = cell / self.columns;
-        let edge = |row: usize| (row as f32 / self.rows as f32 * PI).cos();
-        let height = edge(row) + square.y * (edge(row + 1) - edge(row));
+        let height = self.edge(row) + square.y * (self.edge(row + 1) - self.edge(row));
         let azimuth =
             ((cell % self.columns) as f32 + rest.clamp(0.0, 1.0)) / self.columns as f32 * 2.0 * PI;
         let across = (1.0 - height * height).max(0.0).sqrt();

@@ -61,7 +61,9 @@ pub fn render(
         add_paths(scene, camera, options, &mut film, count, watch)?;
         on_pass(&film);
         let is_late = options.time.is_some_and(|s| began.elapsed() >= Duration::from_secs_f64(s));
-        let is_clear = options.noise.zip(film.noise()).is_some_and(|(limit, noise)| noise <= limit);
+        // Noise is told from all pixels: only where it is asked for.
+        let is_clear =
+            options.noise.is_some_and(|limit| film.noise().is_some_and(|noise| noise <= limit));
         if is_late || is_clear {
             break;
         }

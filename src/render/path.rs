@@ -87,6 +87,17 @@ impl Gathered<'_> {
     }
 }
 
+/// Where a path is, and what it carries.
+#[derive(Clone, Copy)]
+struct Place {
+    site: Site,
+    brdf: Brdf,
+    /// In which a mirror would send the path on.
+    mirror: Vec3,
+    throughput: Radiance,
+    depth: usize,
+}
+
 /// Places that a path goes on from whatever it carries; later it ends by chance.
 const SURE_DEPTH: usize = 3;
 
@@ -162,12 +173,11 @@ impl Scene<'_> {
                 break;
             }
             let mirror = mirrored(-ray.direction, site.normal);
+            let place = Place { site, brdf, mirror, throughput, depth };
             if !by_shell {
-                self.recovered_at(site, &brdf, mirror, throughput, depth, sequence, &mut gathered);
-            } else if self.added.is_empty() {
-                break;
+                self.recovered_at(&place, sequence, &mut gathered);
             }
-            self.added_at(site, &brdf, mirror, throughput, depth, sequence, &mut gathered);
+            self.added_at(&place, sequence, &mut gathered);
 
             let Some((direction, weight, density)) = scatter(&brdf, site, mirror, sequence) else {
                 break;
@@ -223,23 +233,11 @@ impl Scene<'_> {
         }
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a place, a direction, and what the path carries"
-    )]
-    fn recovered_at(
-        &self,
-        site: Site,
-        brdf: &Brdf,
-        mirror: Vec3,
-        throughput: Radiance,
-        depth: usize,
-        sequence: &mut Sequence,
-        gathered: &mut Gathered,
-    ) {
+    fn recovered_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
         if self.original_light == 0.0 || self.recovered.is_dark() {
             return;
         }
+        let Place { site, brdf, mirror, throughput, depth } = *place;
         let (choice, square) = (sequence.number(), sequence.point());
         let views = &self.geometry;
         let found = self.recovered.sample(views, site, choice, square, &mut sequence.random);
@@ -256,20 +254,8 @@ impl Scene<'_> {
         gathered.add(0, depth, times(throughput, reflected));
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a place, a direction, and what the path carries"
-    )]
-    fn added_at(
-        &self,
-        site: Site,
-        brdf: &Brdf,
-        mirror: Vec3,
-        throughput: Radiance,
-        depth: usize,
-        sequence: &mut Sequence,
-        gathered: &mut Gathered,
-    ) {
+    fn added_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
+        let Place { site, brdf, mirror, throughput, depth } = *place;
         for (index, added) in self.added.iter().enumerate() {
             let square = sequence.point();
             let Some(direct) = added.sample(&self.geometry, site, square) else { continue };

@@ -1,8 +1,11 @@
 //! A recovered scene with its edits, ready to be lit.
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use crate::geometry::bvh::RayCaster;
+use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::equations::Reflectance;
@@ -18,7 +21,7 @@ use crate::scene::{Capture, Emitter, Role, Site, Views};
 pub struct Solved {
     /// Per material of the capture; `None` where no photograph shows it.
     pub reflectances: Vec<Option<Reflectance>>,
-    pub textures: Vec<Texture>,
+    pub textures: Arc<Vec<Texture>>,
     pub lights: VirtualLights,
     pub lobes: Lobes,
     /// E per lobe.
@@ -29,7 +32,7 @@ impl From<&Reconstruction> for Solved {
     fn from(whole: &Reconstruction) -> Self {
         Self {
             reflectances: whole.solution.reflectances.clone(),
-            textures: whole.textures.to_vec(),
+            textures: whole.textures.clone(),
             lights: (*whole.lights).clone(),
             lobes: (*whole.lobes).clone(),
             emission: whole.solution.emission.clone(),
@@ -51,26 +54,20 @@ pub struct Geometry {
 
 impl Geometry {
     pub fn new(capture: &Capture, edits: &Edits) -> Self {
-        let mesh = &capture.mesh;
-        let (mut positions, mut triangles) = (mesh.positions.clone(), mesh.triangles.clone());
+        let known = &capture.mesh;
+        let (positions, triangles) = (known.positions.clone(), known.triangles.clone());
+        let mut mesh = Mesh { positions, triangles, ..Mesh::default() };
         let mut owner = Vec::new();
         for (index, object) in edits.objects.iter().enumerate() {
-            let first = positions.len() as u32;
-            positions.extend(&object.mesh.positions);
-            triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(&object.mesh.positions);
+            mesh.triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
             owner.extend(object.mesh.surface.iter().map(|&surface| (index as u32, surface)));
         }
-        let normal = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-            (b - a).cross(c - a).normalize_or_zero()
-        };
-        let normals = triangles.iter().map(normal).collect();
-        let corners = triangles.iter().flatten().map(|&vertex| positions[vertex as usize]);
-        let (low, high) = corners
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let (low, high) = if low.x <= high.x { (low, high) } else { (Vec3::ZERO, Vec3::ZERO) };
-        let caster = RayCaster::build(&positions, &triangles);
-        Self { caster, normals, known: mesh.triangles.len(), owner, low, high }
+        let normals = (0..mesh.triangles.len()).map(|triangle| mesh.normal(triangle)).collect();
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        let caster = RayCaster::build(&mesh.positions, &mesh.triangles);
+        Self { caster, normals, known: known.triangles.len(), owner, low, high }
     }
 }
 

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::io::export::pictures::{percentile, srgb};
+use crate::io::export::pictures::percentile;
 use crate::io::picture::{self, Picture};
 use crate::io::{Error, Fault, exr};
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::{CHANNELS, Radiance, srgb};
 
 /// A picture beside the true one.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -119,7 +119,7 @@ fn solution() -> Solved {
         let unwrap = Unwrap { triangles, corners, width, height, is_own };
         Texture { surface, material: 1, unwrap, texels, seen }
     };
-    found.textures = vec![texture(1, vec![1, 2], false), texture(2, vec![3, 5], true)];
+    found.textures = Arc::new(vec![texture(1, vec![1, 2], false), texture(2, vec![3, 5], true)]);
     found
 }
 
@@ -149,7 +149,7 @@ fn write(folder: &std::path::Path, solved: &Solved) {
             notes: Vec::new(),
             warnings: Vec::new(),
         }),
-        textures: Arc::new(solved.textures.clone()),
+        textures: solved.textures.clone(),
         seconds: [0.0; 5],
         warnings: Vec::new(),
     };

@@ -43,7 +43,13 @@ fn textured() -> Stage {
     ];
     let unwrap = Unwrap { triangles: vec![0, 1], corners, width, height, is_own: false };
     let seen = vec![true; width * height];
-    stage.solved.textures.push(Texture { surface: 0, material: 0, unwrap, texels, seen });
+    Arc::make_mut(&mut stage.solved.textures).push(Texture {
+        surface: 0,
+        material: 0,
+        unwrap,
+        texels,
+        seen,
+    });
     stage
 }
 

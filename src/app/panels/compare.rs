@@ -4,6 +4,7 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, Rect, TextureHandle, TextureOptions, pos2, vec2};
 
+use super::numbers::exposed;
 use crate::app::actions::Action;
 use crate::app::jobs::Picture;
 use crate::app::project::Project;
@@ -58,6 +59,7 @@ struct Shown {
     pictures: [TextureHandle; 3],
     /// Relative RMS over the pixels that both have, of all channels.
     rms: Option<f64>,
+    noise: Option<f64>,
 }
 
 fn percent(part: f64) -> String {
@@ -106,7 +108,8 @@ pub fn compare_ui(
                 ui.label(format!("relative RMS {}", percent(rms)))
                     .on_hover_text("Over all pixels that show known surfaces, noise included");
             }
-            let noise = film.noise().map_or(String::new(), |n| format!(", noise {}", percent(n)));
+            let noise = state.shown.as_ref().and_then(|shown| shown.noise);
+            let noise = noise.map_or(String::new(), |n| format!(", noise {}", percent(n)));
             ui.weak(format!("{} paths a pixel{noise}", film.paths));
         }
         if picture.is_some_and(|picture| !picture.is_done) {
@@ -153,8 +156,8 @@ impl CompareState {
         let pictures = pictures.map(|picture| {
             ctx.load_texture(names.next().unwrap_or_default(), picture, TextureOptions::LINEAR)
         });
-        let (of, exposure) = (Arc::downgrade(film), self.exposure);
-        self.shown = Some(Shown { of, photograph, exposure, pictures, rms });
+        let (of, exposure, noise) = (Arc::downgrade(film), self.exposure, film.noise());
+        self.shown = Some(Shown { of, photograph, exposure, pictures, rms, noise });
     }
 }
 
@@ -211,11 +214,6 @@ fn mean(image: &Image, (x, y): (usize, usize), step: usize) -> Option<Radiance> 
         }
     }
     (count > 0).then(|| sum.map(|value| value / count as f32))
-}
-
-fn exposed(radiance: Radiance, exposure: f32) -> Color32 {
-    let [r, g, b] = radiance.map(|value| (value * exposure).clamp(0.0, 1.0));
-    egui::Rgba::from_rgb(r, g, b).into()
 }
 
 fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {

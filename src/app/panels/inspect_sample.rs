@@ -7,7 +7,7 @@ use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec
 
 use super::inspect_light::MaskCache;
 use super::inspector::facts;
-use super::numbers::{rgb, short, swatch, triple};
+use super::numbers::{exposed, rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
@@ -232,10 +232,7 @@ fn crop(image: &Image, view: &View, exposure: f32) -> ColorImage {
             pixels.push(match inside.then(|| image.radiance(column as usize, row as usize)) {
                 None => Color32::BLACK,
                 Some(None) => INVALID,
-                Some(Some(radiance)) => {
-                    let [r, g, b] = radiance.map(|value| (value * exposure).min(1.0));
-                    egui::Rgba::from_rgb(r, g, b).into()
-                }
+                Some(Some(radiance)) => exposed(radiance, exposure),
             });
         }
     }

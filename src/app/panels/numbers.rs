@@ -6,7 +6,7 @@ use eframe::egui::{self, Color32, Sense, Stroke, StrokeKind, vec2};
 
 use crate::app::project::Project;
 use crate::app::viewport::material_color;
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{Radiance, Rgb};
 
 /// A number in at most about seven characters.
 pub fn short(value: f64) -> String {
@@ -69,6 +69,12 @@ pub fn count(value: usize) -> String {
 
 pub fn counted(value: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(value), if value == 1 { one } else { many })
+}
+
+/// Radiance on the screen; `exposure` is the factor to its 0 to 1.
+pub fn exposed(radiance: Radiance, exposure: f32) -> Color32 {
+    let [r, g, b] = radiance.map(|value| (value * exposure).clamp(0.0, 1.0));
+    egui::Rgba::from_rgb(r, g, b).into()
 }
 
 /// A linear reflectance as the screen shows it.

@@ -6,6 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::{Viewport, palette};
+use crate::math::rgb::srgb;
 use crate::scene::{Capture, Role, Surface};
 
 const BAR: egui::Vec2 = vec2(176.0, 10.0);
@@ -233,8 +234,7 @@ fn name_materials(entries: &mut Vec<Entry>, names: &[String], most: usize) {
 
 /// Linear light as the screen shows it.
 fn encoded(t: f32) -> Color32 {
-    let v = if t <= 0.003_130_8 { 12.92 * t } else { 1.055 * t.powf(1.0 / 2.4) - 0.055 };
-    Color32::from_gray((255.0 * v.clamp(0.0, 1.0)).round() as u8)
+    Color32::from_gray((255.0 * srgb(t)).round() as u8)
 }
 
 /// The shoulder of `common.wgsl`, up to where it reaches white.

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::super::{Error, atomic, exr};
 use super::file_name;
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::{CHANNELS, Radiance, srgb};
 use crate::render::film::Film;
 use crate::scene::Image;
 
@@ -156,10 +156,4 @@ pub fn percentile(pixels: &[Radiance], part: f64) -> f32 {
     }
     let index = ((values.len() - 1) as f64 * part) as usize;
     *values.select_nth_unstable_by(index, f32::total_cmp).1
-}
-
-/// The sRGB transfer function (IEC 61966-2-1), clipped to [0, 1].
-pub fn srgb(linear: f32) -> f32 {
-    let linear = linear.clamp(0.0, 1.0);
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }

@@ -1,5 +1,5 @@
-//! The light that no lamp or sun accounts for: lobes on a sphere in a
-//! room, cells of the sky in the open.
+//! The light that no lamp or sun accounts for: lobes on a sphere in a room, cells of the sky in
+//! the open.
 
 use glam::Vec3;
 

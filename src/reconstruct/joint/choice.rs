@@ -65,9 +65,8 @@ impl Choice {
             light = unseen.light(fitter, &coupling, &self.found.fits);
             fitter.gathered = unseen.irradiance(fitter, &light);
             fitter.irradiance = relook::irradiance(fitter, &self.found.model, &self.found.fits)?;
-            for model in [&mut self.background, &mut self.found.model] {
-                fitter.data.set_irradiance(&fitter.rows, model, &fitter.irradiance);
-            }
+            let model = &mut self.found.model;
+            fitter.data.set_irradiance(&fitter.rows, model, &fitter.irradiance);
             let (model, fits) = (&self.found.model, &self.found.fits);
             self.found.fits =
                 fitter.fit(model, fitter.options.ridge, &fitter.weights, Some(fits))?;
