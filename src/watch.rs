@@ -18,6 +18,8 @@ pub struct Cancelled;
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
     counts: Arc<Counts>,
+    /// Cancels this one, too.
+    outer: Option<Arc<Watch>>,
 }
 
 #[derive(Debug, Default)]
@@ -41,7 +43,13 @@ impl Watch {
     /// A handle that is cancelled with this one but counts for itself: for the loops within a
     /// step of a stage that counts its steps.
     pub fn within(&self) -> Self {
-        Self { cancelled: self.cancelled.clone(), counts: Arc::default() }
+        Self { counts: Arc::default(), ..self.clone() }
+    }
+
+    /// A handle that is cancelled with this one, and can be cancelled alone: for one of several
+    /// answers that a job gives.
+    pub fn part(&self) -> Self {
+        Self { outer: Some(Arc::new(self.clone())), ..Self::default() }
     }
 
     /// Starts counting a stage of `total` units from zero.
@@ -63,7 +71,10 @@ impl Watch {
 
     /// `Err(Cancelled)` once the job has been cancelled.
     pub fn check(&self) -> Result<(), Cancelled> {
-        if self.cancelled.load(Relaxed) { Err(Cancelled) } else { Ok(()) }
+        if self.cancelled.load(Relaxed) {
+            return Err(Cancelled);
+        }
+        self.outer.as_ref().map_or(Ok(()), |outer| outer.check())
     }
 
     pub fn cancel(&self) {
@@ -72,5 +83,20 @@ impl Watch {
 
     pub fn progress(&self) -> Progress {
         Progress { done: self.counts.done.load(Relaxed), total: self.counts.total.load(Relaxed) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_is_cancelled_alone_or_with_the_whole() {
+        let whole = Watch::new();
+        let (part, other) = (whole.part(), whole.part().within());
+        part.cancel();
+        assert_eq!((part.check(), other.check(), whole.check()), (Err(Cancelled), Ok(()), Ok(())));
+        whole.cancel();
+        assert_eq!((other.check(), whole.check()), (Err(Cancelled), Err(Cancelled)));
     }
 }

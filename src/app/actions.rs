@@ -10,8 +10,11 @@ use super::files;
 use super::layout::{Pane, Workspace};
 use super::leaving::{Then, go_on, leave};
 use super::project::{Focus, Project, Selection};
+use super::relight::{Added, NewLight};
+use super::relighting;
 use super::state::State;
 use super::theme;
+use super::viewport::Shading;
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -61,11 +64,32 @@ pub enum Action {
     FrameAll,
     FrameSelection,
     LookThrough(Option<usize>),
+    Relight(Relight),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
     Copy(String),
     DismissError(usize),
+}
+
+/// What is done about the relit scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Relight {
+    AddLight(NewLight),
+    /// An OBJ mesh.
+    AddObject(PathBuf),
+    /// An image of light from all around.
+    AddDome(PathBuf),
+    Load(PathBuf),
+    Save(PathBuf),
+    /// Takes the selected light or object away.
+    Remove,
+    Duplicate,
+    /// Puts the selected one on the surface below it.
+    Drop,
+    /// Makes pictures from all photographs' places, into a folder.
+    Render(PathBuf),
+    StopRendering,
 }
 
 /// What becomes selected.
@@ -90,6 +114,7 @@ pub enum Select {
     Sample(usize),
     Light(usize),
     Photograph(usize),
+    Added(Added),
 }
 
 /// How a click changes a selection of several.
@@ -194,7 +219,14 @@ pub fn apply(state: &mut State, action: Action) {
                 state.jobs.cancel(project);
             }
         }
-        Action::Workspace(workspace) => state.layout.current = workspace,
+        Action::Workspace(workspace) => {
+            state.layout.current = workspace;
+            let has_results =
+                state.project.as_ref().is_some_and(|project| project.products.solved.is_some());
+            if workspace == Workspace::Relight && has_results {
+                state.viewport.settings.shading = Shading::Relit;
+            }
+        }
         Action::ShowPane(pane) => state.layout.show(pane),
         Action::ResetLayout => state.layout.reset(),
         Action::Theme(theme) => {
@@ -210,6 +242,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::FrameAll => state.viewport.frame_all(),
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
+        Action::Relight(what) => relighting::apply(state, what),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
         Action::ShowAbout => state.dialogs.about = true,
@@ -231,7 +264,7 @@ fn run(state: &mut State) {
     }
 }
 
-fn change_project(state: &mut State, change: &Change) {
+pub(super) fn change_project(state: &mut State, change: &Change) {
     let Some(project) = &mut state.project else { return };
     match project.change(change) {
         Ok(()) => {
@@ -255,7 +288,7 @@ fn tell(state: &mut State, word: &str, step: impl FnOnce(&mut Project) -> Option
     }
 }
 
-fn select(project: &mut Project, what: Select) {
+pub(super) fn select(project: &mut Project, what: Select) {
     let count = project.loaded.surfaces.len();
     let selection = &mut project.selection;
     selection.focus = match what {
@@ -310,6 +343,10 @@ fn select(project: &mut Project, what: Select) {
         Select::Photograph(photograph) => {
             selection.photograph = Some(photograph);
             Focus::Photograph
+        }
+        Select::Added(item) => {
+            selection.added = Some(item);
+            Focus::Added
         }
     };
 }

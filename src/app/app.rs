@@ -66,6 +66,9 @@ impl eframe::App for Studio {
         for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
+        let edits = state.project.as_ref().map(|project| &project.edit().relight);
+        let wish = edits.and_then(|edits| state.viewport.wish(edits));
+        state.jobs.relight(state.project.as_ref(), wish);
         state.was_typing = ctx.text_edit_focused();
         title(&ctx, state);
         if let Some(soon) = state.messages.expire() {

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use rfd::AsyncFileDialog;
 
-use super::actions::Action;
+use super::actions::{Action, Relight};
 use super::files::Opening;
 use super::leaving::Then;
 use super::state::State;
@@ -34,6 +34,11 @@ pub enum Asked {
     SaveAs,
     Export,
     Locate,
+    AddObject,
+    AddDome,
+    LoadEdits,
+    SaveEdits,
+    RenderTo,
 }
 
 /// A project whose capture is not where it was.
@@ -98,7 +103,9 @@ impl Dialogs {
 
     /// What was asked about a project goes with it.
     pub fn forget_project(&mut self) {
-        let of_project = |asked: Asked| matches!(asked, Asked::SaveAs | Asked::Export);
+        let of_project = |asked: Asked| {
+            !matches!(asked, Asked::OpenCapture | Asked::OpenProject | Asked::Locate)
+        };
         self.picking.take_if(|picking| of_project(picking.asked));
         self.path.take_if(|field| of_project(field.asked));
         self.unsaved = None;
@@ -115,6 +122,11 @@ impl Asked {
             Self::SaveAs => "Save project as",
             Self::Export => "Export results to a folder",
             Self::Locate => "Find the capture",
+            Self::AddObject => "Add a mesh (OBJ)",
+            Self::AddDome => "Add light from all around (EXR or HDR)",
+            Self::LoadEdits => "Load edits (JSON)",
+            Self::SaveEdits => "Save edits (JSON)",
+            Self::RenderTo => "Render pictures into a folder",
         }
     }
 
@@ -125,6 +137,11 @@ impl Asked {
             Self::SaveAs => Action::SaveTo { file: path, replace },
             Self::Export => Action::ExportTo(path),
             Self::Locate => Action::Locate(path),
+            Self::AddObject => Action::Relight(Relight::AddObject(path)),
+            Self::AddDome => Action::Relight(Relight::AddDome(path)),
+            Self::LoadEdits => Action::Relight(Relight::Load(path)),
+            Self::SaveEdits => Action::Relight(Relight::Save(path)),
+            Self::RenderTo => Action::Relight(Relight::Render(path)),
         }
     }
 }
@@ -151,7 +168,16 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     if matches!(asked, Asked::OpenProject | Asked::SaveAs) {
         dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
     }
-    if asked == Asked::SaveAs
+    let (name, kinds): (&str, &[&str]) = match asked {
+        Asked::AddObject => ("Wavefront mesh", &["obj"]),
+        Asked::AddDome => ("Light from all around", &["exr", "hdr"]),
+        Asked::LoadEdits | Asked::SaveEdits => ("Edits", &["json"]),
+        _ => ("", &[]),
+    };
+    if !kinds.is_empty() {
+        dialog = dialog.add_filter(name, kinds);
+    }
+    if matches!(asked, Asked::SaveAs | Asked::SaveEdits)
         && let Some(name) = start.file_name()
     {
         dialog = dialog.set_file_name(name.to_string_lossy());
@@ -161,8 +187,10 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     let began = Instant::now();
     let wait = move || {
         let picked = match asked {
-            Asked::OpenProject => block_on(dialog.pick_file()),
-            Asked::SaveAs => block_on(dialog.save_file()),
+            Asked::OpenProject | Asked::AddObject | Asked::AddDome | Asked::LoadEdits => {
+                block_on(dialog.pick_file())
+            }
+            Asked::SaveAs | Asked::SaveEdits => block_on(dialog.save_file()),
             _ => block_on(dialog.pick_folder()),
         };
         // The window may be gone.
@@ -218,6 +246,15 @@ fn suggestion(state: &State, asked: Asked) -> PathBuf {
         }),
         Asked::Export => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-results", project.name()))
+        }),
+        Asked::AddObject | Asked::AddDome | Asked::LoadEdits => {
+            project.map_or_else(PathBuf::new, |project| beside(&project.folder, ""))
+        }
+        Asked::SaveEdits => project.map_or_else(PathBuf::new, |project| {
+            beside(&project.folder, &format!("{}-edits.json", project.name()))
+        }),
+        Asked::RenderTo => project.map_or_else(PathBuf::new, |project| {
+            beside(&project.folder, &format!("{}-pictures", project.name()))
         }),
         Asked::Locate => state
             .dialogs

@@ -2,9 +2,12 @@
 //! it can be kept for undo.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use super::relight::Added;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
+use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind, Role};
 
 /// The edited state of a project.
@@ -14,24 +17,65 @@ pub struct Edit {
     /// is reconstructed.
     pub materials: Vec<Material>,
     pub options: Options,
+    /// How the results are relit.
+    pub relight: Arc<Edits>,
 }
 
 /// One change of tags or options.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
-    Assign { surfaces: BTreeSet<usize>, material: usize },
-    Unassign { surfaces: BTreeSet<usize> },
-    NewMaterial { surfaces: BTreeSet<usize> },
-    Rename { material: usize, name: String },
-    Merge { from: usize, into: usize },
-    Delete { material: usize },
-    Kind { material: usize, kind: MaterialKind },
-    Textured { material: usize, textured: bool },
-    Known { material: usize, diffuse: Option<Rgb> },
-    KnownDeviation { material: usize, deviation: Option<Rgb> },
-    Option { section: &'static str, name: &'static str, text: String },
-    ForgetStart { material: String },
+    Assign {
+        surfaces: BTreeSet<usize>,
+        material: usize,
+    },
+    Unassign {
+        surfaces: BTreeSet<usize>,
+    },
+    NewMaterial {
+        surfaces: BTreeSet<usize>,
+    },
+    Rename {
+        material: usize,
+        name: String,
+    },
+    Merge {
+        from: usize,
+        into: usize,
+    },
+    Delete {
+        material: usize,
+    },
+    Kind {
+        material: usize,
+        kind: MaterialKind,
+    },
+    Textured {
+        material: usize,
+        textured: bool,
+    },
+    Known {
+        material: usize,
+        diffuse: Option<Rgb>,
+    },
+    KnownDeviation {
+        material: usize,
+        deviation: Option<Rgb>,
+    },
+    Option {
+        section: &'static str,
+        name: &'static str,
+        text: String,
+    },
+    ForgetStart {
+        material: String,
+    },
     DefaultOptions,
+    /// The scene is relit in another way.
+    Relight {
+        name: &'static str,
+        of: Option<Added>,
+        edits: Arc<Edits>,
+    },
 }
 
 impl Change {
@@ -52,6 +96,7 @@ impl Change {
             Self::Option { section, name, .. } => format!("{section}.{name}"),
             Self::ForgetStart { .. } => "remove start value".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
+            Self::Relight { name, .. } => (*name).to_owned(),
         }
     }
 
@@ -70,15 +115,28 @@ impl Change {
                 Self::Option { section: a, name: x, .. },
                 Self::Option { section: b, name: y, .. },
             ) => a == b && x == y,
+            (Self::Relight { name: a, of: x, .. }, Self::Relight { name: b, of: y, .. }) => {
+                a == b && x == y && !is_one_step(a)
+            }
             _ => false,
         }
     }
 }
 
+/// Whether a change of the relit scene stands alone however fast the next follows.
+fn is_one_step(name: &str) -> bool {
+    ["add", "duplicate", "remove"].iter().any(|word| name.starts_with(word))
+}
+
 impl Edit {
     /// The state of a capture as it was loaded.
     pub fn of(capture: &Capture, options: Options) -> Self {
-        Self { materials: capture.materials.clone(), options }
+        Self { materials: capture.materials.clone(), options, relight: Arc::default() }
+    }
+
+    /// Whether another state is reconstructed to the same results.
+    pub fn asks_the_same(&self, other: &Self) -> bool {
+        self.materials == other.materials && self.options == other.options
     }
 
     /// The capture with these tags: what loading it with such a tag file would give. Materials
@@ -189,6 +247,7 @@ impl Edit {
                 self.options.start.remove(material);
             }
             Change::DefaultOptions => self.options = Options::default(),
+            Change::Relight { edits, .. } => self.relight = edits.clone(),
         }
         Ok(())
     }

@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 
 use super::dialogs::Locate;
 use super::edit::Edit;
+use super::jobs::Reading;
 use super::leaving::{Stake, Then};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
-use crate::io::project::{self, ProjectFile, Tag};
+use crate::io::project::{self, ProjectFile, Relight, Tag};
 use crate::io::settings;
 use crate::scene::Capture;
+use crate::worker::EditSource;
 
 /// Unsaved work is kept this often.
 const AUTOSAVE: Duration = Duration::from_secs(30);
@@ -136,12 +138,20 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     }
     state.messages.info(format!("Opened {} in {secs:.2} s", opening.folder.display()));
     let moved = opening.project.as_ref().is_some_and(|file| file.capture != opening.folder);
+    let solution = opening.project.as_ref().and_then(|stored| stored.solution.clone());
+    let relight = opening.project.as_ref().and_then(|stored| match &stored.relight {
+        Relight::Stored(value) if !value.is_null() => {
+            Some((opening.path.clone(), Box::new(value.clone())))
+        }
+        _ => None,
+    });
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
     state.viewport.frame_all();
     if let Some(stored) = opening.project {
         let (materials, warnings) = project::materials(&stored.tags, &project.loaded);
-        project.set_edit(Arc::new(Edit { materials, options: stored.options }));
+        let relight = Arc::default();
+        project.set_edit(Arc::new(Edit { materials, options: stored.options, relight }));
         // Saving would write the capture's new place, or forget for good what does not fit it.
         if opening.recovered.is_some() || moved || !warnings.is_empty() {
             project.mark_unsaved();
@@ -159,6 +169,16 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         state.layout.restore(&stored.layout);
     }
     state.project = Some(project);
+    if let (Some(folder), Some(project)) = (solution, &state.project) {
+        state.jobs.read_solved(project, folder);
+    }
+    if let Some((file, value)) = relight {
+        state.jobs.read_edits(
+            state.project.as_ref(),
+            Reading::Project,
+            EditSource::Value { file, value },
+        );
+    }
     state.panels.forget();
     if let Some(left) = opening.recovered {
         autosave_now(state);
@@ -201,6 +221,8 @@ fn file_of(state: &State, project: &Project) -> ProjectFile {
         original: None,
         tags: project.edit().materials.iter().map(|m| Tag::of(m, &project.loaded)).collect(),
         options: project.edit().options.clone(),
+        relight: Relight::Edits(project.edit().relight.clone()),
+        solution: project.solution.clone().filter(|_| !project.is_outdated()),
         view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }

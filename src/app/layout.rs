@@ -15,6 +15,7 @@ pub enum Pane {
     Tags,
     Run,
     Inspector,
+    Relight,
     Convergence,
     SampleErrors,
     Samples,
@@ -25,12 +26,13 @@ pub enum Pane {
 }
 
 impl Pane {
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Outliner,
         Self::Viewport,
         Self::Tags,
         Self::Run,
         Self::Inspector,
+        Self::Relight,
         Self::Convergence,
         Self::SampleErrors,
         Self::Samples,
@@ -47,6 +49,7 @@ impl Pane {
             Self::Tags => "Tags",
             Self::Run => "Run",
             Self::Inspector => "Inspector",
+            Self::Relight => "Relight",
             Self::Convergence => "Convergence",
             Self::SampleErrors => "Error per sample",
             Self::Samples => "Samples",
@@ -64,10 +67,12 @@ pub enum Workspace {
     Tag,
     Reconstruct,
     Inspect,
+    Relight,
 }
 
 impl Workspace {
-    pub const ALL: [Self; 4] = [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect];
+    pub const ALL: [Self; 5] =
+        [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect, Self::Relight];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -75,6 +80,7 @@ impl Workspace {
             Self::Tag => "Tag",
             Self::Reconstruct => "Reconstruct",
             Self::Inspect => "Inspect",
+            Self::Relight => "Relight",
         }
     }
 
@@ -84,6 +90,7 @@ impl Workspace {
             Self::Tag => "Which surfaces share a material, and what is known of it",
             Self::Reconstruct => "Options, the run, and its convergence",
             Self::Inspect => "Samples, lights, materials and their errors",
+            Self::Relight => "Other light, other materials, and objects set into the scene",
         }
     }
 
@@ -94,6 +101,7 @@ impl Workspace {
             Self::Tag => [Pane::Tags, Pane::Materials],
             Self::Reconstruct => [Pane::Run, Pane::Convergence],
             Self::Inspect => [Pane::Inspector, Pane::Samples],
+            Self::Relight => [Pane::Relight, Pane::Materials],
         }
     }
 
@@ -101,6 +109,7 @@ impl Workspace {
     fn lower(self) -> f32 {
         match self {
             Self::Capture | Self::Tag => 0.26,
+            Self::Relight => 0.18,
             Self::Reconstruct | Self::Inspect => 0.42,
         }
     }
@@ -110,7 +119,8 @@ impl Workspace {
         let [right_front, lower_front] = self.front();
         let outliner = tiles.insert_pane(Pane::Outliner);
         let viewport = tiles.insert_pane(Pane::Viewport);
-        let right = tabs(&mut tiles, &[Pane::Tags, Pane::Run, Pane::Inspector], right_front);
+        let right =
+            tabs(&mut tiles, &[Pane::Tags, Pane::Run, Pane::Inspector, Pane::Relight], right_front);
         let lower = tabs(
             &mut tiles,
             &[

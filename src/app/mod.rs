@@ -19,6 +19,8 @@ mod messages;
 mod panels;
 mod probe;
 mod project;
+mod relight;
+mod relighting;
 mod state;
 mod theme;
 mod undo;

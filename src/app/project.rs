@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::derived::Derived;
 use super::edit::{Change, Edit};
+use super::relight::{self, Added};
 use super::undo::History;
 use super::viewport;
 use crate::reconstruct::lights::VirtualLights;
@@ -14,6 +15,8 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Iteration, Solution};
 use crate::reconstruct::{Reconstruction, Stage, Update};
+use crate::render::edits::Edits;
+use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::watch::Progress;
 use crate::worker::Job;
@@ -35,6 +38,8 @@ pub struct Project {
     pub history: History,
     pub selection: Selection,
     pub products: Products,
+    /// Where the results of the present tags and options were written to.
+    pub solution: Option<PathBuf>,
     pub run: Option<Run>,
 }
 
@@ -50,6 +55,8 @@ pub struct Selection {
     pub sample: Option<usize>,
     pub light: Option<usize>,
     pub photograph: Option<usize>,
+    /// An added light or object.
+    pub added: Option<Added>,
     /// What was selected last: this is what the inspector shows.
     pub focus: Focus,
 }
@@ -63,6 +70,7 @@ pub enum Focus {
     Sample,
     Light,
     Photograph,
+    Added,
 }
 
 /// What the latest run has come to. While it runs there are parts only.
@@ -75,6 +83,8 @@ pub struct Products {
     pub solution: Option<Arc<Solution>>,
     pub iterations: Vec<Iteration>,
     pub whole: Option<Arc<Reconstruction>>,
+    /// What pictures are made from.
+    pub solved: Option<Arc<Solved>>,
     /// `whole` was written into a folder.
     pub exported: bool,
     /// Sample by sample, once it has been worked out.
@@ -109,6 +119,7 @@ impl Project {
             history: History::default(),
             selection: Selection::default(),
             products: Products::default(),
+            solution: None,
             run: None,
         }
     }
@@ -144,7 +155,22 @@ impl Project {
                 selection.focus = Focus::Nothing;
             }
         }
+        if selection.added.is_some_and(|item| !relight::exists(&edit.relight, item)) {
+            selection.added = None;
+            if selection.focus == Focus::Added {
+                selection.focus = Focus::Nothing;
+            }
+        }
         self.edit = edit;
+    }
+
+    /// Takes the project file's own way of relighting, once it has been read.
+    pub fn restore_relight(&mut self, relight: Arc<Edits>) {
+        let was_saved = !self.is_changed();
+        self.set_edit(Arc::new(Edit { relight, ..(*self.edit).clone() }));
+        if was_saved {
+            self.mark_saved();
+        }
     }
 
     pub fn undo(&mut self) -> Option<String> {
@@ -179,7 +205,16 @@ impl Project {
 
     /// Whether what is shown was found with other tags or options than those of now.
     pub fn is_outdated(&self) -> bool {
-        self.products.of.as_ref().is_some_and(|(edit, _)| *edit != self.edit)
+        self.products.of.as_ref().is_some_and(|(edit, _)| !edit.asks_the_same(&self.edit))
+    }
+
+    /// Takes what was read of written results; those of a run are better.
+    pub fn restore_solved(&mut self, solved: Arc<Solved>, folder: PathBuf) {
+        if self.run.is_none() && self.products.of.is_none() {
+            self.products.of = Some((self.edit.clone(), self.capture.clone()));
+            self.products.solved = Some(solved);
+            self.solution = Some(folder);
+        }
     }
 
     /// The capture that indices in the products refer to.
@@ -250,6 +285,10 @@ impl Project {
             selected_sample: self.selection.sample,
             selected_light: self.selection.light,
             selected_photograph: self.selection.photograph,
+            edits: self.edit.relight.clone(),
+            selected_added: self.selection.added,
+            is_solved: self.products.solved.is_some(),
+            relit: None,
         }
     }
 }
@@ -303,6 +342,7 @@ impl Products {
         self.lights = Some((whole.lights.clone(), whole.lobes.clone()));
         self.iterations.clone_from(&whole.solution.iterations);
         self.solution = Some(whole.solution.clone());
+        self.solved = Some(Arc::new(Solved::from(whole.as_ref())));
         self.whole = Some(whole);
     }
 }

@@ -5,11 +5,12 @@ use serde_json::{Value, json};
 
 use super::viewport::{SampleColor, Shading, ToneMapping, ViewCamera, ViewSettings};
 
-const SHADINGS: [(Shading, &str); 4] = [
+const SHADINGS: [(Shading, &str); 5] = [
     (Shading::Photograph, "photograph"),
     (Shading::Material, "material"),
     (Shading::Reflectance, "reflectance"),
     (Shading::Plain, "plain"),
+    (Shading::Relit, "relit"),
 ];
 const COLORS: [(SampleColor, &str); 5] = [
     (SampleColor::Radiance, "radiance"),

@@ -13,6 +13,7 @@ use crate::io;
 use crate::io::transforms::{self, Images};
 use crate::render::RenderOptions;
 use crate::render::edits::Edits;
+use crate::render::groups;
 use crate::worker::{Command, Files, Frame, Happening, Rendering, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -42,6 +43,15 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         }
         None => Edits::default(),
     };
+    let (_, unknown) = groups::factors(&capture, &solved, &edits);
+    for name in unknown {
+        let known: Vec<String> =
+            groups::groups(&capture, &solved).into_iter().map(|group| group.name).collect();
+        note_line!(
+            "warning: the recovered light has no group \"{name}\"; it has {}",
+            known.join(", ")
+        );
+    }
     let frames: Vec<Frame> = match matches.get_one::<PathBuf>("cameras") {
         Some(file) => transforms::read(file, Images::Optional)?
             .frames

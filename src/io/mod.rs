@@ -18,6 +18,7 @@ pub mod mtl;
 pub mod obj;
 mod obj_text;
 pub mod options;
+mod paths;
 pub mod picture;
 pub mod polygon;
 pub mod project;

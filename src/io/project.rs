@@ -5,15 +5,18 @@
 //! the window looks like is kept beside them without being understood here.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::json::{self, Field};
-use super::{Error, Fault, atomic};
+use super::paths::{absolute, relative, tidy};
+use super::{Error, Fault, atomic, edits};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
+use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind, Role};
 
 /// The version that is written, and the only one that is read.
@@ -30,10 +33,30 @@ pub struct ProjectFile {
     pub original: Option<PathBuf>,
     pub tags: Vec<Tag>,
     pub options: Options,
+    pub relight: Relight,
+    /// The folder that the results were written to, absolute; `None` where they were not, or
+    /// belong to other tags or options.
+    pub solution: Option<PathBuf>,
     /// How the viewport was set.
     pub view: Value,
     /// How the panels were arranged.
     pub layout: Value,
+}
+
+/// How the scene is relit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Relight {
+    /// As the file has it, in the format of [`edits`]; `Null` where nothing was changed. It is
+    /// understood once the capture is there.
+    Stored(Value),
+    /// To be written.
+    Edits(Arc<Edits>),
+}
+
+impl Default for Relight {
+    fn default() -> Self {
+        Self::Stored(Value::Null)
+    }
 }
 
 /// One material, with its surfaces by name.
@@ -64,6 +87,10 @@ struct Stored {
     options: BTreeMap<String, BTreeMap<String, String>>,
     #[serde(default)]
     start: BTreeMap<String, Rgb>,
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    relight: Value,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    solution: Option<String>,
     #[serde(default)]
     view: Value,
     #[serde(default)]
@@ -125,6 +152,8 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
         original: stored.original,
         tags: stored.materials,
         options,
+        relight: Relight::Stored(stored.relight),
+        solution: stored.solution.map(|path| tidy(&folder.join(path))),
         view: stored.view,
         layout: stored.layout,
     })
@@ -165,6 +194,12 @@ pub fn write(file: &Path, project: &ProjectFile) -> Result<(), Error> {
         materials: project.tags.clone(),
         options,
         start: project.options.start.clone(),
+        relight: match &project.relight {
+            Relight::Stored(value) => value.clone(),
+            Relight::Edits(edits) if **edits == Edits::default() => Value::Null,
+            Relight::Edits(edits) => edits::value(edits, &folder),
+        },
+        solution: project.solution.as_ref().map(|path| relative(&folder, &absolute(path))),
         view: project.view.clone(),
         layout: project.layout.clone(),
     };
@@ -230,40 +265,6 @@ pub fn materials(tags: &[Tag], capture: &Capture) -> (Vec<Material>, Vec<String>
     (materials, warnings)
 }
 
-fn absolute(path: &Path) -> PathBuf {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
-}
-
-/// A path without `.` and, where they can be resolved by name, without `..`.
-fn tidy(path: &Path) -> PathBuf {
-    let mut tidied = PathBuf::new();
-    for component in path.components() {
-        match component {
-            Component::CurDir => {}
-            Component::ParentDir if tidied.file_name().is_some() => {
-                tidied.pop();
-            }
-            other => tidied.push(other),
-        }
-    }
-    tidied
-}
-
-/// `to` as seen from a folder, both absolute, with forward slashes; absolute where they share no
-/// root.
-fn relative(from: &Path, to: &Path) -> String {
-    let (from, to): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
-    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
-    if shared == 0 {
-        return to.iter().collect::<PathBuf>().to_string_lossy().into_owned();
-    }
-    let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
-    let down = to[shared..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    let parts: Vec<String> = up.chain(down).collect();
-    if parts.is_empty() { ".".to_owned() } else { parts.join("/") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -284,6 +285,8 @@ mod tests {
                 surfaces: vec!["a".into(), "b".into()],
             }],
             options,
+            relight: Relight::Stored(serde_json::json!({"original_light": 0.5})),
+            solution: Some(folder.join("results")),
             view: serde_json::json!({"exposure": 1.5}),
             layout: Value::Null,
         }
@@ -299,7 +302,7 @@ mod tests {
         write(&file, &project(&root)).unwrap();
         assert_eq!(read(&file).unwrap(), project(&root));
         let text = std::fs::read_to_string(&file).unwrap();
-        assert!(text.contains("\"../captures/room\""), "{text}");
+        assert!(text.contains("\"../captures/room\"") && text.contains("\"../results\""), "{text}");
         assert!(text.contains("\"count\": \"321\"") && !text.contains("exponent"), "{text}");
     }
 

@@ -1,4 +1,5 @@
 //! Sampling patterns, directions, colour triples and small statistics. Knows nothing of scenes.
 
+pub mod blackbody;
 pub mod rgb;
 pub mod sampling;

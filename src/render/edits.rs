@@ -2,6 +2,10 @@
 //! set into it.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DAffine3;
 
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
@@ -13,6 +17,9 @@ use crate::scene::{Dome, Emitter};
 pub struct Edits {
     /// Factor on all of the recovered light; 0 turns it off.
     pub original_light: f64,
+    /// Further factors on parts of the recovered light, by the names that
+    /// [`groups`](super::groups::groups) gives them.
+    pub groups: BTreeMap<String, f64>,
     pub lights: Vec<AddedLight>,
     pub objects: Vec<Object>,
     /// By the name of the capture's material.
@@ -24,6 +31,7 @@ impl Default for Edits {
     fn default() -> Self {
         Self {
             original_light: 1.0,
+            groups: BTreeMap::new(),
             lights: Vec::new(),
             objects: Vec::new(),
             materials: BTreeMap::new(),
@@ -48,23 +56,50 @@ pub enum Shape {
     Dome(Dome),
 }
 
-/// An object that was not there, in the capture's coordinates.
-#[derive(Clone, Debug, Default)]
+/// An object that was not there.
+#[derive(Clone, Debug)]
 pub struct Object {
     pub name: String,
-    pub mesh: Mesh,
-    /// One per surface of its mesh.
-    pub reflectances: Vec<Reflectance>,
+    /// Where its mesh was read from; empty for one that is in no file.
+    pub file: PathBuf,
+    /// In its own coordinates.
+    pub mesh: Arc<Mesh>,
+    /// Names and reflectances of its mesh's surfaces.
+    pub surfaces: Vec<(String, Reflectance)>,
+    /// Invertible.
+    pub world_from_object: DAffine3,
+}
+
+impl Object {
+    /// Its mesh in the capture's coordinates.
+    pub fn placed(&self) -> Mesh {
+        let mut mesh = (*self.mesh).clone();
+        for position in &mut mesh.positions {
+            *position = self.world_from_object.transform_point3(position.as_dvec3()).as_vec3();
+        }
+        if self.world_from_object.matrix3.determinant() < 0.0 {
+            // Mirrored, triangles would turn their inner sides out.
+            for triangle in &mut mesh.triangles {
+                triangle.swap(1, 2);
+            }
+        }
+        mesh
+    }
 }
 
 impl PartialEq for Object {
     fn eq(&self, other: &Self) -> bool {
-        let Mesh { positions, triangles, surface, .. } = &self.mesh;
+        let same_mesh = || {
+            let (own, other) = (&*self.mesh, &*other.mesh);
+            own.positions == other.positions
+                && own.triangles == other.triangles
+                && own.surface == other.surface
+        };
         self.name == other.name
-            && self.reflectances == other.reflectances
-            && *positions == other.mesh.positions
-            && *triangles == other.mesh.triangles
-            && *surface == other.mesh.surface
+            && self.file == other.file
+            && self.surfaces == other.surfaces
+            && self.world_from_object == other.world_from_object
+            && (Arc::ptr_eq(&self.mesh, &other.mesh) || same_mesh())
     }
 }
 

@@ -11,8 +11,9 @@ use crate::math::sampling::Random;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::transport::{Falloff, geometric_factor};
-use crate::render::edits::{AddedLight, Shape};
-use crate::render::scene::Solved;
+use crate::render::edits::{AddedLight, Edits, Shape};
+use crate::render::groups;
+use crate::render::scene::{Geometry, Solved};
 use crate::scene::emitter::Arrival;
 use crate::scene::{Capture, Dome, Emitter, KnownLight, Site, Views};
 
@@ -52,12 +53,15 @@ const EVEN: f32 = 0.15;
 const SIDES: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
 impl Recovered {
-    /// The grid goes over the box from `low` to `high`.
-    pub fn new(capture: &Capture, solved: &Solved, (low, high): (Vec3, Vec3)) -> Self {
+    /// The grid goes over the box around the geometry.
+    pub fn new(capture: &Capture, solved: &Solved, edits: &Edits, geometry: &Geometry) -> Self {
+        let (low, high) = geometry.bounds();
+        let (factors, _) = groups::factors(capture, solved, edits);
         let mut lights = Vec::new();
         for (index, &shape) in solved.lights.lights.iter().enumerate() {
             let lobe = |lobe: usize| {
-                (solved.lobes.lobes[lobe], solved.emission[lobe].map(|value| value as f32))
+                let emission = solved.emission[lobe].map(|value| factors[index] * value as f32);
+                (solved.lobes.lobes[lobe], emission)
             };
             let lobes: Vec<(Lobe, Radiance)> = solved
                 .lobes

@@ -1,8 +1,10 @@
 //! Pictures of a recovered scene, as it is and with other light, materials and objects (Section 6).
 
-mod denoise;
+pub mod composite;
+pub mod denoise;
 pub mod edits;
 pub mod film;
+pub mod groups;
 mod lights;
 pub mod path;
 pub mod scene;
@@ -71,7 +73,9 @@ pub fn render(
     Ok(if options.denoise { denoise::denoised(&film) } else { film })
 }
 
-fn add_paths(
+/// Traces `count` more paths for every pixel of a film of the camera's size. A film that this was
+/// cancelled for holds some of them only, and is of no use any more.
+pub fn add_paths(
     scene: &Scene,
     camera: &Camera,
     options: &RenderOptions,

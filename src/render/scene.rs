@@ -13,7 +13,8 @@ use crate::reconstruct::lights::{LightKind, VirtualLights};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::textures::Texture;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
-use crate::render::lights::{Added, Recovered};
+use crate::render::lights::Added;
+pub use crate::render::lights::Recovered;
 use crate::scene::{Capture, Emitter, Role, Site, Views};
 
 /// What a reconstruction recovered, as far as light can tell.
@@ -60,14 +61,20 @@ impl Geometry {
         let mut owner = Vec::new();
         for (index, object) in edits.objects.iter().enumerate() {
             let first = mesh.positions.len() as u32;
-            mesh.positions.extend(&object.mesh.positions);
-            mesh.triangles.extend(object.mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+            let placed = object.placed();
+            mesh.positions.extend(placed.positions);
+            mesh.triangles.extend(placed.triangles.iter().map(|t| t.map(|v| v + first)));
             owner.extend(object.mesh.surface.iter().map(|&surface| (index as u32, surface)));
         }
         let normals = (0..mesh.triangles.len()).map(|triangle| mesh.normal(triangle)).collect();
         let (low, high) = mesh.bounds().unwrap_or_default();
         let caster = RayCaster::build(&mesh.positions, &mesh.triangles);
         Self { caster, normals, known: known.triangles.len(), owner, low, high }
+    }
+
+    /// The corners of the box around all of it.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        (self.low, self.high)
     }
 }
 
@@ -125,7 +132,7 @@ pub struct Scene<'a> {
     look_of: Vec<u32>,
     maps: Vec<Map<'a>>,
     pub original_light: f32,
-    pub recovered: Recovered,
+    pub recovered: Arc<Recovered>,
     pub added: Vec<Added>,
     pub shell: Option<Shell>,
 }
@@ -141,6 +148,20 @@ pub struct Shell {
 impl<'a> Scene<'a> {
     /// `places` are points that the surroundings have to hold, such as cameras.
     pub fn new(
+        photographs: &'a Views<'a>,
+        geometry: &'a Geometry,
+        solved: &'a Solved,
+        edits: &Edits,
+        places: &[Vec3],
+    ) -> Self {
+        let recovered = Arc::new(Recovered::new(photographs.capture, solved, edits, geometry));
+        Self::lit_by(recovered, photographs, geometry, solved, edits, places)
+    }
+
+    /// The same with recovered lights that are at hand: they stay as they are while the recovered
+    /// light and the box around the geometry do.
+    pub fn lit_by(
+        recovered: Arc<Recovered>,
         photographs: &'a Views<'a>,
         geometry: &'a Geometry,
         solved: &'a Solved,
@@ -193,7 +214,8 @@ impl<'a> Scene<'a> {
             .iter()
             .map(|object| {
                 let first = looks.len();
-                looks.extend(object.reflectances.iter().map(|r| Look::Reflects(Brdf::from(r))));
+                let reflectances = object.surfaces.iter().map(|(_, reflectance)| reflectance);
+                looks.extend(reflectances.map(|r| Look::Reflects(Brdf::from(r))));
                 first
             })
             .collect();
@@ -205,7 +227,6 @@ impl<'a> Scene<'a> {
         );
 
         let original_light = edits.original_light as f32;
-        let recovered = Recovered::new(capture, solved, (geometry.low, geometry.high));
         let offset_m = photographs.offset_m;
         let lit = Views {
             capture,

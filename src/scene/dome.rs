@@ -1,6 +1,7 @@
 //! Light from all around: a photographed or painted sky, infinitely far away.
 
 use std::f32::consts::{PI, TAU};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -15,14 +16,30 @@ use crate::scene::Image;
 /// spaced in the angle from the zenith. The left edge looks along +y; to the right the view turns
 /// by the compass, over +x, −y (the middle of the image) and −x back to +y. That is the image of
 /// Mitsuba's `envmap`, turned by 90° about x so that its y axis points up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Dome {
+    /// Where the image was read from; empty for one that is in no file.
+    pub file: PathBuf,
     pub image: Arc<Image>,
     /// Factor that brings the image's values to the capture's unit of radiance.
     pub scale: f32,
 }
 
+impl PartialEq for Dome {
+    fn eq(&self, other: &Self) -> bool {
+        // Most often it is the same image, whose pixels then need no look.
+        self.file == other.file
+            && self.scale == other.scale
+            && (Arc::ptr_eq(&self.image, &other.image) || self.image == other.image)
+    }
+}
+
 impl Dome {
+    /// A dome whose image is in no file.
+    pub fn new(image: Arc<Image>, scale: f32) -> Self {
+        Self { file: PathBuf::new(), image, scale }
+    }
+
     /// Radiance that arrives from a unit direction (away from the scene), interpolated between
     /// the four nearest pixel centres. Pixels that are no radiance count as black.
     pub fn radiance(&self, direction: Vec3) -> Radiance {

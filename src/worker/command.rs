@@ -11,6 +11,7 @@ use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::Happening;
+use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
 
 /// A job for the worker.
@@ -33,8 +34,25 @@ pub enum Command {
     Cover { capture: Arc<Capture>, lights: Arc<VirtualLights> },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
+    /// Show a recovered scene while it is changed, until cancelled.
+    Relight(Relighting),
+    /// Read results that were written, as far as pictures need them.
+    ReadSolved { capture: Arc<Capture>, folder: PathBuf },
+    /// Read edits and the files that they name.
+    ReadEdits { capture: Arc<Capture>, source: EditSource },
     #[cfg(test)]
     Panic,
+}
+
+/// Where edits are.
+#[derive(Clone, Debug)]
+pub enum EditSource {
+    File(PathBuf),
+    /// Within a file that holds other things, too.
+    Value {
+        file: PathBuf,
+        value: Box<serde_json::Value>,
+    },
 }
 
 impl Command {
@@ -78,6 +96,25 @@ impl Command {
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),
             },
+            Self::Relight(relighting) => {
+                relight::perform(&relighting, watch, emit).unwrap_or(Happening::Cancelled)
+            }
+            Self::ReadSolved { capture, folder } => match io::solved::read(&folder, &capture) {
+                Ok(solved) => Happening::Solved(Arc::new(solved)),
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::ReadEdits { capture, source } => {
+                let read = match source {
+                    EditSource::File(file) => io::edits::read(&file, &capture),
+                    EditSource::Value { file, value } => {
+                        io::edits::of_value(&file, &value, &capture)
+                    }
+                };
+                match read {
+                    Ok((edits, warnings)) => Happening::Edits(Arc::new(edits), warnings),
+                    Err(error) => Happening::Failed(error.to_string()),
+                }
+            }
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),
         }

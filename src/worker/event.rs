@@ -5,8 +5,11 @@ use std::sync::Arc;
 
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
+use crate::render::edits::Edits;
 use crate::render::film::Film;
+use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::worker::relight::Relit;
 
 /// The number of a job; later jobs have larger ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -34,6 +37,12 @@ pub enum Happening {
         frame: usize,
         film: Arc<Film>,
     },
+    /// A changed scene has become clearer.
+    Relit(Arc<Relit>),
+    /// Results were read.
+    Solved(Arc<Solved>),
+    /// Edits were read, with what is odd about them.
+    Edits(Arc<Edits>, Vec<String>),
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
     /// The job stopped with an error; the text says what, where and what to do.
@@ -44,6 +53,6 @@ pub enum Happening {
 impl Happening {
     /// Whether the job ends with this.
     pub fn is_ending(&self) -> bool {
-        !matches!(self, Self::Started | Self::Update(_) | Self::Picture { .. })
+        !matches!(self, Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_))
     }
 }

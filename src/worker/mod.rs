@@ -7,6 +7,7 @@
 
 mod command;
 mod event;
+mod relight;
 mod render;
 
 use std::collections::HashMap;
@@ -17,8 +18,9 @@ use std::thread::JoinHandle;
 
 use crate::watch::{Progress, Watch};
 
-pub use command::Command;
+pub use command::{Command, EditSource};
 pub use event::{Event, Happening, Job};
+pub use relight::{Desk, Relighting, Relit, Wish};
 pub use render::{Files, Frame, Rendering};
 
 /// A handle on the worker's thread; dropping it cancels what runs and waits for the thread.

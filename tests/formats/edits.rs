@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use lobelia::io::Error;
-use lobelia::io::edits::read;
+use lobelia::io::edits::{read, write};
 use lobelia::render::edits::{Edits, Shape, Surroundings};
 use lobelia::scene::{Capture, Emitter, Material, MaterialKind};
 use serde_json::{Value, json};
@@ -129,10 +129,11 @@ fn everything_that_can_be_said_is_understood() {
     let thing = &edits.objects[0];
     assert_eq!((thing.name.as_str(), thing.mesh.triangles.len()), ("thing", 3));
     let first = [[5.0, 6.0, 7.0], [5.0, 8.0, 7.0], [3.0, 6.0, 7.0]];
-    assert_eq!(thing.mesh.corners(0), first.map(Vec3::from));
-    assert_eq!(thing.mesh.corners(1)[2], Vec3::new(5.0, 6.0, 9.0));
-    assert_eq!(thing.mesh.surface, [0, 1, 1]);
-    let [ball, block] = thing.reflectances.as_slice() else { panic!("two surfaces") };
+    let placed = thing.placed();
+    assert_eq!(placed.corners(0), first.map(Vec3::from));
+    assert_eq!(placed.corners(1)[2], Vec3::new(5.0, 6.0, 9.0));
+    assert_eq!(placed.surface, [0, 1, 1]);
+    let [(_, ball), (_, block)] = thing.surfaces.as_slice() else { panic!("two surfaces") };
     assert_eq!((ball.diffuse[1], ball.specular, ball.exponent), (0.55, [0.1, 0.2, 0.3], 40.0));
     assert_eq!((block.diffuse, block.specular), ([0.1, 0.2, 0.3], [0.0; 3]));
 
@@ -142,6 +143,62 @@ fn everything_that_can_be_said_is_understood() {
     assert_eq!(edits.surroundings, Surroundings::Albedo(0.25));
 }
 
+/// Everything that can be said, written and read again; the second time to the same bytes.
+#[test]
+fn what_is_written_is_read_back() {
+    let folder = folder();
+    put(folder.path(), "object.obj", MESH);
+    std::fs::create_dir(folder.path().join("skies")).unwrap();
+    let sky = folder.path().join("skies/sky.exr");
+    lobelia::io::exr::write_rgb(&sky, 4, 2, &[[0.5; 3]; 8]).unwrap();
+    let corners = [[0.1, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, 1.3, 2.0], [0.1, 1.3, 2.0]];
+    let said = json!({
+        "original_light": 0.25,
+        "original_light_groups": {"lamp 1": 0.0, "background from above": 2.5},
+        "lights": [
+            {"name": "panel", "kind": "rectangle", "corners": corners, "normal": [0, 0, -1],
+             "radiance": [30.5, 28, 22]},
+            {"name": "ball", "kind": "sphere", "center": [1.1, 2, 3], "radius_m": 0.1,
+             "radiance": [1, 2, 3]},
+            {"name": "spot", "kind": "spot", "position": [1, 2, 3], "direction": [0, 0, -1],
+             "inner_angle": 0.3, "outer_angle": 0.5, "intensity": [7, 8, 9]},
+            {"name": "point", "kind": "point", "position": [1, 2, 3], "intensity": [4, 5, 6]},
+            {"name": "sun", "kind": "sun", "direction": [0, 0, -1], "angular_diameter": 0.01,
+             "irradiance": [1, 1, 1]},
+            {"name": "sky", "kind": "dome", "image": "skies/sky.exr", "scale": 2.5}],
+        "objects": [
+            {"name": "thing", "mesh": "object.obj",
+             "world_from_object": [[0, -2, 0, 5.5], [2, 0, 0, 6], [0, 0, 2, 7], [0, 0, 0, 1]],
+             "materials": {"ball": {"diffuse": [0.6, 0.55, 0.2], "specular": [0.1, 0.2, 0.3],
+                                    "exponent": 40},
+                           "block": {"diffuse": [0.1, 0.2, 0.3], "specular": [0, 0, 0],
+                                     "exponent": 1}}}],
+        "materials": {"floor": {"diffuse": [0.2, 0.3, 0.4], "exponent": 3}},
+        "surroundings_albedo": 0.25
+    });
+    let first = put(folder.path(), "edits.json", &said.to_string());
+    let (edits, warnings) = read(&first, &capture()).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(edits.groups["background from above"], 2.5);
+    // Elsewhere: the files that it names are found from there, too.
+    std::fs::create_dir(folder.path().join("work")).unwrap();
+    let second = folder.path().join("work/edits.json");
+    write(&second, &edits).unwrap();
+    let text = std::fs::read_to_string(&second).unwrap();
+    assert!(text.contains("\"../skies/sky.exr\"") && text.contains("0.1,"), "{text}");
+    let (again, _) = read(&second, &capture()).unwrap();
+    assert_eq!(again.lights.len(), 6);
+    assert_eq!(again, edits);
+    write(&second, &again).unwrap();
+    assert_eq!(std::fs::read_to_string(&second).unwrap(), text);
+    // Nothing said, nothing written.
+    write(&second, &Edits::default()).unwrap();
+    assert_eq!(std::fs::read_to_string(&second).unwrap(), "{}\n");
+    let open = Edits { surroundings: Surroundings::Open, ..Edits::default() };
+    write(&second, &open).unwrap();
+    assert_eq!(read(&second, &capture()).unwrap().0, open);
+}
+
 #[test]
 fn what_is_not_said_is_as_it_was() {
     assert_eq!(load("{}").unwrap(), (Edits::default(), Vec::new()));
@@ -149,7 +206,7 @@ fn what_is_not_said_is_as_it_was() {
     assert_eq!(open, Edits { surroundings: Surroundings::Open, ..Edits::default() });
     let (edits, warnings) = load(&object(json!({})).to_string()).unwrap();
     assert_eq!(edits.objects[0].name, "object 1");
-    assert_eq!(edits.objects[0].reflectances[1].diffuse, [0.5; 3]);
+    assert_eq!(edits.objects[0].surfaces[1].1.diffuse, [0.5; 3]);
     assert!(warnings.len() == 2 && warnings[1].contains("\"block\""), "{warnings:?}");
 }
 
@@ -158,7 +215,7 @@ fn a_mirrored_object_keeps_its_outer_side() {
     let mirror = json!([[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]);
     let object = load(&placed(mirror).to_string()).unwrap().0.objects.remove(0);
     // Its first face turned up, and still does.
-    assert_eq!(object.mesh.normal(0), Vec3::Z);
+    assert_eq!(object.placed().normal(0), Vec3::Z);
 }
 
 #[test]
@@ -180,6 +237,9 @@ fn light_that_cannot_be_is_refused() {
         &["lights[0].center[1]", "not a number"],
     );
     refused(json!({"original_light": -0.5}), &["original_light", "negative"]);
+    let groups = json!({"original_light_groups": {"lamp 1": -1}});
+    refused(groups, &["original_light_groups.lamp 1", "negative"]);
+    refused(json!({"original_light_groups": [1]}), &["original_light_groups", "one factor"]);
     refused(json!({"original_light": 1e40}), &["original_light", "brighter"]);
     refused(json!({ "lights": {} }), &["lights", "list"]);
 }

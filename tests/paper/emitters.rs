@@ -335,7 +335,7 @@ fn the_middle_of_a_light_is_found() {
 fn numbered(width: usize, height: usize) -> Dome {
     let pixel = |index: usize| [(index % width) as f32, (index / width) as f32, 1.0];
     let pixels = (0..width * height).map(pixel).collect();
-    Dome { image: Image::new(width, height, pixels, None).into(), scale: 2.0 }
+    Dome::new(Image::new(width, height, pixels, None).into(), 2.0)
 }
 
 #[test]
@@ -372,10 +372,10 @@ fn a_dome_turns_by_the_compass_from_the_y_axis() {
 fn a_dome_of_holes_or_of_nothing_is_black_there() {
     let mut pixels = vec![[1.0; 3]; 8];
     pixels[2] = [f32::INFINITY, 1.0, 1.0];
-    let dome = Dome { image: Image::new(4, 2, pixels, None).into(), scale: 1.0 };
+    let dome = Dome::new(Image::new(4, 2, pixels, None).into(), 1.0);
     // The centre of column 2 and row 0.
     let found = dome.radiance(Vec3::new(-0.5, -0.5, 0.5f32.sqrt()));
     assert!(found.iter().all(|value| value.abs() < 1e-5), "{found:?}");
-    let nothing = Dome { image: Image::new(0, 0, Vec::new(), None).into(), scale: 1.0 };
+    let nothing = Dome::new(Image::new(0, 0, Vec::new(), None).into(), 1.0);
     assert_eq!(nothing.radiance(Vec3::Z), [0.0; 3]);
 }

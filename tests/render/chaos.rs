@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use lobelia::geometry::mesh::Mesh;
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::equations::Reflectance;
@@ -83,7 +83,7 @@ impl Chance {
                     })
                     .collect();
                 let image = Arc::new(Image::new(width, height, pixels, None));
-                return Shape::Dome(Dome { image, scale: self.of(&[1e-6, 1.0, 1e3]) as f32 });
+                return Shape::Dome(Dome::new(image, self.of(&[1e-6, 1.0, 1e3]) as f32));
             }
         })
     }
@@ -98,7 +98,13 @@ impl Chance {
             polygon: vec![0, 1, 2],
             texcoords: Vec::new(),
         };
-        Object { name: "object".into(), mesh, reflectances: vec![self.reflectance()] }
+        Object {
+            name: "object".into(),
+            file: Default::default(),
+            mesh: Arc::new(mesh),
+            surfaces: vec![("surface".into(), self.reflectance())],
+            world_from_object: DAffine3::IDENTITY,
+        }
     }
 
     fn recovered(&mut self) -> (VirtualLight, Lobe) {

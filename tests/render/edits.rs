@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use lobelia::geometry::mesh::Mesh;
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
@@ -133,8 +133,14 @@ fn sheet() -> Object {
         polygon: vec![0, 0],
         texcoords: Vec::new(),
     };
-    let reflectances = vec![reflectance(0.0, 0.0, 1.0), reflectance(0.8, 0.0, 1.0)];
-    Object { name: "sheet".into(), mesh, reflectances }
+    let named = |name: &str, diffuse| (name.to_owned(), reflectance(diffuse, 0.0, 1.0));
+    Object {
+        name: "sheet".into(),
+        file: Default::default(),
+        mesh: Arc::new(mesh),
+        surfaces: vec![named("black", 0.0), named("light", 0.8)],
+        world_from_object: DAffine3::IDENTITY,
+    }
 }
 
 fn recovered_sun() -> (VirtualLight, Lobe) {

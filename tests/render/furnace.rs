@@ -52,7 +52,7 @@ fn within_a_shining_sphere_all_is_albedo() {
 fn under_an_even_dome_all_is_albedo() {
     for (width, height) in [(2, 1), (16, 8), (700, 350)] {
         let image = Image::new(width, height, vec![[0.5; 3]; width * height], None);
-        let shape = Shape::Dome(Dome { image: Arc::new(image), scale: 3.0 });
+        let shape = Shape::Dome(Dome::new(Arc::new(image), 3.0));
         let mut stage = ball();
         stage.edits.lights.push(AddedLight { name: "sky".into(), shape, emission: [2.0; 3] });
         all_is_albedo(&stage, 3.0);

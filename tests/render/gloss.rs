@@ -17,7 +17,7 @@ fn brdf([diffuse, specular, exponent]: [f64; 3], eye: DVec3, towards: DVec3) -> 
 
 fn even_sky() -> AddedLight {
     let image = Arc::new(Image::new(32, 16, vec![[1.0; 3]; 512], None));
-    let shape = Shape::Dome(Dome { image, scale: 1.0 });
+    let shape = Shape::Dome(Dome::new(image, 1.0));
     AddedLight { name: "sky".into(), shape, emission: [1.0; 3] }
 }
 

@@ -23,6 +23,8 @@ mod gloss;
 mod lights;
 /// Recovered lights against the coupling that they were solved with.
 mod recovered;
+/// A scene that is looked at while it is changed.
+mod relight;
 /// The box that stands for the unmodelled room.
 mod surroundings;
 

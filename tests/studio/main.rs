@@ -4,6 +4,7 @@
 
 mod hand; // mouse and keys in the 3D view
 mod projects; // save, reopen, recovery, a moved capture
+mod relighting; // lights and objects that are set into the scene
 mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
 mod tagging; // materials, undo and redo

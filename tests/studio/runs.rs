@@ -5,7 +5,7 @@ use eframe::egui;
 use crate::{Window, example};
 
 /// A project of the example with few samples, so that a run takes seconds.
-fn coarse(folder: &Path, count: usize) -> std::path::PathBuf {
+pub fn coarse(folder: &Path, count: usize) -> std::path::PathBuf {
     let tags: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(example().join("tags.json")).unwrap())
             .unwrap();

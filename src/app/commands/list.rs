@@ -6,6 +6,7 @@ use super::{Command, Menu};
 use crate::app::actions::{Action, Select};
 use crate::app::dialogs::Asked;
 use crate::app::layout::{Pane, Workspace};
+use crate::app::relight::NewLight;
 
 const COMMAND: Modifiers = Modifiers::COMMAND;
 const NONE: Modifiers = Modifiers::NONE;
@@ -16,7 +17,9 @@ pub fn all() -> Vec<Command> {
     file(&mut list);
     edit(&mut list);
     view(&mut list);
-    run_and_help(&mut list);
+    run(&mut list);
+    relight(&mut list);
+    help(&mut list);
     list
 }
 
@@ -84,14 +87,7 @@ fn file(list: &mut Vec<Command>) {
 
 fn edit(list: &mut Vec<Command>) {
     use Menu::Edit;
-    add(
-        list,
-        Edit,
-        "Undo",
-        key(COMMAND, Key::Z),
-        Action::Undo,
-        "Take the latest change of a tag or option back",
-    );
+    add(list, Edit, "Undo", key(COMMAND, Key::Z), Action::Undo, "Take the latest change back");
     add(
         list,
         Edit,
@@ -152,10 +148,15 @@ fn edit(list: &mut Vec<Command>) {
 
 fn view(list: &mut Vec<Command>) {
     use Menu::View;
-    for (workspace, digit) in Workspace::ALL.into_iter().zip([Key::F1, Key::F2, Key::F3, Key::F4]) {
-        let name =
-            ["Workspace Capture", "Workspace Tag", "Workspace Reconstruct", "Workspace Inspect"]
-                [workspace as usize];
+    let digits = [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5];
+    for (workspace, digit) in Workspace::ALL.into_iter().zip(digits) {
+        let name = match workspace {
+            Workspace::Capture => "Workspace Capture",
+            Workspace::Tag => "Workspace Tag",
+            Workspace::Reconstruct => "Workspace Reconstruct",
+            Workspace::Inspect => "Workspace Inspect",
+            Workspace::Relight => "Workspace Relight",
+        };
         add(list, View, name, key(NONE, digit), Action::Workspace(workspace), workspace.help());
     }
     add(
@@ -205,8 +206,8 @@ fn view(list: &mut Vec<Command>) {
     add(list, View, "Scale 200 %", None, Action::Scale(2.0), "Twice as large");
 }
 
-fn run_and_help(list: &mut Vec<Command>) {
-    use Menu::{Help, Run};
+fn run(list: &mut Vec<Command>) {
+    use Menu::Run;
     add(
         list,
         Run,
@@ -223,6 +224,89 @@ fn run_and_help(list: &mut Vec<Command>) {
         Action::Cancel,
         "Stop the run; the results before it come back",
     );
+}
+
+fn relight(list: &mut Vec<Command>) {
+    use crate::app::actions::Relight as Do;
+    use Menu::Relight;
+    for kind in NewLight::ALL {
+        let name = match kind {
+            NewLight::Area => "Add area light",
+            NewLight::Sphere => "Add sphere light",
+            NewLight::Point => "Add point light",
+            NewLight::Spot => "Add spot light",
+            NewLight::Sun => "Add sun",
+        };
+        add(list, Relight, name, None, Action::Relight(Do::AddLight(kind)), kind.help());
+    }
+    add(
+        list,
+        Relight,
+        "Add dome…",
+        None,
+        Action::Ask(Asked::AddDome),
+        "Light from all around, from an image in latitude and longitude (EXR, HDR)",
+    );
+    group(
+        list,
+        Relight,
+        "Add object…",
+        None,
+        Action::Ask(Asked::AddObject),
+        "Set a mesh (OBJ) into the scene",
+    );
+    group(
+        list,
+        Relight,
+        "Duplicate",
+        key(Modifiers::SHIFT, Key::D),
+        Action::Relight(Do::Duplicate),
+        "Make a twin of the selected light or object",
+    );
+    add(
+        list,
+        Relight,
+        "Remove",
+        key(NONE, Key::Delete),
+        Action::Relight(Do::Remove),
+        "Take the selected light or object away",
+    );
+    add(
+        list,
+        Relight,
+        "Drop to surface",
+        key(NONE, Key::End),
+        Action::Relight(Do::Drop),
+        "Put the selected light or object on the surface below it",
+    );
+    group(
+        list,
+        Relight,
+        "Load edits…",
+        None,
+        Action::Ask(Asked::LoadEdits),
+        "Add the lights, objects and materials of an edits.json",
+    );
+    add(
+        list,
+        Relight,
+        "Save edits…",
+        None,
+        Action::Ask(Asked::SaveEdits),
+        "Write them as an edits.json, for lobelia render",
+    );
+    add(
+        list,
+        Relight,
+        "Render to files…",
+        key(NONE, Key::F12),
+        Action::Ask(Asked::RenderTo),
+        "Make pictures from the places of all photographs, and set the edits into these",
+    );
+}
+
+fn help(list: &mut Vec<Command>) {
+    use Menu::Help;
     add(
         list,
         Help,
@@ -249,6 +333,7 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
         Pane::Tags => ("Show tags", "Materials and which surfaces have them"),
         Pane::Run => ("Show run", "Method, options and progress"),
         Pane::Inspector => ("Show inspector", "Every number of what is selected"),
+        Pane::Relight => ("Show relight", "Other light, materials and objects"),
         Pane::Convergence => ("Show convergence", "Error against iteration"),
         Pane::SampleErrors => ("Show error per sample", "Computed against measured radiance"),
         Pane::Samples => ("Show samples", "Table of samples"),

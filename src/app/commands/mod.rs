@@ -4,7 +4,7 @@ mod list;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 
-use super::actions::Action;
+use super::actions::{Action, Relight};
 use super::dialogs::Asked;
 use super::state::State;
 
@@ -26,11 +26,13 @@ pub enum Menu {
     Edit,
     View,
     Run,
+    Relight,
     Help,
 }
 
 impl Menu {
-    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::View, Self::Run, Self::Help];
+    pub const ALL: [Self; 6] =
+        [Self::File, Self::Edit, Self::View, Self::Run, Self::Relight, Self::Help];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -38,6 +40,7 @@ impl Menu {
             Self::Edit => "Edit",
             Self::View => "View",
             Self::Run => "Run",
+            Self::Relight => "Relight",
             Self::Help => "Help",
         }
     }
@@ -64,6 +67,14 @@ impl Command {
             Action::Ask(Asked::Export) => {
                 project.is_some_and(|p| p.products.whole.is_some() && p.run.is_none())
             }
+            Action::Relight(Relight::AddLight(_))
+            | Action::Ask(
+                Asked::AddDome | Asked::AddObject | Asked::LoadEdits | Asked::SaveEdits,
+            ) => project.is_some(),
+            Action::Ask(Asked::RenderTo) => {
+                project.is_some_and(|p| p.products.solved.is_some()) && !state.jobs.is_rendering()
+            }
+            Action::Relight(_) => project.is_some_and(|p| p.selection.added.is_some()),
             Action::Undo => project.is_some_and(|p| p.history.undo_name().is_some()),
             Action::Redo => project.is_some_and(|p| p.history.redo_name().is_some()),
             Action::Select(_) | Action::ShowAllSurfaces | Action::NewMaterialOfSelection => {
@@ -91,13 +102,17 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let dialog = state.dialogs.is_open();
     // The viewport flies with letters while the right button is held.
     let flying = ctx.input(|input| input.pointer.secondary_down());
+    // It takes axes and numbers while something is moved there.
+    let at_work = state.viewport.is_at_work();
     // Escape first closes menus, leaves the field that was typed in, or gives up a box. egui has
     // taken the focus away already, so what counts is where it was in the frame before.
-    let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !state.viewport.is_boxing();
+    let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !at_work;
     for command in specific_first() {
         let Some(key) = command.key else { continue };
         let plain = !key.modifiers.command;
-        if plain && (typing || dialog || flying) || dialog && command.action != Action::Quit {
+        if plain && (typing || dialog || flying || at_work)
+            || dialog && command.action != Action::Quit
+        {
             continue;
         }
         if typing && is_for_text(&command.action)

@@ -43,6 +43,9 @@ pub fn inspector_ui(
                     light_ui(ui, project, index, coverage, &mut crops.mask, actions);
                 }
             }
+            Focus::Added => {
+                empty(ui, "The numbers of what was added are in the Relight panel.");
+            }
             Focus::Photograph => {
                 if let Some(index) = selection.photograph {
                     photograph(ui, project, index, crops, actions);

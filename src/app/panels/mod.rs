@@ -3,6 +3,7 @@
 pub mod cards;
 mod compare;
 mod convergence;
+mod fields;
 mod inspect_light;
 mod inspect_sample;
 mod inspector;
@@ -15,6 +16,8 @@ mod options;
 mod outliner;
 pub mod palette;
 pub mod questions;
+mod relight;
+mod relight_added;
 mod run;
 mod sample_errors;
 mod samples;
@@ -27,12 +30,13 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
+use super::edit::Change;
 use super::jobs::Jobs;
 use super::layout::Pane;
 use super::messages::Messages;
 use super::project::Project;
 use super::state::State;
-use super::viewport::{Viewport, ViewportEvent};
+use super::viewport::{Content, Viewport, ViewportEvent};
 
 /// What panels remember between frames; nothing of it is part of a project.
 #[derive(Default)]
@@ -47,6 +51,7 @@ pub struct PanelState {
     lights: table::TableState,
     materials: table::TableState,
     inspector: inspect_sample::CropCache,
+    relight: relight::RelightState,
     compare: compare::CompareState,
     log: log::LogState,
 }
@@ -91,7 +96,8 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
         let Self { project, viewport, panels, messages, jobs, actions } = self;
         if *pane == Pane::Viewport {
-            let events = viewport.show(ui, &project.content());
+            let content = Content { relit: jobs.relit().cloned(), ..project.content() };
+            let events = viewport.show(ui, &content);
             actions.extend(events.into_iter().map(viewport_action));
             return UiResponse::None;
         }
@@ -110,6 +116,10 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     panels.inspector.exposure = viewport.exposure();
                     let coverage = jobs.coverage.as_ref();
                     inspector::inspector_ui(ui, project, coverage, &mut panels.inspector, actions);
+                }
+                Pane::Relight => {
+                    let (state, gizmo) = (&mut panels.relight, &mut viewport.gizmo.mode);
+                    relight::relight_ui(ui, project, jobs, state, gizmo, actions);
                 }
                 Pane::Convergence => {
                     convergence::convergence_ui(ui, project, &mut panels.convergence);
@@ -165,6 +175,10 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
 
 fn viewport_action(event: ViewportEvent) -> Action {
     Action::Select(match event {
+        ViewportEvent::Moved { item, name, edits } => {
+            return Action::Change(Change::Relight { name, of: Some(item), edits });
+        }
+        ViewportEvent::PickAdded(item) => Select::Added(item),
         ViewportEvent::PickSurface { surface: None, add: true } => {
             Select::Surfaces { surfaces: Default::default(), add: true }
         }

@@ -8,7 +8,9 @@ use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
 use crate::app::derived::kind_name;
 use crate::app::edit::Change;
+use crate::app::layout::Pane;
 use crate::app::project::{Focus, Project};
+use crate::app::relight::Added;
 use crate::app::viewport::{Viewport, material_color};
 use crate::scene::{Photograph, Role};
 
@@ -40,6 +42,7 @@ pub fn outliner_ui(
         materials(ui, project, &shown, actions);
         known_lights(ui, project, &shown);
         virtual_lights(ui, project, &shown, actions);
+        added(ui, project, &shown, actions);
     });
 }
 
@@ -231,6 +234,38 @@ fn known_lights(ui: &mut egui::Ui, project: &Project, shown: &impl Fn(&str) -> b
             super::numbers::cut(ui, format!("{}  ({})", light.name(), light.kind()));
         }
     });
+}
+
+/// Lights and objects that were set into the scene.
+fn added(
+    ui: &mut egui::Ui,
+    project: &Project,
+    shown: &impl Fn(&str) -> bool,
+    actions: &mut Vec<Action>,
+) {
+    let edits = &project.edit().relight;
+    let lights = edits.lights.iter().enumerate();
+    let lights = lights.map(|(index, light)| (Added::Light(index), light.name.as_str()));
+    let objects = edits.objects.iter().enumerate();
+    let objects = objects.map(|(index, object)| (Added::Object(index), object.name.as_str()));
+    for (title, items) in
+        [("Added lights", lights.collect::<Vec<_>>()), ("Added objects", objects.collect())]
+    {
+        if items.is_empty() {
+            continue;
+        }
+        section(ui, title, items.len(), true, |ui| {
+            for &(item, name) in items.iter().filter(|(_, name)| shown(name)).take(LONGEST) {
+                let selected = project.selection.added == Some(item)
+                    && project.selection.focus == Focus::Added;
+                if row(ui, selected, name).on_hover_text("Its numbers are in Relight").clicked() {
+                    actions.push(Action::Select(Select::Added(item)));
+                    actions.push(Action::ShowPane(Pane::Relight));
+                }
+            }
+            cut_list(ui, items.len());
+        });
+    }
 }
 
 fn virtual_lights(

@@ -99,6 +99,10 @@ fn accept(asked: Asked) -> &'static str {
         Asked::SaveAs => "Save",
         Asked::Export => "Export",
         Asked::Locate => "Use",
+        Asked::AddObject | Asked::AddDome => "Add",
+        Asked::LoadEdits => "Load",
+        Asked::SaveEdits => "Save",
+        Asked::RenderTo => "Render",
     }
 }
 

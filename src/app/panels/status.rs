@@ -20,6 +20,10 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     ui.spinner();
                     ui.label("Writing results");
                 }
+                _ if state.jobs.is_rendering() => {
+                    ui.spinner();
+                    ui.label("Rendering pictures");
+                }
                 _ if state.jobs.opening.is_some() => {
                     ui.spinner();
                     ui.label("Opening");

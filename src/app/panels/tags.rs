@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, Button};
 
+use super::fields::triple;
 use super::numbers::{counted, left, list_color, named, swatch};
 use super::outliner::drop_on_material;
 use crate::app::actions::{Action, Select};
 use crate::app::edit::Change;
 use crate::app::project::Project;
-use crate::math::rgb::Rgb;
 use crate::scene::{Material, MaterialKind, Role};
 
 #[derive(Default)]
@@ -250,7 +250,7 @@ fn known(ui: &mut egui::Ui, index: usize, material: &Material, change: &mut impl
                 let diffuse = Some(picked.map(f64::from));
                 change(Change::Known { material: index, diffuse });
             }
-            if let Some(values) = triple(ui, "Known reflectance", diffuse, 1.0) {
+            if let Some(values) = triple(ui, "Known reflectance", diffuse, 0.0..=1.0, 0.002) {
                 change(Change::Known { material: index, diffuse: Some(values) });
             }
         });
@@ -264,26 +264,12 @@ fn known(ui: &mut egui::Ui, index: usize, material: &Material, change: &mut impl
         }
         if let Some(deviation) = material.known_diffuse_sd {
             ui.horizontal(|ui| {
-                if let Some(values) = triple(ui, "Standard deviation", deviation, 1.0) {
+                if let Some(values) = triple(ui, "Standard deviation", deviation, 0.0..=1.0, 0.002)
+                {
                     let deviation = Some(values);
                     change(Change::KnownDeviation { material: index, deviation });
                 }
             });
         }
     });
-}
-
-/// Three draggable numbers from 0 to `largest`; the new ones where any was changed.
-fn triple(ui: &mut egui::Ui, what: &str, values: Rgb, largest: f64) -> Option<Rgb> {
-    let mut edited = values;
-    let mut changed = false;
-    for (value, channel) in edited.iter_mut().zip(["red", "green", "blue"]) {
-        let field = egui::DragValue::new(value).range(0.0..=largest).speed(0.002).max_decimals(4);
-        changed |= ui.name_inputs(format!("{what}, {channel}"), |ui| {
-            ui.add(field)
-                .on_hover_text(format!("{what}, {channel}, linear, 0 to {largest}"))
-                .changed()
-        });
-    }
-    changed.then_some(edited)
 }

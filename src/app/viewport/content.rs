@@ -7,12 +7,15 @@ use glam::Vec3;
 
 use crate::app::derived::Derived;
 use crate::app::project::Focus;
+use crate::app::relight::Added;
 use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
+use crate::render::edits::Edits;
 use crate::scene::Capture;
+use crate::worker::Relit;
 
 /// What there is to draw; all products are shared and read-only.
 #[derive(Clone, Default)]
@@ -33,6 +36,13 @@ pub struct Content {
     pub selected_sample: Option<usize>,
     pub selected_light: Option<usize>,
     pub selected_photograph: Option<usize>,
+    /// What was set into the scene.
+    pub edits: Arc<Edits>,
+    pub selected_added: Option<Added>,
+    /// There are results to relight.
+    pub is_solved: bool,
+    /// The newest picture of the relit scene.
+    pub relit: Option<Arc<Relit>>,
 }
 
 impl Content {
@@ -55,6 +65,10 @@ pub enum ViewportEvent {
     PickLight(usize),
     /// A photograph was clicked or looked through.
     PickPhotograph(usize),
+    /// An added light or object was clicked.
+    PickAdded(Added),
+    /// The added one is being moved: what becomes of the edits, and what undo calls it.
+    Moved { item: Added, name: &'static str, edits: Arc<Edits> },
 }
 
 /// What colours the mesh.
@@ -65,6 +79,7 @@ pub enum Shading {
     Material,
     Reflectance,
     Plain,
+    Relit,
 }
 
 /// What colours the samples.
@@ -88,7 +103,8 @@ pub enum ToneMapping {
 }
 
 impl Shading {
-    pub const ALL: [Self; 4] = [Self::Photograph, Self::Material, Self::Reflectance, Self::Plain];
+    pub const ALL: [Self; 5] =
+        [Self::Photograph, Self::Material, Self::Reflectance, Self::Plain, Self::Relit];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -96,6 +112,7 @@ impl Shading {
             Self::Material => "Materials",
             Self::Reflectance => "Reflectance",
             Self::Plain => "Plain",
+            Self::Relit => "Relit",
         }
     }
 
@@ -105,6 +122,7 @@ impl Shading {
             Self::Material => "A colour for each material; striped where no tag names a surface",
             Self::Reflectance => "Diffuse reflectance that the reconstruction found",
             Self::Plain => "The geometry alone",
+            Self::Relit => "A rendering with the recovered light and everything that was added",
         }
     }
 }
@@ -172,6 +190,8 @@ pub struct ViewSettings {
     pub tone_mapping: ToneMapping,
     /// Of the photograph over the geometry, 0 to 1.
     pub look_through_opacity: f32,
+    /// The part of the width, from the left, that shows the scene before it was relit.
+    pub before: Option<f32>,
 }
 
 impl Default for ViewSettings {
@@ -188,6 +208,7 @@ impl Default for ViewSettings {
             exposure_ev: 0.0,
             tone_mapping: ToneMapping::default(),
             look_through_opacity: 1.0,
+            before: None,
         }
     }
 }

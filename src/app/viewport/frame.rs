@@ -35,6 +35,7 @@ impl Viewport {
             }
         };
         self.targets = Some(targets.clone());
+        self.seen_by = projection.camera(size);
 
         let depth_map = self.scene.next_depth_map();
         // One a frame; a frame that did not draw its own is no reason for the next.
@@ -43,21 +44,13 @@ impl Viewport {
             ui.ctx().request_repaint();
         }
         self.depth_maps = done;
-        let picture = self
-            .through
-            .filter(|_| self.settings.look_through_opacity > 0.0)
-            .and_then(|photograph| self.scene.picture(photograph, ui.ctx()));
+        let pictures = self.pictures(ui);
         let globals = self.globals(content, look, projection, scale, size);
-        let now = (
-            globals,
-            self.scene.version,
-            self.settings.clone(),
-            look.background,
-            picture.is_some(),
-        );
+        let now =
+            (globals, self.scene.version, self.settings.clone(), look.background, pictures.len());
         let items = (!self.drawn.is(&now)).then(|| {
             self.scene.write_globals(&globals);
-            (self.items(content, look, picture), now)
+            (self.items(content, look, pictures), now)
         });
         let paint = Paint {
             pipelines: self.scene.pipelines.clone(),
@@ -71,24 +64,46 @@ impl Viewport {
             .add(egui_wgpu::Callback::new_paint_callback(response.rect, paint));
     }
 
-    fn items(&self, content: &Content, look: &Look, picture: Option<wgpu::BindGroup>) -> Items {
+    /// The photograph that is looked through, or the relit scene.
+    fn pictures(&mut self, ui: &Ui) -> Vec<(wgpu::BindGroup, [f32; 2])> {
+        const WHOLE: [f32; 2] = [0.0, 1.0];
+        if self.settings.shading == Shading::Relit {
+            let Some((after, before)) = self.scene.relit.clone() else { return Vec::new() };
+            return match before.zip(self.settings.before) {
+                Some((before, part)) => vec![(before, [0.0, part]), (after, [part, 1.0])],
+                None => vec![(after, WHOLE)],
+            };
+        }
+        let through = self.through.filter(|_| self.settings.look_through_opacity > 0.0);
+        let photograph = through.and_then(|index| self.scene.picture(index, ui.ctx()));
+        photograph.map(|picture| (picture, WHOLE)).into_iter().collect()
+    }
+
+    fn items(
+        &self,
+        content: &Content,
+        look: &Look,
+        pictures: Vec<(wgpu::BindGroup, [f32; 2])>,
+    ) -> Items {
         let (scene, settings) = (&self.scene, &self.settings);
         let when = |wanted: bool, batch: &Batch| batch.clone().filter(|_| wanted);
         let grey = f64::from(look.background);
+        // Over a rendering only what was set into it and what is selected is of use.
+        let bare = settings.shading == Shading::Relit && self.scene.relit.is_some();
         Items {
             globals: scene.globals.clone(),
             mesh: scene.mesh.clone(),
             mesh_group: scene.mesh_group.clone(),
-            edges: settings.wireframe || !content.selected_surfaces.is_empty(),
-            picture,
+            edges: (settings.wireframe && !bare) || !content.selected_surfaces.is_empty(),
+            pictures,
             lines: [
-                when(settings.grid && self.through.is_none(), &scene.grid),
-                when(settings.cameras && self.through.is_none(), &scene.frusta),
-                when(settings.lights, &scene.light_lines),
+                when(settings.grid && self.through.is_none() && !bare, &scene.grid),
+                when(settings.cameras && self.through.is_none() && !bare, &scene.frusta),
+                when(settings.lights && !bare, &scene.light_lines),
             ],
-            lobes: when(settings.lobes, &scene.lobes),
-            discs: when(settings.lights, &scene.discs),
-            points: when(settings.samples, &scene.points),
+            lobes: when(settings.lobes && !bare, &scene.lobes),
+            discs: when(settings.lights && !bare, &scene.discs),
+            points: when(settings.samples && !bare, &scene.points),
             background: wgpu::Color { r: grey, g: grey, b: grey, a: 1.0 },
         }
     }
@@ -104,12 +119,14 @@ impl Viewport {
         let ball = self.scene.ball();
         let with = |v: Vec3, w: f32| v.extend(w).to_array();
         let index = |index: Option<usize>| index.map_or(u32::MAX, |index| index as u32);
+        let is_relit = self.settings.shading == Shading::Relit;
+        let opacity = if is_relit { 1.0 } else { self.settings.look_through_opacity };
         let mut globals = Globals {
             clip_from_world: projection.matrix().to_cols_array_2d(),
             eye: with(projection.eye, f32::from(u8::from(projection.orthographic))),
             right: with(projection.right, ball.1),
             up: with(projection.up, scale),
-            forward: with(projection.forward, self.settings.look_through_opacity),
+            forward: with(projection.forward, opacity),
             accent: look.accent,
             wire: look.wire,
             screen: [size[0] as f32, size[1] as f32, self.exposure(), self.scene.bright],
@@ -119,6 +136,9 @@ impl Viewport {
             let low = corner / projection.size * 2.0 - 1.0;
             let high = (corner + extent) / projection.size * 2.0 - 1.0;
             globals.picture = [low.x, -low.y, high.x, -high.y];
+        }
+        if is_relit {
+            globals.picture = [-1.0, 1.0, 1.0, -1.0];
         }
         let mut layers = Vec::new();
         if let (Some(capture), Shading::Photograph) = (&self.scene.capture, self.settings.shading) {
@@ -131,7 +151,8 @@ impl Viewport {
             layers.len() as u32,
             index(content.selected_sample),
         ];
-        globals.more = [index(content.selected_light), u32::from(self.settings.wireframe), 0, 0];
+        let wireframe = self.settings.wireframe && !(is_relit && self.scene.relit.is_some());
+        globals.more = [index(content.selected_light), u32::from(wireframe), 0, 0];
         globals
     }
 }

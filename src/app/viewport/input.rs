@@ -4,7 +4,8 @@ use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
 
 use crate::app::viewport::camera::Side;
-use crate::app::viewport::content::{Content, ViewportEvent};
+use crate::app::viewport::content::{Content, Shading, ViewportEvent};
+use crate::app::viewport::gizmo;
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
 use crate::app::viewport::{Boxing, Viewport};
@@ -251,20 +252,28 @@ pub fn select(
     response.request_focus();
     let Some(position) = response.interact_pointer_pos().map(local) else { return };
     let settings = &view.settings;
-    if let Some(cloud) = content.samples.as_ref().filter(|_| settings.samples) {
+    let behind = picker.closest(projection.ray(position)).map_or(f32::INFINITY, |hit| hit.t);
+    if let Some(item) = gizmo::under(content, projection, position, view.scene.bounds, behind) {
+        events.push(ViewportEvent::PickAdded(item));
+        return;
+    }
+    // What a rendering hides cannot be clicked either.
+    let is_bare = settings.shading == Shading::Relit;
+    let (samples, lights) = (settings.samples && !is_bare, settings.lights && !is_bare);
+    if let Some(cloud) = content.samples.as_ref().filter(|_| samples) {
         let marks = cloud.samples.iter().map(|sample| sample.position);
         if let Some(sample) = picker.nearest(projection, position, marks) {
             events.push(ViewportEvent::PickSample(sample));
             return;
         }
     }
-    if let Some((lights, _)) = content.lights.as_ref().filter(|_| settings.lights)
+    if let Some((lights, _)) = content.lights.as_ref().filter(|_| lights)
         && let Some(light) = picker.light(projection, position, lights)
     {
         events.push(ViewportEvent::PickLight(light));
         return;
     }
-    if settings.cameras && view.through.is_none() {
+    if settings.cameras && !is_bare && view.through.is_none() {
         let eyes = picker.capture.photographs.iter().map(|p| p.camera.position.as_vec3());
         if let Some(photograph) = picker.nearest(projection, position, eyes) {
             events.push(ViewportEvent::PickPhotograph(photograph));

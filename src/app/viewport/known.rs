@@ -12,6 +12,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::scene::Capture;
+use crate::worker::Relit;
 
 /// Colours that depend on the theme.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +31,7 @@ pub struct Known {
     pub lights: Option<Lights>,
     /// The selected photograph and the colours of lines.
     pub lines: Option<(Option<usize>, Look)>,
+    pub relit: Option<Arc<Relit>>,
 }
 
 pub struct Surfaces {

@@ -5,11 +5,14 @@
 //! changes; what is heavy to prepare is prepared in the `background`. Selecting happens on the
 //! CPU (`picking`), with the rays that the reconstruction uses.
 
+mod added;
 mod axes;
 mod background;
+mod before;
 mod camera;
 mod content;
 mod frame;
+mod gizmo;
 mod gpu;
 mod input;
 mod known;
@@ -37,12 +40,18 @@ pub use camera::{Side, ViewCamera};
 pub use content::{
     Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
+pub use gizmo::Mode as GizmoMode;
 pub use palette::{INVALID, material_color, signed};
 
 pub use crate::app::derived::Derived;
 pub use crate::app::project::Focus;
+use crate::app::relight;
 
-use crate::scene::Capture;
+use crate::geometry::bvh::Ray;
+use crate::render::edits::Edits;
+use crate::scene::{Camera, Capture};
+use crate::worker::Wish;
+use gizmo::Gizmo;
 use paint::Drawn;
 use picking::Picker;
 use projection::{Placement, Projection};
@@ -63,6 +72,9 @@ pub struct Viewport {
     /// The camera was put where the next capture is to be seen from.
     placed: bool,
     boxing: Boxing,
+    pub gizmo: Gizmo,
+    /// The camera that the view was last seen by, where it has perspective.
+    seen_by: Option<Camera>,
     scene: Scene,
     targets: Option<Arc<Targets>>,
     /// What the picture on hand shows.
@@ -98,6 +110,8 @@ impl Viewport {
             framing: Some(Framing::All),
             placed: false,
             boxing: Boxing::Off,
+            gizmo: Gizmo::default(),
+            seen_by: None,
             scene,
             targets: None,
             drawn: Drawn::default(),
@@ -128,6 +142,9 @@ impl Viewport {
             }
         }
         self.follow(content);
+        let before = self.projection(size);
+        let is_taken = content.capture.is_some()
+            && gizmo::interact(self, ui, &response, content, &before, &mut events);
         if content.capture.is_some() {
             input::navigate(self, ui, &response, content);
             input::photograph_keys(self, ui, &response, content, &mut events);
@@ -135,7 +152,9 @@ impl Viewport {
         }
         self.frame(content, size);
         let projection = self.projection(size);
-        input::select(self, ui, &response, content, &projection, &mut events);
+        if !is_taken {
+            input::select(self, ui, &response, content, &projection, &mut events);
+        }
         self.hover(&response, content, &projection);
         self.draw(ui, &response, content, &look, &projection);
         self.overlay(ui, &response, content, &projection);
@@ -183,9 +202,33 @@ impl Viewport {
         self.drawn = Drawn::default();
     }
 
-    /// Whether a box is about to be dragged, or is.
-    pub fn is_boxing(&self) -> bool {
-        self.boxing != Boxing::Off
+    /// Whether a box is about to be dragged or is, or something is being moved: Esc ends that.
+    pub fn is_at_work(&self) -> bool {
+        self.boxing != Boxing::Off || self.gizmo.is_active()
+    }
+
+    /// What is to be rendered for the viewport; `None` where it shows no rendering.
+    pub fn wish(&self, edits: &Arc<Edits>) -> Option<Wish> {
+        let camera = self.seen_by.filter(|_| self.settings.shading == Shading::Relit)?;
+        Some(Wish {
+            edits: edits.clone(),
+            camera,
+            photograph: self.through,
+            before: self.settings.before.is_some(),
+        })
+    }
+
+    /// Radiance that is shown almost white at an exposure of 0.
+    pub fn bright(&self) -> f32 {
+        self.scene.bright
+    }
+
+    /// The place on the geometry right below another.
+    pub fn below(&self, place: Vec3) -> Option<Vec3> {
+        let direction = -Vec3::Z;
+        let ray = Ray { origin: place, direction, t_min: 0.0, t_max: f32::INFINITY };
+        let hit = self.scene.caster.as_ref()?.closest(&ray)?;
+        Some(place + direction * hit.t)
     }
 
     /// The free view.
@@ -299,6 +342,8 @@ impl Viewport {
             let place = egui::Align2::CENTER_BOTTOM.align_size_within_rect(line, rect);
             ui.put(place, egui::Label::new(text).selectable(false));
         }
+        added::draw(self, ui, response, content, p);
+        before::show(self, ui, response);
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
         if has_toolbar_room {
             toolbar::show(self, ui, rect, content);
@@ -328,6 +373,10 @@ fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
         Focus::Light => {
             let (lights, _) = content.lights.as_ref()?;
             marks::placed(Some(capture), lights, lights.lights.get(content.selected_light?)?).0
+        }
+        Focus::Added => {
+            let item = content.selected_added?;
+            relight::middle(&content.edits, item, capture.mesh.bounds()?)?
         }
         Focus::Photograph => {
             capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()

@@ -22,8 +22,9 @@ pub struct Items {
     pub mesh_group: wgpu::BindGroup,
     /// The wireframe or the outline of a selection is wanted.
     pub edges: bool,
-    /// The photograph that is looked through.
-    pub picture: Option<wgpu::BindGroup>,
+    /// The photograph that is looked through, or pictures of the relit scene, each over a part of
+    /// the width.
+    pub pictures: Vec<(wgpu::BindGroup, [f32; 2])>,
     pub lines: [Batch; 3],
     pub lobes: Batch,
     pub discs: Batch,
@@ -41,7 +42,7 @@ pub struct DepthMap {
 }
 
 /// What a picture shows, to tell whether it still holds.
-pub type Shown = (Globals, u64, ViewSettings, f32, bool);
+pub type Shown = (Globals, u64, ViewSettings, f32, usize);
 
 /// What the picture off screen shows. It is set when the picture is drawn, since egui may throw
 /// a frame away before it comes to that.
@@ -140,11 +141,17 @@ impl Paint {
             pass.set_vertex_buffer(0, vertices.slice(..));
             pass.draw(0..*count, 0..1);
         }
-        if let Some(picture) = &items.picture {
-            pass.set_pipeline(&pipelines.picture);
-            pass.set_bind_group(1, picture, &[]);
-            pass.draw(0..4, 0..1);
+        let [width, height] = self.targets.size;
+        for (picture, part) in &items.pictures {
+            let [left, right] = part.map(|part| ((part * width as f32).round() as u32).min(width));
+            if left < right {
+                pass.set_scissor_rect(left, 0, right - left, height);
+                pass.set_pipeline(&pipelines.picture);
+                pass.set_bind_group(1, picture, &[]);
+                pass.draw(0..4, 0..1);
+            }
         }
+        pass.set_scissor_rect(0, 0, width, height);
         if items.edges {
             pass.set_pipeline(&pipelines.wire);
             pass.set_bind_group(1, &items.mesh_group, &[]);

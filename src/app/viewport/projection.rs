@@ -1,9 +1,9 @@
 //! From world to window and back, for the free view and for a photograph's own camera.
 
-use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, Vec2, Vec3};
+use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat4, Vec2, Vec3};
 
 use crate::geometry::bvh::Ray;
-use crate::scene::Camera;
+use crate::scene::{Camera, Distortion};
 
 /// The part of the image plane that a photograph fills once its lens's distortion is undone, in
 /// pixels of a camera without any: upper left and lower right corner. Beyond twice the photograph's
@@ -141,6 +141,27 @@ impl Projection {
         self.clip_from_world.as_mat4()
     }
 
+    /// The camera that sees what is drawn, with so many pixels over the window; `None` of an
+    /// orthographic view.
+    pub fn camera(&self, pixels: [u32; 2]) -> Option<Camera> {
+        if self.orthographic {
+            return None;
+        }
+        let per_point =
+            DVec2::new(f64::from(pixels[0]), f64::from(pixels[1])) / self.size.as_dvec2();
+        let at = |direction: Vec3| Some(self.project(self.eye + direction)?.as_dvec2() * per_point);
+        let principal = at(self.forward)?;
+        let focal = DVec2::new(
+            at(self.forward + self.right)?.x - principal.x,
+            principal.y - at(self.forward + self.up)?.y,
+        );
+        let axes = [self.right, self.up, -self.forward].map(|axis| axis.as_dvec3());
+        let axes = DMat3::from_cols(axes[0], axes[1], axes[2]);
+        let size = (pixels[0] as usize, pixels[1] as usize);
+        let eye = self.eye.as_dvec3();
+        Some(Camera::new(size, focal, principal, Distortion::default(), axes, eye))
+    }
+
     /// Where a world point is drawn, in points from the top left; `None` behind the eye.
     pub fn project(&self, point: Vec3) -> Option<Vec2> {
         let clip = self.clip_from_world * point.as_dvec3().extend(1.0);
@@ -196,10 +217,7 @@ fn view_from_world([right, up, back]: [Vec3; 3], eye: DVec3) -> DMat4 {
 
 #[cfg(test)]
 mod tests {
-    use glam::DMat3;
-
     use super::*;
-    use crate::scene::Distortion;
 
     const RANGE: Range = Range { near: 0.01, far: 100.0 };
 
@@ -241,6 +259,26 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_camera_of_the_view_sees_what_is_drawn() {
+        let size = Vec2::new(900.0, 500.0);
+        let placement = Placement { zoom: 1.5, shift: Vec2::new(40.0, -31.0) };
+        let axes = [Vec3::X, Vec3::Z, -Vec3::Y];
+        for view in [
+            Projection::through(&camera(), size, placement, RANGE),
+            Projection::free(Vec3::new(1.0, 2.0, 3.0), axes, 0.4, false, size, RANGE),
+        ] {
+            let seen = view.camera([1800, 1000]).unwrap();
+            for position in [Vec2::new(3.0, 5.0), Vec2::new(450.0, 250.0), Vec2::new(890.0, 30.0)] {
+                let ray = view.ray(position);
+                let direction = seen.direction(2.0 * position.as_dvec2()).unwrap();
+                assert!(ray.direction.dot(direction.as_vec3()) > 1.0 - 1e-6, "{position}");
+            }
+        }
+        let flat = Projection::free(Vec3::ZERO, axes, 0.4, true, size, RANGE);
+        assert_eq!(flat.camera([10, 10]), None);
     }
 
     #[test]

@@ -7,14 +7,15 @@ use eframe::{egui, wgpu};
 use glam::Vec3;
 
 use crate::app::viewport::background::{Background, Done};
-use crate::app::viewport::content::{Content, ViewSettings};
+use crate::app::viewport::content::{Content, Shading, ViewSettings};
 use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload, upload_mesh};
 use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
 use crate::app::viewport::samples::{self, Scale};
-use crate::app::viewport::{marks, surfaces};
+use crate::app::viewport::{marks, surfaces, texels};
 use crate::geometry::bvh::RayCaster;
+use crate::math::rgb::Radiance;
 use crate::scene::Capture;
 
 /// Everything on the GPU, and what it was made from.
@@ -37,6 +38,8 @@ pub struct Scene {
     /// The photograph that was asked for in full, and its texture once it is there.
     picture: Option<(usize, Option<wgpu::BindGroup>)>,
     picture_job: Option<Background>,
+    /// The relit scene, and the same before that where it is wanted.
+    pub relit: Option<(wgpu::BindGroup, Option<wgpu::BindGroup>)>,
     surface_rows: Vec<[u32; 4]>,
     surface_texture: wgpu::Texture,
     pub mesh: Vec<(wgpu::Buffer, u32)>,
@@ -81,6 +84,7 @@ impl Scene {
             layers,
             picture: None,
             picture_job: None,
+            relit: None,
             surface_rows,
             surface_texture,
             mesh: Vec::new(),
@@ -122,6 +126,7 @@ impl Scene {
         self.sync_surfaces(content);
         self.sync_samples(content, settings);
         self.sync_lights(content);
+        self.sync_relit(content, settings);
         let lines = Some((content.selected_photograph, *look));
         if self.known.lines != lines {
             self.known.lines = lines;
@@ -263,6 +268,23 @@ impl Scene {
         self.strongest_lobe = shapes.strongest;
         self.version += 1;
         self.known.lights = Some(now);
+    }
+
+    fn sync_relit(&mut self, content: &Content, settings: &ViewSettings) {
+        let relit = content.relit.as_ref().filter(|_| settings.shading == Shading::Relit);
+        if same(self.known.relit.as_ref(), relit) {
+            return;
+        }
+        self.known.relit = relit.cloned();
+        self.version += 1;
+        self.relit = relit.and_then(|relit| {
+            let upload = |pixels: &[(Radiance, f32)]| {
+                let texels = texels::of_pixels(pixels, self.bright);
+                let size = [relit.width, relit.height];
+                photographs::picture(&self.device, &self.queue, &self.pipelines, size, &texels)
+            };
+            Some((upload(&relit.after)?, relit.before.as_deref().and_then(upload)))
+        });
     }
 
     fn sync_lines(&mut self, selected: Option<usize>, look: &Look) {

@@ -33,6 +33,15 @@ pub fn bright(capture: &Capture) -> f32 {
     if bright.is_finite() && bright > 0.0 { bright } else { 1.0 }
 }
 
+/// A picture in units of `bright`: pixels of which the scene covers less than half are empty.
+pub fn of_pixels(pixels: &[(Radiance, f32)], bright: f32) -> Vec<u16> {
+    let texel = |&([r, g, b], coverage): &(Radiance, f32)| {
+        let seen = if coverage >= 0.5 { VALID } else { UNSEEN };
+        [r / bright, g / bright, b / bright, seen].map(half)
+    };
+    pixels.par_iter().flat_map_iter(texel).collect()
+}
+
 fn are_coprime(mut a: usize, mut b: usize) -> bool {
     while b != 0 {
         (a, b) = (b, a % b);

@@ -26,7 +26,11 @@ pub fn show(view: &mut Viewport, ui: &mut Ui, rect: Rect, content: &Content) {
                 looking_through(view, ui, content);
             }
         });
-        ui.horizontal_wrapped(|ui| overlays(view, ui, content));
+        if view.settings.shading == Shading::Relit {
+            ui.horizontal_wrapped(|ui| relit(view, ui, content));
+        } else {
+            ui.horizontal_wrapped(|ui| overlays(view, ui, content));
+        }
     });
 }
 
@@ -80,7 +84,7 @@ fn exposure(view: &mut Viewport, ui: &mut Ui) {
     }
 }
 
-fn looking_through(view: &mut Viewport, ui: &mut Ui, content: &Content) {
+fn opacity(view: &mut Viewport, ui: &mut Ui) {
     let mut percent = 100.0 * view.settings.look_through_opacity;
     let slider = egui::Slider::new(&mut percent, 0.0..=100.0).fixed_decimals(0).suffix(" %");
     ui.spacing_mut().slider_width = 72.0;
@@ -88,6 +92,12 @@ fn looking_through(view: &mut Viewport, ui: &mut Ui, content: &Content) {
         .accessible_name("Photograph opacity")
         .on_hover_text("Opacity of the photograph over the geometry");
     view.settings.look_through_opacity = percent / 100.0;
+}
+
+fn looking_through(view: &mut Viewport, ui: &mut Ui, content: &Content) {
+    if view.settings.shading != Shading::Relit {
+        opacity(view, ui);
+    }
     let name = view
         .is_looking_through()
         .zip(content.capture.as_ref())
@@ -97,6 +107,27 @@ fn looking_through(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     let help = format!("{name}\nClick to leave the photograph (0); Tab goes to the next");
     if ui.button(format!("{short} ×")).on_hover_text(help).clicked() {
         input::leave_photograph(view, content);
+    }
+}
+
+/// What a rendering is compared with, and how far it has come.
+fn relit(view: &mut Viewport, ui: &mut Ui, content: &Content) {
+    let mut is_split = view.settings.before.is_some();
+    let help = "The scene as it was left of a line that can be dragged, and as it is relit right; \
+                through a photograph: the photograph left";
+    if ui.toggle_value(&mut is_split, "Before | after").on_hover_text(help).changed() {
+        view.settings.before = is_split.then_some(0.5);
+    }
+    let state = match (&content.relit, view.camera().orthographic && view.through.is_none()) {
+        (_, true) => "Renderings have perspective: press 5".to_owned(),
+        (None, _) if !content.is_solved => "Run first".to_owned(),
+        (None, _) => "Preparing…".to_owned(),
+        (Some(relit), _) => format!("{} paths a pixel", relit.paths),
+    };
+    ui.weak(state);
+    if let Some(status) = view.gizmo.status() {
+        ui.separator();
+        ui.label(status);
     }
 }
 

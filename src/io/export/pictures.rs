@@ -8,6 +8,7 @@ use std::path::Path;
 use super::super::{Error, atomic, exr};
 use super::file_name;
 use crate::math::rgb::{CHANNELS, Radiance, srgb};
+use crate::render::composite::compose;
 use crate::render::film::Film;
 use crate::scene::Image;
 
@@ -70,7 +71,7 @@ pub fn write(written: &Written) -> Result<(), Error> {
         write_png(&folder.join(format!("{name}.png")), width, height, &beauty)?;
     }
     if let Some((without, photograph)) = composite {
-        let composed = compose(film, without, photograph);
+        let composed = compose(film, &without.beauty(), photograph);
         let file = folder.join(format!("{name}-composite.exr"));
         let object = film.object_coverage();
         let mut further = vec![("object.A".to_owned(), object)];
@@ -87,38 +88,6 @@ pub fn write(written: &Written) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// The edits set into a photograph.
-pub struct Composed {
-    pub picture: Vec<Radiance>,
-    /// What lights, objects and materials change of the known surfaces: shadows below 0, added
-    /// light above.
-    pub change: Vec<Radiance>,
-}
-
-/// Differential rendering (Debevec 1998): where objects are, their picture; elsewhere the
-/// photograph with the difference that the edits make. Pixels of the photograph that are no
-/// measurement are taken from the picture.
-pub fn compose(with: &Film, without: &Film, photograph: &Image) -> Composed {
-    let (with_all, without_all) = (with.beauty(), without.beauty());
-    let objects = with.object_coverage();
-    let mut composed = Composed { picture: Vec::new(), change: Vec::new() };
-    for (index, (with, without)) in with_all.into_iter().zip(without_all).enumerate() {
-        let (x, y) = (index % photograph.width(), index / photograph.width());
-        let object = objects[index];
-        let measured = photograph.radiance(x, y);
-        let change: Radiance =
-            std::array::from_fn(|c| if object >= 1.0 { 0.0 } else { with[c] - without[c] });
-        composed.picture.push(std::array::from_fn(|c| {
-            // Of a pixel that an object covers in part both renderings have the background.
-            let photographed = measured.map_or(without[c], |measured| measured[c]);
-            let background = (photographed + (with[c] - without[c])).max(0.0);
-            object * with[c] + (1.0 - object) * background
-        }));
-        composed.change.push(change);
-    }
-    composed
 }
 
 /// sRGB of linear radiance; the 99th percentile becomes white.

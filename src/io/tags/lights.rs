@@ -58,7 +58,7 @@ impl Reader<'_> {
         }
         let light = match kind {
             "visible" => KnownLight::Visible { name, surfaces: self.luminaire(item, index)? },
-            "dome" => KnownLight::Dome { name, dome: dome(item, &mut self.warnings)? },
+            "dome" => KnownLight::Dome { name, dome: self.dome(item)? },
             _ => {
                 let kinds: Vec<&str> =
                     ["visible"].into_iter().chain(emitter_kinds()).chain(["dome"]).collect();
@@ -88,12 +88,20 @@ impl Reader<'_> {
         }
         Ok(surfaces)
     }
+
+    fn dome(&mut self, item: &Field) -> Result<Dome, Error> {
+        let file = image_file(&item.need("image")?)?;
+        dome(item, file, &mut self.warnings)
+    }
 }
 
 /// The sky of an image, with what is odd about it.
-pub(in crate::io) fn dome(item: &Field, warnings: &mut Vec<String>) -> Result<Dome, Error> {
+pub(in crate::io) fn dome(
+    item: &Field,
+    file: PathBuf,
+    warnings: &mut Vec<String>,
+) -> Result<Dome, Error> {
     let field = item.need("image")?;
-    let file = image_file(&field)?;
     let scale = item.get("scale").map_or(Ok(1.0), |_| positive(item, "scale"))? as f32;
     let picture = picture::read(&file).map_err(|error| unusable(&field, error))?;
     warnings.extend(picture.notes);
@@ -115,7 +123,7 @@ pub(in crate::io) fn dome(item: &Field, warnings: &mut Vec<String>) -> Result<Do
             width * height
         ));
     }
-    Ok(Dome { image: Arc::new(image), scale })
+    Ok(Dome { file, image: Arc::new(image), scale })
 }
 
 /// A file of the folder that the JSON file is in: a tag file from elsewhere must not have others opened.

@@ -1,12 +1,18 @@
 //! `edits.json`: the changes to a recovered scene.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+mod write;
 
-use glam::{DMat4, DVec4, Vec3};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat4, DVec4, Vec3};
+
+use serde_json::Value;
 
 use super::error::listed;
 use super::json::{self, Field};
+use super::paths::absolute;
 use super::tags::lights::{dome, emitter, emitter_kinds, not_negative};
 use super::{Error, Fault, obj};
 use crate::geometry::mesh::Mesh;
@@ -15,14 +21,35 @@ use crate::reconstruct::equations::Reflectance;
 use crate::render::edits::{AddedLight, Edits, GREY, Object, Override, Shape, Surroundings};
 use crate::scene::Capture;
 
-/// Reads edits and the files that they name, which lie beside them; with what is odd about them.
+pub use write::{value, write};
+
+/// Reads edits and the files that they name, whose paths are relative to the folder of this one;
+/// with what is odd about them.
 pub fn read(file: &Path, capture: &Capture) -> Result<(Edits, Vec<String>), Error> {
-    let value = json::read(file)?;
-    let root = Field::root(file, &value)?;
+    of_value(file, &json::read(file)?, capture)
+}
+
+/// The same of what a file holds among other things.
+pub fn of_value(
+    file: &Path,
+    value: &Value,
+    capture: &Capture,
+) -> Result<(Edits, Vec<String>), Error> {
+    let root = Field::root(file, value)?;
     let mut warnings = Vec::new();
     let mut edits = Edits::default();
     if let Some(field) = root.get("original_light") {
         edits.original_light = at_least_0(&field)?;
+    }
+    if let Some(field) = root.get("original_light_groups") {
+        let Some(members) = field.value.as_object() else {
+            return Err(field.wrong("this must hold one factor per group of the recovered light"));
+        };
+        for name in members.keys() {
+            if let Some(factor) = field.get(name) {
+                edits.groups.insert(name.clone(), at_least_0(&factor)?);
+            }
+        }
     }
     for (index, item) in items(&root, "lights")?.iter().enumerate() {
         edits.lights.push(light(item, index, &mut warnings)?);
@@ -56,7 +83,8 @@ fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Added
     };
     let kind = item.need("kind")?;
     if kind.text()? == "dome" {
-        let dome = dome(item, warnings)?;
+        let file = named_file(&item.need("image")?, "image")?;
+        let dome = dome(item, file, warnings)?;
         return Ok(AddedLight { name, shape: Shape::Dome(dome), emission: [1.0; 3] });
     }
     let Some(emitter) = emitter(item, kind.text()?) else {
@@ -77,27 +105,17 @@ fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Added
 }
 
 fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Object, Error> {
-    let field = item.need("mesh")?;
-    let path = field.text()?;
-    let file = field.file.parent().unwrap_or(Path::new("")).join(path.replace('\\', "/"));
-    if !file.is_file() {
-        return Err(Error::Missing(Fault::new(
-            field.file,
-            field.path.clone(),
-            format!("there is no mesh {}", file.display()),
-            "Correct its path, which is relative to the folder of this file",
-        )));
-    }
+    let file = named_file(&item.need("mesh")?, "mesh")?;
     let name = match item.get("name") {
         Some(field) => field.text()?.to_owned(),
         None => format!("object {}", index + 1),
     };
     let geometry = obj::load(&file)?;
     warnings.extend(geometry.warnings);
-    let mut mesh = geometry.mesh;
-    if let Some(field) = item.get("world_from_object") {
-        place(&mut mesh, &field)?;
-    }
+    let world_from_object = match item.get("world_from_object") {
+        Some(field) => placement(&geometry.mesh, &field)?,
+        None => DAffine3::IDENTITY,
+    };
     let given = item.get("materials");
     let materials = given.as_ref().and_then(|field| field.value.as_object());
     if let (Some(field), None) = (&given, materials) {
@@ -113,7 +131,7 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
             ));
         }
     }
-    let mut reflectances = Vec::new();
+    let mut surfaces = Vec::new();
     for surface in &geometry.surfaces {
         let field = given.as_ref().and_then(|field| field.get(&surface.name));
         let change = field.as_ref().map(change).transpose()?.unwrap_or_else(|| {
@@ -125,17 +143,35 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
             ));
             Override::default()
         });
-        reflectances.push(Reflectance {
+        let reflectance = Reflectance {
             diffuse: change.diffuse.unwrap_or([GREY; 3]),
             specular: change.specular.unwrap_or_default(),
             exponent: change.exponent.unwrap_or(1.0),
-        });
+        };
+        surfaces.push((surface.name.clone(), reflectance));
     }
-    Ok(Object { name, mesh, reflectances })
+    let mesh = Arc::new(geometry.mesh);
+    Ok(Object { name, file, mesh, surfaces, world_from_object })
 }
 
-/// Moves a mesh by a matrix of four rows.
-fn place(mesh: &mut Mesh, field: &Field) -> Result<(), Error> {
+/// The file that a field names, relative to the folder of the field's own file.
+fn named_file(field: &Field, what: &str) -> Result<PathBuf, Error> {
+    let folder = field.file.parent().unwrap_or(Path::new(""));
+    let name = field.text()?.replace('\\', "/");
+    let file = folder.join(&name);
+    if file.is_file() {
+        return Ok(absolute(&file));
+    }
+    Err(Error::Missing(Fault::new(
+        field.file,
+        field.path.clone(),
+        format!("there is no {what} \"{name}\""),
+        "Correct its path, which is relative to the folder of this file",
+    )))
+}
+
+/// A matrix of four rows that places a mesh.
+fn placement(mesh: &Mesh, field: &Field) -> Result<DAffine3, Error> {
     let rows = field.items()?;
     if rows.len() != 4 {
         return Err(field.wrong("a matrix has four rows of four numbers"));
@@ -144,32 +180,32 @@ fn place(mesh: &mut Mesh, field: &Field) -> Result<(), Error> {
     for (row, item) in matrix.iter_mut().zip(&rows) {
         *row = DVec4::from_array(item.numbers::<4>()?);
     }
-    let world_from_object =
-        DMat4::from_cols_array_2d(&matrix.map(|row| row.to_array())).transpose();
     if matrix[3] != DVec4::W {
         return Err(field.wrong("the last row of a placement is 0 0 0 1"));
     }
-    let linear = glam::DMat3::from_mat4(world_from_object);
-    let size = linear.x_axis.length().max(linear.y_axis.length()).max(linear.z_axis.length());
-    if linear.determinant().abs() <= 1e-9 * size.powi(3) {
+    let world_from_object =
+        DMat4::from_cols_array_2d(&matrix.map(|row| row.to_array())).transpose();
+    let world_from_object = DAffine3::from_mat4(world_from_object);
+    if is_flat(&world_from_object) {
         return Err(field.wrong_with(
             "the matrix makes the object flat: it is singular",
             "Give a rotation with a scale that is not 0 along any axis",
         ));
     }
-    for position in &mut mesh.positions {
-        *position = world_from_object.transform_point3(position.as_dvec3()).as_vec3();
-    }
-    if !mesh.positions.iter().all(|position: &Vec3| position.is_finite()) {
+    let is_in_range = |position: &Vec3| {
+        world_from_object.transform_point3(position.as_dvec3()).as_vec3().is_finite()
+    };
+    if !mesh.positions.iter().all(is_in_range) {
         return Err(field.wrong("the matrix moves the object out of all range"));
     }
-    if linear.determinant() < 0.0 {
-        // Mirrored, triangles would turn their inner sides out.
-        for triangle in &mut mesh.triangles {
-            triangle.swap(1, 2);
-        }
-    }
-    Ok(())
+    Ok(world_from_object)
+}
+
+/// Whether a placement leaves nothing of some direction.
+fn is_flat(world_from_object: &DAffine3) -> bool {
+    let linear = world_from_object.matrix3;
+    let size = linear.x_axis.length().max(linear.y_axis.length()).max(linear.z_axis.length());
+    linear.determinant().abs() <= 1e-9 * size.powi(3)
 }
 
 fn overrides(field: &Field, capture: &Capture) -> Result<BTreeMap<String, Override>, Error> {

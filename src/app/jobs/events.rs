@@ -1,0 +1,254 @@
+//! What the workers tell, and what it means for the project.
+
+use std::sync::Arc;
+use std::sync::mpsc::TryRecvError;
+
+use super::{PULSE, Reading};
+use crate::app::files;
+use crate::app::project::{Project, Run};
+use crate::app::relighting;
+use crate::app::state::State;
+use crate::reconstruct::Update;
+use crate::worker::{Event, Happening};
+
+/// Takes all events since the last frame.
+pub fn drain(state: &mut State) {
+    let events: Vec<Event> = state.jobs.loader.events().try_iter().collect();
+    for event in events {
+        loader_event(state, event);
+    }
+    let events: Vec<Event> = state.jobs.runner.events().try_iter().collect();
+    for event in events {
+        runner_event(state, event);
+    }
+    let events: Vec<Event> = state.jobs.painter.events().try_iter().collect();
+    for event in events {
+        painter_event(state, event);
+    }
+    let events: Vec<Event> = state.jobs.relighter.events().try_iter().collect();
+    for event in events {
+        relighter_event(state, event);
+    }
+    if state.jobs.is_rendering() {
+        state.jobs.ctx.request_repaint_after(PULSE);
+    }
+    let shown = state.project.as_ref().and_then(|project| project.products.whole.as_ref());
+    if state
+        .jobs
+        .picture
+        .as_ref()
+        .is_some_and(|picture| shown.is_none_or(|shown| !Arc::ptr_eq(shown, &picture.of)))
+    {
+        state.jobs.stop_comparing();
+    }
+    if state.project.is_none()
+        && let Some(coverage) = state.jobs.coverage.take()
+    {
+        state.jobs.loader.cancel(coverage.job);
+    }
+    if let Some((whole, answer)) = &state.jobs.derived {
+        let answer = answer.try_recv();
+        // Another project, or another run's results, may be shown by now.
+        if let (Ok(derived), Some(Project { products, .. })) = (&answer, &mut state.project)
+            && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
+        {
+            products.derived = Some(derived.clone());
+        }
+        if !matches!(answer, Err(TryRecvError::Empty)) {
+            state.jobs.derived = None;
+        }
+    }
+    if let Some(project) = &mut state.project
+        && let Some(run) = &mut project.run
+    {
+        run.progress = state.jobs.runner.progress(run.job).filter(|_| run.stage().is_some());
+        state.jobs.ctx.request_repaint_after(PULSE);
+    }
+}
+
+fn loader_event(state: &mut State, event: Event) {
+    if let Some(coverage) = state.jobs.coverage.as_mut().filter(|own| own.job == event.job) {
+        if let Happening::Covered(masks) = event.happening {
+            coverage.masks = Some(masks);
+        }
+        return;
+    }
+    if let Some((_, folder)) = state.jobs.restoring.take_if(|(job, _)| *job == event.job) {
+        match (event.happening, &mut state.project) {
+            (Happening::Solved(solved), Some(project)) => {
+                state.messages.info(format!("Results read from {}", folder.display()));
+                project.restore_solved(solved, folder);
+            }
+            (Happening::Failed(text), _) => state.messages.warning(text),
+            (Happening::Started, _) => state.jobs.restoring = Some((event.job, folder)),
+            _ => {}
+        }
+        return;
+    }
+    if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
+        if !event.happening.is_ending() {
+            return;
+        }
+        let (_, reading) = state.jobs.reading.remove(index);
+        match event.happening {
+            Happening::Edits(edits, warnings) => {
+                relighting::edits_read(state, reading, edits, warnings);
+            }
+            Happening::Failed(text) => {
+                let title = match reading {
+                    Reading::Project => "The project's lights and objects cannot be used",
+                    Reading::File => "These edits cannot be used",
+                    Reading::Object => "This object cannot be added",
+                    Reading::Dome => "This image cannot be used",
+                };
+                state.messages.error(title, text);
+            }
+            _ => {}
+        }
+        return;
+    }
+    // Only the latest opening counts; a project that was open stays until it has succeeded.
+    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
+        || !event.happening.is_ending()
+    {
+        return;
+    }
+    let Some((_, opening)) = state.jobs.opening.take() else { return };
+    match event.happening {
+        Happening::Loaded(capture) => files::opened(state, opening, capture),
+        Happening::Failed(text) => state.messages.error("This cannot be opened", text),
+        _ => {}
+    }
+}
+
+fn relighter_event(state: &mut State, event: Event) {
+    let Some(relight) = state.jobs.relight.as_mut().filter(|own| own.job == event.job) else {
+        return;
+    };
+    match event.happening {
+        Happening::Relit(relit) => relight.relit = Some(relit),
+        Happening::Failed(text) => state.messages.error("The relit picture cannot be made", text),
+        _ => {}
+    }
+}
+
+fn painter_event(state: &mut State, event: Event) {
+    if let Some((_, folder)) = state.jobs.rendering.take_if(|(job, _)| *job == event.job) {
+        match event.happening {
+            Happening::Rendered(_) => {
+                state.messages.notice(format!("Pictures written to {}", folder.display()));
+            }
+            Happening::Failed(text) => {
+                state.messages.error("The pictures cannot be written", text);
+            }
+            Happening::Cancelled => state.messages.notice("Rendering was stopped."),
+            _ => state.jobs.rendering = Some((event.job, folder)),
+        }
+        return;
+    }
+    let Some(picture) = state.jobs.picture.as_mut().filter(|picture| picture.job == event.job)
+    else {
+        return;
+    };
+    match event.happening {
+        Happening::Picture { film, .. } => picture.film = Some(film),
+        Happening::Failed(text) => {
+            picture.is_done = true;
+            state.messages.error("The picture cannot be made", text);
+        }
+        happening => picture.is_done |= happening.is_ending(),
+    }
+}
+
+fn runner_event(state: &mut State, event: Event) {
+    if let Some((_, exported)) = state.jobs.exporting.take_if(|(job, _)| *job == event.job) {
+        match event.happening {
+            Happening::Exported(folder) => {
+                if let Some(Project { products, solution, .. }) = &mut state.project {
+                    let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
+                    if products.whole.as_ref().is_some_and(is_shown) {
+                        products.exported = true;
+                        *solution = Some(folder.clone());
+                    }
+                }
+                state.messages.notice(format!("Results written to {}", folder.display()));
+            }
+            Happening::Failed(text) => {
+                state.messages.error("The results cannot be written", text);
+            }
+            Happening::Cancelled => {}
+            _ => state.jobs.exporting = Some((event.job, exported)),
+        }
+        return;
+    }
+    let Some(project) = &mut state.project else { return };
+    if project.run.as_ref().is_none_or(|run| run.job != event.job) {
+        return;
+    }
+    match event.happening {
+        Happening::Update(update) => {
+            if let Some(line) = line(&update) {
+                state.messages.info(line);
+            }
+            project.update(update);
+        }
+        Happening::Reconstructed(whole) => {
+            let secs = end(project).map_or(0.0, |run| run.began.elapsed().as_secs_f64());
+            let brief = whole.solution.brief();
+            for note in &whole.solution.notes {
+                state.messages.info(note.clone());
+            }
+            for warning in &whole.warnings {
+                state.messages.warning(warning.clone());
+            }
+            project.products.finish(whole);
+            state.messages.info(state.probe.report().unwrap_or_default());
+            state.messages.notice(format!("Done in {secs:.1} s. {brief}"));
+            state.jobs.derive(project);
+        }
+        Happening::Cancelled => {
+            give_back(project);
+            state.jobs.derive(project);
+            state.messages.notice("The run was cancelled.");
+        }
+        Happening::Failed(text) => {
+            give_back(project);
+            state.jobs.derive(project);
+            state.messages.error("The reconstruction stopped", text);
+        }
+        _ => {}
+    }
+}
+
+fn end(project: &mut Project) -> Option<Run> {
+    let mut run = project.run.take()?;
+    run.end_stage();
+    Some(run)
+}
+
+/// A run that came to nothing leaves what was there before it; where there was nothing, what it
+/// found so far is better than that.
+fn give_back(project: &mut Project) {
+    if let Some(run) = end(project)
+        && run.previous.whole.is_some()
+    {
+        project.products = run.previous;
+        project.selection.forget_products();
+    }
+}
+
+fn line(update: &Update) -> Option<String> {
+    Some(match update {
+        Update::Stage(stage) => format!("Stage {}", stage.name()),
+        Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
+        Update::Lights(lights, lobes) => {
+            format!("{} virtual lights, {} lobes", lights.lights.len(), lobes.lobes.len())
+        }
+        Update::Transport(_) => return None,
+        Update::Iteration(iteration) => format!(
+            "Iteration {}: relative RMS {} %",
+            iteration.index,
+            iteration.rms.relative.map(|value| format!("{:.2}", 100.0 * value)).join(" / ")
+        ),
+    })
+}

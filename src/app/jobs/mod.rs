@@ -1,0 +1,335 @@
+//! The workers behind the window.
+//!
+//! There are four, since neither must wait for another: one reads captures and does other short
+//! work, one reconstructs, one makes pictures, one shows the relit scene. All are the worker that
+//! the terminal drives.
+
+mod events;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+use eframe::egui;
+
+use super::derived::{self, Derived};
+use super::files::Opening;
+use super::project::{Products, Project, Run};
+use crate::reconstruct::Reconstruction;
+use crate::reconstruct::lights::VirtualLights;
+use crate::reconstruct::lobes::CoverageMask;
+use crate::render::RenderOptions;
+use crate::render::film::Film;
+use crate::render::scene::Solved;
+use crate::scene::Capture;
+use crate::watch::Progress;
+use crate::worker::{
+    Command, Desk, EditSource, Files, Frame, Job, Relighting, Relit, Rendering, Wish, Worker,
+};
+
+/// How often progress is looked at while something runs.
+const PULSE: Duration = Duration::from_millis(100);
+
+/// A photograph as the results have it, getting clearer.
+pub struct Picture {
+    job: Job,
+    /// The results that it is made from.
+    of: Arc<Reconstruction>,
+    pub photograph: usize,
+    /// Pixels of the photograph along a side of one of the picture's.
+    pub step: usize,
+    pub film: Option<Arc<Film>>,
+    pub is_done: bool,
+}
+
+/// What edits are read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reading {
+    /// The project that was opened.
+    Project,
+    File,
+    Object,
+    Dome,
+}
+
+/// The relit scene in the viewport.
+struct Relighter {
+    job: Job,
+    desk: Desk,
+    /// The results that it is made from.
+    of: Arc<Solved>,
+    capture: Arc<Capture>,
+    wish: Option<Wish>,
+    /// The newest picture.
+    relit: Option<Arc<Relit>>,
+}
+
+/// The masks of some lights (Fig. 6).
+pub struct Coverage {
+    job: Job,
+    pub of: Arc<VirtualLights>,
+    pub masks: Option<Arc<Vec<Option<CoverageMask>>>>,
+}
+
+/// Pixels along the longer side of a picture that is made to compare.
+const COMPARED: usize = 800;
+
+pub use events::drain;
+
+pub struct Jobs {
+    loader: Worker,
+    runner: Worker,
+    painter: Worker,
+    relighter: Worker,
+    relight: Option<Relighter>,
+    /// Results that are being read.
+    restoring: Option<(Job, PathBuf)>,
+    /// Edits that are being read.
+    reading: Vec<(Job, Reading)>,
+    /// Pictures that are being written.
+    rendering: Option<(Job, PathBuf)>,
+    /// The photograph that is made anew, to be compared.
+    pub picture: Option<Picture>,
+    /// What the lights see, where it was asked for.
+    pub coverage: Option<Coverage>,
+    ctx: egui::Context,
+    pub opening: Option<(Job, Opening)>,
+    /// The export under way, and what it writes.
+    pub exporting: Option<(Job, Arc<Reconstruction>)>,
+    /// Numbers that are being worked out, and of what.
+    derived: Option<(Arc<Reconstruction>, Receiver<Arc<Derived>>)>,
+}
+
+impl Jobs {
+    pub fn start(ctx: &egui::Context) -> std::io::Result<Self> {
+        let worker = || {
+            let ctx = ctx.clone();
+            Worker::start(move || ctx.request_repaint())
+        };
+        Ok(Self {
+            loader: worker()?,
+            runner: worker()?,
+            painter: worker()?,
+            relighter: worker()?,
+            relight: None,
+            restoring: None,
+            reading: Vec::new(),
+            rendering: None,
+            picture: None,
+            coverage: None,
+            ctx: ctx.clone(),
+            opening: None,
+            exporting: None,
+            derived: None,
+        })
+    }
+
+    /// Reads a capture; a reading that was under way is given up.
+    pub fn open(&mut self, opening: Opening) {
+        self.cancel_opening();
+        let job = self.loader.send(Command::Load { path: opening.folder.clone() });
+        self.opening = Some((job, opening));
+    }
+
+    pub fn cancel_opening(&mut self) {
+        if let Some((job, _)) = self.opening.take() {
+            self.loader.cancel(job);
+        }
+    }
+
+    pub fn run(&mut self, project: &mut Project) {
+        self.derived = None;
+        project.solution = None;
+        let (edit, capture) = (project.edit().clone(), project.capture.clone());
+        let options = Box::new(edit.run_options());
+        let job = self.runner.send(Command::Reconstruct { capture: capture.clone(), options });
+        let before = project.products.derived.clone().or(project.products.before.clone());
+        let next = Products { of: Some((edit, capture)), before, ..Products::default() };
+        let previous = std::mem::replace(&mut project.products, next);
+        project.selection.forget_products();
+        project.run = Some(Run::new(job, previous));
+    }
+
+    pub fn cancel(&self, project: &mut Project) {
+        if let Some(run) = &mut project.run {
+            run.cancelling = true;
+            self.runner.cancel(run.job);
+        }
+    }
+
+    /// Writes the results; nothing is done without any.
+    pub fn export(&mut self, project: &Project, folder: PathBuf) {
+        let Some((whole, (edit, capture))) =
+            project.products.whole.clone().zip(project.products.of.clone())
+        else {
+            return;
+        };
+        let job = self.runner.send(Command::Export {
+            capture,
+            options: Box::new(edit.run_options()),
+            reconstruction: whole.clone(),
+            load_secs: project.load_secs,
+            folder,
+        });
+        self.exporting = Some((job, whole));
+    }
+
+    /// Makes a photograph anew from the results.
+    pub fn compare(&mut self, project: &Project, photograph: usize) {
+        self.stop_comparing();
+        let capture = project.result_capture();
+        let (Some(whole), Some(seen)) =
+            (project.products.whole.clone(), capture.photographs.get(photograph))
+        else {
+            return;
+        };
+        let step = seen.camera.width.max(seen.camera.height).div_ceil(COMPARED);
+        let frame = Frame {
+            name: seen.name.clone(),
+            camera: seen.camera.reduced(step),
+            photograph: Some(photograph),
+        };
+        let job = self.painter.send(Command::Render(Box::new(Rendering {
+            capture: capture.clone(),
+            solved: Arc::new(Solved::from(whole.as_ref())),
+            edits: Arc::default(),
+            frames: vec![frame],
+            options: RenderOptions::default(),
+            files: None,
+        })));
+        self.picture =
+            Some(Picture { job, of: whole, photograph, step, film: None, is_done: false });
+    }
+
+    /// Finds what the lights see.
+    pub fn cover(&mut self, project: &Project) {
+        let Some((lights, _)) = project.products.lights.clone() else { return };
+        if let Some(coverage) = self.coverage.take() {
+            self.loader.cancel(coverage.job);
+        }
+        let capture = project.result_capture().clone();
+        let job = self.loader.send(Command::Cover { capture, lights: lights.clone() });
+        self.coverage = Some(Coverage { job, of: lights, masks: None });
+    }
+
+    /// Reads the results that a project points to.
+    pub fn read_solved(&mut self, project: &Project, folder: PathBuf) {
+        let (capture, path) = (project.capture.clone(), folder.clone());
+        let job = self.loader.send(Command::ReadSolved { capture, folder: path });
+        self.restoring = Some((job, folder));
+    }
+
+    /// Reads edits for the open project.
+    pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
+        let Some(project) = project else { return };
+        let capture = project.loaded.clone();
+        self.reading.push((self.loader.send(Command::ReadEdits { capture, source }), reading));
+    }
+
+    /// Has the viewport's relit picture made, as it is wished now; `None` where it is not shown.
+    pub fn relight(&mut self, project: Option<&Project>, wish: Option<Wish>) {
+        let results = project.and_then(|project| {
+            Some((project.products.solved.clone()?, project.result_capture().clone()))
+        });
+        let (Some((solved, capture)), Some(wish)) = (results, wish) else {
+            self.stop_relighting();
+            return;
+        };
+        if self.relight.as_ref().is_some_and(|own| !Arc::ptr_eq(&own.of, &solved)) {
+            self.stop_relighting();
+        }
+        let relight = self.relight.get_or_insert_with(|| {
+            let desk = Desk::default();
+            let relighting =
+                Relighting { capture: capture.clone(), solved: solved.clone(), desk: desk.clone() };
+            let job = self.relighter.send(Command::Relight(relighting));
+            Relighter { job, desk, of: solved, capture, wish: None, relit: None }
+        });
+        let wish = Wish {
+            photograph: wish.photograph.filter(|&index| index < relight.capture.photographs.len()),
+            ..wish
+        };
+        let is_new = relight.wish.as_ref().is_none_or(|now| {
+            !Arc::ptr_eq(&now.edits, &wish.edits)
+                || (now.camera, now.photograph, now.before)
+                    != (wish.camera, wish.photograph, wish.before)
+        });
+        if is_new {
+            relight.desk.put(wish.clone());
+            relight.wish = Some(wish);
+        }
+    }
+
+    fn stop_relighting(&mut self) {
+        if let Some(relight) = self.relight.take() {
+            self.relighter.cancel(relight.job);
+        }
+    }
+
+    /// The newest picture of the relit scene.
+    pub fn relit(&self) -> Option<&Arc<Relit>> {
+        self.relight.as_ref()?.relit.as_ref()
+    }
+
+    /// Writes pictures from the places of all photographs.
+    pub fn render(&mut self, project: &Project, folder: PathBuf) {
+        let Some(solved) = project.products.solved.clone() else { return };
+        let capture = project.result_capture().clone();
+        let frames = capture.photographs.iter().enumerate();
+        let frames = frames.map(|(index, photograph)| Frame {
+            name: photograph.name.clone(),
+            camera: photograph.camera,
+            photograph: Some(index),
+        });
+        let job = self.painter.send(Command::Render(Box::new(Rendering {
+            frames: frames.collect(),
+            capture: capture.clone(),
+            solved,
+            edits: project.edit().relight.clone(),
+            options: RenderOptions { denoise: true, ..RenderOptions::default() },
+            files: Some(Files { folder: folder.clone(), png: true, composite: true }),
+        })));
+        self.rendering = Some((job, folder));
+    }
+
+    pub fn is_rendering(&self) -> bool {
+        self.rendering.is_some()
+    }
+
+    /// How far the pictures that are written have come.
+    pub fn rendered(&self) -> Option<Progress> {
+        self.painter.progress(self.rendering.as_ref()?.0)
+    }
+
+    pub fn stop_rendering(&mut self) {
+        if let Some((job, _)) = &self.rendering {
+            self.painter.cancel(*job);
+        }
+    }
+
+    pub fn stop_comparing(&mut self) {
+        if let Some(picture) = self.picture.take() {
+            self.painter.cancel(picture.job);
+        }
+    }
+
+    /// Works out the numbers of finished results that have none yet.
+    fn derive(&mut self, project: &Project) {
+        let products = &project.products;
+        if let Some(whole) = products.whole.clone().filter(|_| products.derived.is_none()) {
+            let ctx = self.ctx.clone();
+            let answer = derived::on_a_thread(whole.clone(), move || ctx.request_repaint());
+            self.derived = Some((whole, answer));
+        }
+    }
+
+    pub fn is_busy(&self) -> bool {
+        self.opening.is_some()
+            || self.exporting.is_some()
+            || self.derived.is_some()
+            || self.rendering.is_some()
+            || !self.reading.is_empty()
+            || self.restoring.is_some()
+    }
+}

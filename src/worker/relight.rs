@@ -1,0 +1,344 @@
+//! A recovered scene that is looked at while it is changed: pictures that are coarse within a
+//! moment of every change, and get clearer until the next.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use glam::{DVec2, Vec3};
+use rayon::prelude::*;
+
+use crate::geometry::bvh::RayCaster;
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::render::composite::compose;
+use crate::render::denoise::denoised;
+use crate::render::edits::{Edits, Object};
+use crate::render::film::Film;
+use crate::render::scene::{Geometry, Recovered, Scene, Solved};
+use crate::render::{RenderOptions, add_paths};
+use crate::scene::{Camera, Capture, Image, Photograph, Views};
+use crate::watch::{Cancelled, Watch};
+use crate::worker::event::Happening;
+
+/// A session over one recovered scene; it lasts until it is cancelled.
+#[derive(Clone, Debug)]
+pub struct Relighting {
+    pub capture: Arc<Capture>,
+    pub solved: Arc<Solved>,
+    pub desk: Desk,
+}
+
+/// What is to be seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    pub edits: Arc<Edits>,
+    pub camera: Camera,
+    /// The edits are set into this photograph, taken from the same place.
+    pub photograph: Option<usize>,
+    /// The scene without edits is wanted, too.
+    pub before: bool,
+}
+
+/// The picture that answers a wish, as far as it has come.
+#[derive(Clone, Debug)]
+pub struct Relit {
+    /// Of the wish, as [`Desk::put`] gave it.
+    pub number: u64,
+    pub width: usize,
+    pub height: usize,
+    /// Radiance, and the part of the pixel that it covers.
+    pub after: Vec<(Radiance, f32)>,
+    /// The scene without edits, or the photograph.
+    pub before: Option<Vec<(Radiance, f32)>>,
+    /// Paths per pixel.
+    pub paths: usize,
+    /// The wish is answered in full.
+    pub is_done: bool,
+}
+
+/// Where the newest wish is put; clones share it.
+#[derive(Clone, Debug, Default)]
+pub struct Desk(Arc<(Mutex<Slot>, Condvar)>);
+
+#[derive(Debug, Default)]
+struct Slot {
+    wish: Option<Arc<Wish>>,
+    number: u64,
+    /// Of the answer under way.
+    answering: Option<Watch>,
+}
+
+impl Desk {
+    /// Puts a wish in the place of the one before; the answer to that stops.
+    pub fn put(&self, wish: Wish) -> u64 {
+        let mut slot = self.lock();
+        slot.wish = Some(Arc::new(wish));
+        slot.number += 1;
+        if let Some(watch) = &slot.answering {
+            watch.cancel();
+        }
+        self.0.1.notify_all();
+        slot.number
+    }
+
+    /// Waits for a wish later than `seen`.
+    fn next(&self, seen: u64, watch: &Watch) -> Result<(u64, Arc<Wish>), Cancelled> {
+        let mut slot = self.lock();
+        loop {
+            watch.check()?;
+            if let Some(wish) = slot.wish.clone().filter(|_| slot.number > seen) {
+                return Ok((slot.number, wish));
+            }
+            // A session is cancelled by its watch, which rings no bell.
+            let waited = self.0.1.wait_timeout(slot, Duration::from_millis(50));
+            slot = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// What stops with a wish later than `number`.
+    fn until_later(&self, number: u64, watch: &Watch) -> Watch {
+        let part = watch.part();
+        let mut slot = self.lock();
+        if slot.number > number {
+            part.cancel();
+        }
+        slot.answering = Some(part.clone());
+        part
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Pixels along a side of one of the picture's, coarsest first.
+const STEPS: [usize; 3] = [4, 2, 1];
+/// Paths per pixel at which a picture is shown; between them it would hardly change.
+const SHOWN: [usize; 7] = [4, 8, 16, 32, 64, 128, 256];
+/// Pixels of the finest picture: more take more than an artist's patience, and memory.
+const MOST_PIXELS: usize = 1 << 20;
+
+type Picture = Vec<(Radiance, f32)>;
+
+/// Answers wishes until cancelled, on threads that give way to all others: a picture that is
+/// always getting clearer would leave nothing of a small machine to the window that shows it.
+pub(super) fn perform(
+    relighting: &Relighting,
+    watch: &Watch,
+    emit: &(dyn Fn(Happening) + Sync),
+) -> Result<Happening, Cancelled> {
+    let threads = rayon::ThreadPoolBuilder::new()
+        .thread_name(|_| "relight".to_owned())
+        .start_handler(|_| give_way())
+        .build();
+    match threads {
+        Ok(threads) => threads.install(|| answer_all(relighting, watch, emit)),
+        Err(_) => answer_all(relighting, watch, emit),
+    }
+}
+
+/// Lowers the priority of this thread, where that is possible.
+fn give_way() {
+    #[cfg(target_os = "linux")]
+    // SAFETY: takes numbers only. On Linux, process 0 is the calling thread. Whether it succeeds
+    // changes no result.
+    unsafe {
+        libc::setpriority(libc::PRIO_PROCESS, 0, 10);
+    }
+}
+
+fn answer_all(
+    relighting: &Relighting,
+    watch: &Watch,
+    emit: &(dyn Fn(Happening) + Sync),
+) -> Result<Happening, Cancelled> {
+    let Relighting { capture, solved, desk } = relighting;
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    let bare = Edits::default();
+    let bare_geometry = Geometry::new(capture, &bare);
+    let bare_lit = Arc::new(Recovered::new(capture, solved, &bare, &bare_geometry));
+    let mut placed: Option<(Vec<Object>, Geometry)> = None;
+    let bounds = bare_geometry.bounds();
+    let mut lit = Lit { groups: BTreeMap::new(), bounds, by: bare_lit.clone() };
+    let mut without = Without::default();
+    let mut seen = 0;
+    loop {
+        let (number, wish) = desk.next(seen, watch)?;
+        seen = number;
+        let Wish { edits, camera, photograph, before } = &*wish;
+        let geometry = if edits.objects.is_empty() {
+            &bare_geometry
+        } else {
+            let kept = placed.take().filter(|(objects, _)| *objects == edits.objects);
+            let new = || (edits.objects.clone(), Geometry::new(capture, edits));
+            &placed.insert(kept.unwrap_or_else(new)).1
+        };
+        lit.bring(capture, solved, edits, geometry);
+        let places = [camera.position.as_vec3()];
+        let scene = Scene::lit_by(lit.by.clone(), &views, geometry, solved, edits, &places);
+        let plain = Scene::lit_by(bare_lit.clone(), &views, &bare_geometry, solved, &bare, &places);
+        let photograph = photograph.and_then(|index| capture.photographs.get(index));
+        without.keep_for(camera);
+        let mut answer = || -> Result<(), Cancelled> {
+            let finest = (1..)
+                .find(|step| {
+                    camera.width.div_ceil(*step) * camera.height.div_ceil(*step) <= MOST_PIXELS
+                })
+                .unwrap_or(1);
+            for step in STEPS {
+                let is_last = step == 1;
+                let reduced = camera.reduced(step * finest);
+                if reduced.width * reduced.height == 0 {
+                    continue;
+                }
+                let photograph = photograph.map(|photograph| seen_by(&reduced, photograph));
+                // While the view turns, wishes come faster than answers: the coarse picture is
+                // always finished, or there would be none.
+                let answering =
+                    if step == STEPS[0] { watch.clone() } else { desk.until_later(number, watch) };
+                let counts = if is_last { &SHOWN[..] } else { &SHOWN[..1] };
+                let mut film = Film::new(reduced.width, reduced.height, 1 + scene.added.len());
+                for &paths in counts {
+                    grow(&mut film, &scene, &reduced, paths, &answering)?;
+                    let clear = denoised(&film);
+                    let plain = if *before || photograph.is_some() {
+                        Some(without.picture(step, paths, &plain, &reduced, &answering)?)
+                    } else {
+                        None
+                    };
+                    let (after, before) = pictures(&clear, plain, photograph.as_ref());
+                    emit(Happening::Relit(Arc::new(Relit {
+                        number,
+                        width: reduced.width,
+                        height: reduced.height,
+                        after,
+                        before: before.filter(|_| wish.before),
+                        paths,
+                        is_done: is_last && Some(&paths) == SHOWN.last(),
+                    })));
+                }
+            }
+            Ok(())
+        };
+        // A newer wish is no end of the session.
+        if answer().is_err() {
+            watch.check()?;
+        }
+    }
+}
+
+/// Traces until every pixel has so many paths. A film that this did not come to an end with is of
+/// no use any more.
+fn grow(
+    film: &mut Film,
+    scene: &Scene,
+    camera: &Camera,
+    paths: usize,
+    watch: &Watch,
+) -> Result<(), Cancelled> {
+    let count = paths.saturating_sub(film.paths);
+    add_paths(scene, camera, &RenderOptions::default(), film, count, watch)
+}
+
+/// The recovered lights as the edits have them.
+struct Lit {
+    groups: BTreeMap<String, f64>,
+    bounds: (Vec3, Vec3),
+    by: Arc<Recovered>,
+}
+
+impl Lit {
+    /// Brings them up to date.
+    fn bring(&mut self, capture: &Capture, solved: &Solved, edits: &Edits, geometry: &Geometry) {
+        if self.groups != edits.groups || self.bounds != geometry.bounds() {
+            self.groups.clone_from(&edits.groups);
+            self.bounds = geometry.bounds();
+            self.by = Arc::new(Recovered::new(capture, solved, edits, geometry));
+        }
+    }
+}
+
+/// The scene without edits from one camera: it stays while lights and objects are moved.
+#[derive(Default)]
+struct Without {
+    camera: Option<Camera>,
+    /// By the size of a pixel.
+    films: BTreeMap<usize, Film>,
+    /// Also by paths per pixel. A difference has least noise between pictures of the same paths.
+    pictures: BTreeMap<(usize, usize), Arc<Picture>>,
+}
+
+impl Without {
+    fn keep_for(&mut self, camera: &Camera) {
+        if self.camera != Some(*camera) {
+            *self = Self { camera: Some(*camera), ..Self::default() };
+        }
+    }
+
+    fn picture(
+        &mut self,
+        step: usize,
+        paths: usize,
+        scene: &Scene,
+        camera: &Camera,
+        watch: &Watch,
+    ) -> Result<Arc<Picture>, Cancelled> {
+        if let Some(picture) = self.pictures.get(&(step, paths)) {
+            return Ok(picture.clone());
+        }
+        let mut film =
+            self.films.remove(&step).unwrap_or_else(|| Film::new(camera.width, camera.height, 1));
+        grow(&mut film, scene, camera, paths, watch)?;
+        let picture = Arc::new(covered(&denoised(&film)));
+        self.films.insert(step, film);
+        self.pictures.insert((step, paths), picture.clone());
+        Ok(picture)
+    }
+}
+
+fn covered(film: &Film) -> Picture {
+    film.beauty().into_iter().zip(film.coverage()).collect()
+}
+
+/// What is seen after the edits and before them: in a photograph, or of the scene alone.
+fn pictures(
+    film: &Film,
+    plain: Option<Arc<Picture>>,
+    photograph: Option<&Image>,
+) -> (Picture, Option<Picture>) {
+    let Some((plain, photograph)) = plain.as_ref().zip(photograph) else {
+        return (covered(film), plain.map(Arc::unwrap_or_clone));
+    };
+    let without: Vec<Radiance> = plain.iter().map(|(radiance, _)| *radiance).collect();
+    let composed = compose(film, &without, photograph).picture;
+    let measured =
+        |index: usize| photograph.radiance(index % photograph.width(), index / photograph.width());
+    let coverage = film.coverage().into_iter().enumerate();
+    let coverage = coverage.map(|(index, c)| if measured(index).is_some() { 1.0 } else { c });
+    let after = composed.into_iter().zip(coverage).collect();
+    let before = plain.iter().enumerate();
+    let before = before.map(|(index, plain)| measured(index).map_or(*plain, |seen| (seen, 1.0)));
+    (after, Some(before.collect()))
+}
+
+/// A photograph as another camera at the same place would have taken it, without distortion:
+/// nothing where it shows nothing, or no measurement.
+fn seen_by(camera: &Camera, photograph: &Photograph) -> Image {
+    let nothing = [f32::NAN; CHANNELS];
+    let at = |index: usize| {
+        let image = photograph.image.as_ref()?;
+        let corner = DVec2::new((index % camera.width) as f64, (index / camera.width) as f64);
+        let direction = camera.direction(corner + 0.5)?;
+        let (place, _) = photograph.camera.project(photograph.camera.position + direction)?;
+        image.radiance(
+            (place.x as usize).min(image.width() - 1),
+            (place.y as usize).min(image.height() - 1),
+        )
+    };
+    let pixels = (0..camera.width * camera.height)
+        .into_par_iter()
+        .map(|index| at(index).unwrap_or(nothing))
+        .collect();
+    Image::new(camera.width, camera.height, pixels, None)
+}

@@ -1,0 +1,169 @@
+//! A scene that is looked at while it is changed.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use lobelia::reconstruct::lights::VirtualLight;
+use lobelia::reconstruct::lobes::Lobe;
+use lobelia::render::edits::{AddedLight, Edits, Shape, Surroundings};
+use lobelia::scene::{Camera, Emitter};
+use lobelia::worker::{Command, Desk, Happening, Job, Relighting, Relit, Wish, Worker};
+
+use crate::rooms::camera;
+use crate::stage::{Stage, floor, reflectance};
+
+/// A floor under a recovered lamp, photographed.
+fn lit() -> Stage {
+    let mut stage = floor(reflectance(0.5, 0.0, 1.0));
+    stage.solved.lights.lights.push(VirtualLight::lamp(Vec3::new(0.0, 0.0, 2.0), 0.2));
+    let lobe = Lobe { light: 0, direction: -Vec3::Z, exponent: 0.0 };
+    stage.solved.lobes.lobes.push(lobe);
+    stage.solved.lobes.first.push(1);
+    stage.solved.emission.push([10.0, 8.0, 6.0]);
+    stage.room.photograph(view(), |struck| [struck.point.x as f32 + 6.0, 1.0, 2.0]);
+    stage
+}
+
+fn view() -> Camera {
+    camera((48, 32), 40.0, DVec3::new(0.0, -4.0, 2.0), DVec3::ZERO)
+}
+
+fn lamp(emission: f64) -> Edits {
+    let emitter = Emitter::Sphere { center: Vec3::new(0.5, 0.0, 1.0), radius_m: 0.1 };
+    let emission = [emission; 3];
+    let lamp = AddedLight { name: "lamp".into(), shape: Shape::Emitter(emitter), emission };
+    Edits { lights: vec![lamp], surroundings: Surroundings::Open, ..Edits::default() }
+}
+
+struct Session {
+    worker: Worker,
+    job: Job,
+    desk: Desk,
+}
+
+impl Session {
+    fn over(stage: &Stage) -> Self {
+        let mut worker = Worker::start(|| ()).unwrap();
+        let desk = Desk::default();
+        let job = worker.send(Command::Relight(Relighting {
+            capture: Arc::new(stage.room.capture.clone()),
+            solved: Arc::new(stage.solved.clone()),
+            desk: desk.clone(),
+        }));
+        Self { worker, job, desk }
+    }
+
+    fn wish(&self, edits: Edits, photograph: Option<usize>, before: bool) -> u64 {
+        let wish = Wish { edits: Arc::new(edits), camera: view(), photograph, before };
+        self.desk.put(wish)
+    }
+
+    fn next(&self) -> Happening {
+        self.worker.events().recv().unwrap().happening
+    }
+
+    /// The answers to a wish until one that will do.
+    fn answer(&self, number: u64, will_do: impl Fn(&Relit) -> bool) -> Arc<Relit> {
+        loop {
+            match self.next() {
+                Happening::Relit(relit) if relit.number == number && will_do(&relit) => {
+                    return relit;
+                }
+                Happening::Relit(_) | Happening::Started => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+fn mean(pixels: &[([f32; 3], f32)]) -> f64 {
+    pixels.iter().map(|(radiance, _)| f64::from(radiance[1])).sum::<f64>() / pixels.len() as f64
+}
+
+#[test]
+fn pictures_get_finer_then_clearer() {
+    let session = Session::over(&lit());
+    let number = session.wish(Edits::default(), None, false);
+    let mut seen = Vec::new();
+    let last = session.answer(number, |relit| relit.is_done);
+    assert_eq!((last.width, last.height), (48, 32));
+    assert!(last.before.is_none());
+    let number = session.wish(lamp(5.0), None, false);
+    loop {
+        let relit = session.answer(number, |_| true);
+        seen.push((relit.width, relit.paths));
+        if relit.is_done {
+            break;
+        }
+    }
+    let expected = [(12, 4), (24, 4), (48, 4), (48, 8), (48, 16), (48, 32), (48, 64), (48, 128)];
+    assert_eq!(seen[..8], expected);
+}
+
+#[test]
+fn what_is_not_changed_is_as_before_to_the_bit() {
+    let session = Session::over(&lit());
+    let number = session.wish(Edits::default(), None, true);
+    let relit = session.answer(number, |relit| relit.width == 48);
+    assert_eq!(relit.before.as_ref(), Some(&relit.after));
+    assert!(mean(&relit.after) > 0.0);
+
+    // In a photograph, whatever it shows.
+    let number = session.wish(Edits::default(), Some(0), true);
+    let relit = session.answer(number, |relit| relit.width == 48 && relit.paths == 8);
+    let stage = lit();
+    let photograph = stage.room.capture.photographs[0].image.as_ref().unwrap();
+    let mut measured = 0;
+    for (index, (radiance, coverage)) in relit.after.iter().enumerate() {
+        if let Some(seen) = photograph.radiance(index % 48, index / 48) {
+            assert_eq!((*radiance, *coverage), (seen, 1.0));
+            measured += 1;
+        }
+    }
+    assert!(measured > 400, "{measured}");
+}
+
+#[test]
+fn the_newest_wish_counts_and_light_adds_up() {
+    let session = Session::over(&lit());
+    let plain = session.wish(Edits::default(), None, false);
+    session.answer(plain, |_| true);
+    let dim = session.wish(lamp(5.0), None, false);
+    let first = session.answer(dim, |relit| relit.width == 12);
+    // The answer to `dim` is left where it is.
+    let bright = session.wish(lamp(500.0), None, true);
+    let relit = loop {
+        let Happening::Relit(relit) = session.next() else { panic!("an ending") };
+        if relit.number == bright {
+            break relit;
+        }
+        assert!(!relit.is_done, "the old wish was answered in full");
+    };
+    let before = relit.before.as_ref().expect("asked for");
+    let (base, dim, bright) = (mean(before), mean(&first.after), mean(&relit.after));
+    // The same paths: a hundred times the light is a hundred times the difference.
+    let ratio = (bright - base) / (dim - base);
+    assert!((ratio - 100.0).abs() < 5.0, "{base} {dim} {bright}: {ratio}");
+
+    let off = Edits { original_light: 0.0, ..Edits::default() };
+    let number = session.wish(off, None, false);
+    assert_eq!(mean(&session.answer(number, |_| true).after), 0.0);
+    let off = Edits { groups: [("lamp 1".to_owned(), 0.0)].into(), ..Edits::default() };
+    let number = session.wish(off, None, false);
+    assert_eq!(mean(&session.answer(number, |_| true).after), 0.0);
+}
+
+#[test]
+fn a_session_ends_when_it_is_cancelled() {
+    let session = Session::over(&lit());
+    let number = session.wish(lamp(5.0), None, false);
+    session.answer(number, |relit| relit.width == 12);
+    session.worker.cancel(session.job);
+    loop {
+        match session.next() {
+            Happening::Cancelled => break,
+            Happening::Relit(_) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+}
