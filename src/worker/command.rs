@@ -11,6 +11,7 @@ use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::Happening;
+use crate::worker::merge::{self, Merging};
 use crate::worker::render::{self, Rendering};
 
 /// A job for the worker.
@@ -33,6 +34,8 @@ pub enum Command {
     Cover { capture: Arc<Capture>, lights: Arc<VirtualLights> },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
+    /// Merge exposure series to images of radiance.
+    Merge(Box<Merging>),
     #[cfg(test)]
     Panic,
 }
@@ -74,6 +77,11 @@ impl Command {
                 Err(Cancelled) => Happening::Cancelled,
             },
             Self::Render(rendering) => match render::perform(&rendering, watch, emit) {
+                Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::Merge(merging) => match merge::perform(&merging, watch) {
                 Ok(happening) => happening,
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),

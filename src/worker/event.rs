@@ -7,6 +7,7 @@ use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::film::Film;
 use crate::scene::Capture;
+use crate::worker::merge::MergeReport;
 
 /// The number of a job; later jobs have larger ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -36,6 +37,8 @@ pub enum Happening {
     },
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
+    /// Exposure series are merged and written.
+    Merged(Box<MergeReport>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,

@@ -7,6 +7,7 @@
 
 mod command;
 mod event;
+mod merge;
 mod render;
 
 use std::collections::HashMap;
@@ -19,6 +20,7 @@ use crate::watch::{Progress, Watch};
 
 pub use command::Command;
 pub use event::{Event, Happening, Job};
+pub use merge::{MergeReport, Merging, Place, Written};
 pub use render::{Files, Frame, Rendering};
 
 /// A handle on the worker's thread; dropping it cancels what runs and waits for the thread.
