@@ -11,6 +11,7 @@
 //!
 //! ```text
 //! Capture              io::capture::load       geometry, cameras, photographs, tags
+//!                      (exposures, where photographs are series of them)
 //!   -> SampleCloud     reconstruct::samples    4.1  points seen in the photographs
 //!   -> VirtualLights   reconstruct::lights     4.2  where light from the unknown comes in
 //!   -> Lobes           reconstruct::lobes      4.2  in which directions (Eq. 8)
@@ -27,7 +28,7 @@
 //! # The ladder
 //!
 //! Modules import only from those above them in this list:
-//! `watch`, `options`, `math` < `geometry`, `solve` < `scene` < `reconstruct` < `render` < `io` <
+//! `watch`, `options`, `math` < `geometry`, `solve`, `exposures` < `scene` < `reconstruct` < `render` < `io` <
 //! `study` < `worker` < `app` < `cli`.
 //!
 //! # What always holds
@@ -48,6 +49,8 @@ pub mod math;
 pub mod geometry;
 
 pub mod solve;
+
+pub mod exposures;
 
 pub mod scene;
 

@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
+use crate::exposures::MergeOptions;
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, Kind, OptionError, OptionGroup};
 use crate::reconstruct::Options;
@@ -18,6 +19,7 @@ pub(super) fn command() -> Command {
         .about(env!("CARGO_PKG_DESCRIPTION"))
         .subcommand(reconstruct())
         .subcommand(render())
+        .subcommand(merge())
         .subcommand(
             Command::new("info")
                 .about("Show what a capture holds and what is odd about it")
@@ -127,6 +129,47 @@ fn render() -> Command {
     with_flags(command, &RenderOptions::default().declarations())
 }
 
+fn merge() -> Command {
+    let command = Command::new("merge")
+        .about("Merge exposures of one view, or of several, to linear images of radiance")
+        .long_about(
+            "Merge exposures (JPEG, PNG or TIFF, 8 or 16 bits) to linear OpenEXR. The camera's \
+             response is recovered from all of them (Debevec and Malik 1997), so that all images \
+             of one call are on one scale. Times come from EXIF. A new series begins where the \
+             folder changes, where the same exposure comes again, where the name before its last \
+             number changes, or after a pause of 30 seconds. Pixels that no exposure measures \
+             are NaN.",
+        )
+        .arg(
+            Arg::new("files")
+                .value_name("FILES")
+                .help("The exposures")
+                .required(true)
+                .num_args(1..)
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(
+            path("out", "Image to write (.exr); with several series, a folder for the images")
+                .required(true),
+        )
+        .arg(
+            Arg::new("times")
+                .long("times")
+                .value_name("LIST|FILE")
+                .help("Exposure times in the order of the files (1/8,1,8), or a table file,seconds")
+                .long_help(
+                    "Exposure times in seconds: a list in the order of the files (1/8,1,8), or a \
+                     table with a row file,seconds for each [default: from EXIF, times what \
+                     aperture and sensitivity change]",
+                ),
+        )
+        .arg(switch("one", "All files are exposures of one view"))
+        .arg(path("curve", "Also write the response as a table, and a drawing (.svg) beside it"))
+        .arg(path("response", "Response to use: a table that --curve has written"))
+        .arg(quiet());
+    with_flags(command, &MergeOptions::default().declarations())
+}
+
 fn score() -> Command {
     Command::new("score")
         .about("Compare a solution with the truth.json of a test capture")
@@ -190,6 +233,19 @@ pub(super) fn apply(matches: &ArgMatches, options: &mut Options) -> Result<(), O
 pub(super) fn apply_render(
     matches: &ArgMatches,
     options: &mut RenderOptions,
+) -> Result<(), OptionError> {
+    for declaration in options.declarations() {
+        if let Some(text) = matches.get_one::<String>(&declaration.flag()) {
+            options.set(declaration.name, text)?;
+        }
+    }
+    options.check()
+}
+
+/// The same for the options of merging.
+pub(super) fn apply_merge(
+    matches: &ArgMatches,
+    options: &mut MergeOptions,
 ) -> Result<(), OptionError> {
     for declaration in options.declarations() {
         if let Some(text) = matches.get_one::<String>(&declaration.flag()) {

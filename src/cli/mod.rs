@@ -3,6 +3,7 @@
 mod arguments;
 mod info;
 mod job;
+mod merge;
 mod print;
 mod progress;
 mod reconstruct;
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("render", matches)) => render::run(matches),
+        Some(("merge", matches)) => merge::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         #[cfg(feature = "studio")]

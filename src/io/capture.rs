@@ -6,9 +6,11 @@ use std::sync::Arc;
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, obj, tags};
+use super::{Error, Fault, brackets, obj, photograph, tags};
+use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph};
 use crate::watch::Watch;
 
@@ -17,7 +19,7 @@ const CAMERAS: &str = "transforms.json";
 const TAGS: &str = "tags.json";
 /// Below this share of light left, dividing the vignetting out would amplify noise and errors
 /// of the model beyond use.
-const DARKEST_CORNER: f64 = 0.02;
+pub const DARKEST_CORNER: f64 = 0.02;
 
 /// Loads a capture folder. `watch` counts the photographs.
 pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
@@ -114,6 +116,8 @@ pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
 /// What is to be done with a frame's image.
 enum Job<'a> {
     Decode(&'a Path),
+    /// Exposures, to be merged.
+    Merge(Series),
     /// No measurement; only the size is compared.
     Show(&'a Path),
 }
@@ -136,7 +140,12 @@ fn load_images(
     for frame in frames {
         let Some(file) = frame.image.as_deref() else { continue };
         let is_radiance = Format::of(file)?.is_radiance();
-        let is_measurement = frame.is_measurement && !frame.has_brackets;
+        let is_measurement = frame.is_measurement;
+        let stands = frame.is_geometry || is_measurement && is_radiance;
+        if !stands && !frame.brackets.is_empty() {
+            jobs.push(Job::Merge(series(frame, file)?));
+            continue;
+        }
         if is_measurement && !is_radiance && !looks_like_radiance(file) {
             displayed.push(frame);
         }
@@ -146,8 +155,9 @@ fn load_images(
             Job::Show(file)
         });
     }
-    let decoded = jobs.iter().filter(|job| matches!(job, Job::Decode(_))).count();
-    check_some_radiance(camera_file, frames, decoded, warnings)?;
+    if jobs.iter().all(|job| matches!(job, Job::Show(_))) {
+        warnings.push(nothing_measured(camera_file));
+    }
     if let Some(first) = displayed.first() {
         warnings.push(format!(
             "{}, {}{}: PNG, JPEG and TIFF hold values for display and are no measurements of \
@@ -158,13 +168,29 @@ fn load_images(
             and_more(displayed.len())
         ));
     }
-    watch.begin(jobs.len() as u64);
+    let all_series: Vec<Series> = jobs
+        .iter()
+        .filter_map(|job| if let Job::Merge(series) = job { Some(series.clone()) } else { None })
+        .collect();
+    let decoded = jobs.iter().filter(|job| matches!(job, Job::Decode(_))).count();
+    if decoded > 0 && !all_series.is_empty() {
+        warnings.push(format!(
+            "{}: {decoded} of the photographs are images of radiance, {} are merged from \
+             exposures. Merged radiance is that which gives the middle code in one second; the \
+             others must be in the same unit.",
+            camera_file.display(),
+            all_series.len()
+        ));
+    }
+    watch.begin((jobs.len() - all_series.len()) as u64 + brackets::steps(&all_series));
     let results: Vec<Result<Loaded, Error>> = jobs
         .par_iter()
         .zip(frames)
         .map(|(job, frame)| {
             watch.check()?;
             let result = match job {
+                // Their turn comes below: one series at a time, all with one response.
+                Job::Merge(_) => return Ok((None, Vec::new())),
                 Job::Show(file) => Ok((None, check_shown(file, frame))),
                 Job::Decode(file) => measured(file, frame, cameras.vignetting, saturation),
             };
@@ -179,6 +205,23 @@ fn load_images(
         images.push(image);
         warnings.extend(notes);
     }
+    if !all_series.is_empty() {
+        let is_series = |job: &Job| matches!(job, Job::Merge(_));
+        let places: Vec<usize> = (0..jobs.len()).filter(|&i| is_series(&jobs[i])).collect();
+        let options = MergeOptions::default();
+        let found = brackets::merge_all(&all_series, None, &options, watch, |index, merged| {
+            let frame = &frames[places[index]];
+            let Merged { width, height, pixels, .. } = merged;
+            let picture = Picture { width, height, pixels, notes: Vec::new() };
+            let series = &all_series[index];
+            let file = &series.files[series.reference];
+            let (image, notes) = accept(picture, file, frame, cameras.vignetting, saturation)?;
+            images[places[index]] = image;
+            warnings.extend(notes);
+            Ok(())
+        })?;
+        warnings.extend(found.warnings);
+    }
     Ok(images)
 }
 
@@ -192,29 +235,34 @@ fn looks_like_radiance(file: &Path) -> bool {
         .is_some_and(|own| ["exr", "hdr"].iter().any(|known| own.eq_ignore_ascii_case(known)))
 }
 
-fn check_some_radiance(
-    camera_file: &Path,
-    frames: &[Frame],
-    decoded: usize,
-    warnings: &mut Vec<String>,
-) -> Result<(), Error> {
-    if decoded > 0 {
-        return Ok(());
-    }
-    if let Some(frame) = frames.iter().find(|frame| frame.has_brackets) {
-        return Err(Error::Unsupported(Fault::new(
-            camera_file,
-            frame.place.clone(),
-            "the photographs are exposure series (\"brackets\"), which are not merged here",
-            "Merge each series to one linear OpenEXR or .hdr image and name that as file_path",
-        )));
-    }
-    warnings.push(format!(
+fn nothing_measured(camera_file: &Path) -> String {
+    format!(
         "{}: no photograph is a measurement of radiance, so nothing can be reconstructed. Give at \
          least one OpenEXR or .hdr image.",
         camera_file.display()
-    ));
-    Ok(())
+    )
+}
+
+/// The exposures of a frame; the frame's own image is the reference if it is among them.
+fn series(frame: &Frame, image: &Path) -> Result<Series, Error> {
+    let mut seconds = Vec::with_capacity(frame.brackets.len());
+    for bracket in &frame.brackets {
+        let time = match bracket.exposure_secs {
+            Some(time) => Some(time),
+            None => photograph::shot(&bracket.file)?.exposure_secs,
+        };
+        seconds.push(time.ok_or_else(|| {
+            Error::Missing(Fault::new(
+                &bracket.file,
+                frame.place.clone(),
+                "neither the camera file nor the photograph says its exposure time",
+                "Give exposure_time, in seconds, in the frame's brackets",
+            ))
+        })?);
+    }
+    let files: Vec<PathBuf> = frame.brackets.iter().map(|bracket| bracket.file.clone()).collect();
+    let reference = files.iter().position(|file| file == image).unwrap_or(files.len() / 2);
+    Ok(Series { files, seconds, reference })
 }
 
 /// What is wrong with an image that is only shown.
@@ -241,7 +289,18 @@ fn measured(
     vignetting: Option<Vignetting>,
     saturation: Option<f32>,
 ) -> Result<Loaded, Error> {
-    let Picture { width, height, pixels, mut notes } = picture::read(file)?;
+    accept(picture::read(file)?, file, frame, vignetting, saturation)
+}
+
+/// Radiance as an image of the frame's camera.
+fn accept(
+    picture: Picture,
+    file: &Path,
+    frame: &Frame,
+    vignetting: Option<Vignetting>,
+    saturation: Option<f32>,
+) -> Result<Loaded, Error> {
+    let Picture { width, height, pixels, mut notes } = picture;
     let camera = &frame.camera;
     if (width, height) != (camera.width, camera.height) {
         return Err(Error::Invalid(Fault::new(

@@ -7,21 +7,25 @@
 //! names the file, the place, what is wrong and what to do.
 
 pub mod atomic;
+pub mod brackets;
 pub mod capture;
 mod error;
 pub mod export;
 pub mod exr;
 pub mod edits;
 pub mod hdr;
+pub mod grouping;
 mod json;
 pub mod mtl;
 pub mod obj;
 mod obj_text;
 pub mod options;
 mod paths;
+pub mod photograph;
 pub mod picture;
 pub mod polygon;
 pub mod project;
+pub mod response;
 pub mod settings;
 pub mod solution;
 pub mod solved;

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::json::{self, Field};
 use super::{Error, Fault, picture};
+pub use crate::exposures::Vignetting;
 use crate::scene::{Camera, Distortion};
 
 /// Larger sides are no photographs.
@@ -47,15 +48,18 @@ pub struct Frame {
     pub image: Option<PathBuf>,
     /// The file does not say that the image is for geometry only.
     pub is_measurement: bool,
-    /// An exposure series stands in place of an image of radiance.
-    pub has_brackets: bool,
+    /// The file says that the image is for geometry only.
+    pub is_geometry: bool,
+    /// An exposure series that stands in place of an image of radiance.
+    pub brackets: Vec<Bracket>,
 }
 
-/// The image is radiance × (1 + a r² + b r⁴), r in half diagonals from the principal point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vignetting {
-    pub a: f64,
-    pub b: f64,
+/// One exposure of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bracket {
+    pub file: PathBuf,
+    /// `None` where only the file itself may say it.
+    pub exposure_secs: Option<f64>,
 }
 
 impl Vignetting {
@@ -63,7 +67,7 @@ impl Vignetting {
     pub fn factor(&self, camera: &Camera, pixel: DVec2) -> f64 {
         let half_diagonal = 0.5 * (camera.width as f64).hypot(camera.height as f64);
         let r2 = (pixel - camera.principal_px).length_squared() / (half_diagonal * half_diagonal);
-        1.0 + r2 * (self.a + r2 * self.b)
+        self.falloff(r2)
     }
 }
 
@@ -112,6 +116,7 @@ fn vignetting(root: &Field) -> Result<Option<Vignetting>, Error> {
 #[derive(Default)]
 struct Problems {
     missing: Vec<String>,
+    missing_exposures: Vec<String>,
     scaled: Vec<String>,
     sheared: Vec<String>,
     lens_unnamed: Vec<String>,
@@ -131,6 +136,10 @@ impl Problems {
             }
         };
         warn(&self.missing, "the image does not exist, so the frame is skipped.");
+        warn(
+            &self.missing_exposures,
+            "the exposure does not exist; its series is merged without it.",
+        );
         warn(&self.scaled, "the rotation is scaled; the scale is taken out, the position kept.");
         warn(&self.sheared, "the matrix is not quite a rotation; the nearest one is used.");
         warn(
@@ -165,11 +174,21 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// A frame, or `None` where its image is missing.
     fn frame(&mut self, item: &Field) -> Result<Option<Frame>, Error> {
-        let name = item.need("file_path")?.text()?.to_owned();
+        let series = match item.get("brackets") {
+            Some(field) => field.items()?,
+            None => Vec::new(),
+        };
+        let named = match (item.get("file_path"), series.get(series.len() / 2)) {
+            (None, Some(bracket)) => bracket.need("file_path")?,
+            _ => item.need("file_path")?,
+        };
+        let name = named.text()?.to_owned();
         // From here on complaints name the image as well.
         let place = format!("{} ({name})", item.path);
         let item = &Field { path: place.clone(), ..item.clone() };
-        let image = self.find_image(&name);
+        let brackets = self.brackets(&place, &series)?;
+        let image =
+            self.find_image(&name).or_else(|| Some(brackets.get(brackets.len() / 2)?.file.clone()));
         if image.is_none() && self.images == Images::Needed {
             self.problems.missing.push(place);
             return Ok(None);
@@ -191,8 +210,32 @@ impl Reader<'_> {
             camera,
             image,
             is_measurement: is_hdr && !is_geometry,
-            has_brackets: item.get("brackets").is_some(),
+            is_geometry,
+            brackets,
         }))
+    }
+
+    /// The exposures of a frame whose files are there.
+    fn brackets(&mut self, place: &str, series: &[Field]) -> Result<Vec<Bracket>, Error> {
+        let mut brackets = Vec::with_capacity(series.len());
+        for field in series {
+            let name = field.need("file_path")?.text()?;
+            let exposure_secs = match field.get("exposure_time") {
+                Some(field) => {
+                    let value = field.number()?;
+                    if value <= 0.0 {
+                        return Err(field.wrong("an exposure time must be positive"));
+                    }
+                    Some(value)
+                }
+                None => None,
+            };
+            match self.find_image(name) {
+                Some(file) => brackets.push(Bracket { file, exposure_secs }),
+                None => self.problems.missing_exposures.push(format!("{place}, {name}")),
+            }
+        }
+        Ok(brackets)
     }
 
     fn find_image(&self, name: &str) -> Option<PathBuf> {

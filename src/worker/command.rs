@@ -11,6 +11,7 @@ use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::Happening;
+use crate::worker::merge::{self, Merging};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
 
@@ -40,6 +41,8 @@ pub enum Command {
     ReadSolved { capture: Arc<Capture>, folder: PathBuf },
     /// Read edits and the files that they name.
     ReadEdits { capture: Arc<Capture>, source: EditSource },
+    /// Merge exposure series to images of radiance.
+    Merge(Box<Merging>),
     #[cfg(test)]
     Panic,
 }
@@ -115,6 +118,11 @@ impl Command {
                     Err(error) => Happening::Failed(error.to_string()),
                 }
             }
+            Self::Merge(merging) => match merge::perform(&merging, watch) {
+                Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),
         }

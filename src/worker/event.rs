@@ -9,6 +9,7 @@ use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::worker::merge::MergeReport;
 use crate::worker::relight::Relit;
 
 /// The number of a job; later jobs have larger ones.
@@ -45,6 +46,8 @@ pub enum Happening {
     Edits(Arc<Edits>, Vec<String>),
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
+    /// Exposure series are merged and written.
+    Merged(Box<MergeReport>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,

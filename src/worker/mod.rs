@@ -8,6 +8,7 @@
 mod command;
 mod event;
 mod relight;
+mod merge;
 mod render;
 
 use std::collections::HashMap;
@@ -20,6 +21,7 @@ use crate::watch::{Progress, Watch};
 
 pub use command::{Command, EditSource};
 pub use event::{Event, Happening, Job};
+pub use merge::{MergeReport, Merging, Place, Written};
 pub use relight::{Desk, Relighting, Relit, Wish};
 pub use render::{Files, Frame, Rendering};
 

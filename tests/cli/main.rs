@@ -6,6 +6,7 @@ mod ending; // interrupts, places that cannot be written, closed pipes
 mod files; // what `reconstruct` writes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
+mod merge; // exposures merged: EXIF, grouping, times, refusals
 mod options; // flags, options files, help
 mod render; // pictures of a recovered scene
 mod score; // `score` against the truth

@@ -116,14 +116,79 @@ fn photographs_that_are_no_measurement_keep_their_cameras() {
     );
 }
 
+/// Two frames of three exposures each, gamma 2.2; the second has half the light.
+fn bracketed(folder: &Path) -> Vec<Value> {
+    sound(folder);
+    let radiance = |x: u32| (-2.0 + 0.03 * f64::from(x)).exp();
+    let times = [0.25, 1.0, 4.0];
+    (0..2)
+        .map(|index| {
+            let brackets: Vec<Value> = std::iter::zip(["a", "b", "c"], times)
+                .map(|(letter, time)| {
+                    let name = format!("{index}{letter}.png");
+                    let gain = if index == 0 { 1.0 } else { 0.5 };
+                    let picture = image::RgbImage::from_fn(100, 50, |x, _| {
+                        let code = 255.0 * (gain * radiance(x) * time).powf(1.0 / 2.2);
+                        image::Rgb([code.round().clamp(0.0, 255.0) as u8; 3])
+                    });
+                    picture.save(folder.join(&name)).unwrap();
+                    json!({"file_path": name, "exposure_time": time})
+                })
+                .collect();
+            let mut frame = frame(&format!("{index}b.png"));
+            (frame["w"], frame["h"], frame["hdr"]) = (json!(100), json!(50), json!(false));
+            frame["brackets"] = json!(brackets);
+            frame
+        })
+        .collect()
+}
+
 #[test]
-fn exposure_series_must_be_merged_first() {
+fn exposure_series_are_merged_on_one_scale() {
+    let folder = folder();
+    let frames = bracketed(folder.path());
+    put(folder.path(), "transforms.json", camera(&frames));
+    let watch = Watch::new();
+    let capture = load(folder.path(), &watch).unwrap();
+    assert_eq!(watch.progress().done, watch.progress().total);
+    assert!(capture.warnings.is_empty(), "{:?}", capture.warnings);
+    let image = |index: usize| capture.photographs[index].image.as_ref().unwrap();
+    for (x, index) in [(20, 0), (60, 0), (20, 1), (60, 1)] {
+        let value = f64::from(image(index).radiance(x, 20).unwrap()[0]);
+        let middle = f64::from(image(0).radiance(40, 20).unwrap()[0]);
+        let truth = (0.03 * (x as f64 - 40.0)).exp() * [1.0, 0.5][index];
+        assert!((value / middle / truth - 1.0).abs() < 0.03, "{x}, {index}: {value} {middle}");
+    }
+    // Radiance of another origin is in another unit.
+    put(folder.path(), "transforms.json", camera(&[frames[0].clone(), frame("images/0.exr")]));
+    let warnings = read(folder.path()).unwrap().warnings.join(" ");
+    assert!(warnings.contains("same unit"), "{warnings}");
+    // A time may stand in the photograph; here it stands nowhere.
+    let mut untimed = frames.clone();
+    untimed[1]["brackets"][2]["exposure_time"] = Value::Null;
+    put(folder.path(), "transforms.json", camera(&untimed));
+    message(read(folder.path()), &["1c.png", "frames[1] (1b.png)", "exposure_time"]);
+    untimed[1]["brackets"][2]["exposure_time"] = json!(0);
+    put(folder.path(), "transforms.json", camera(&untimed));
+    message(read(folder.path()), &["frames[1]", "brackets[2]", "positive"]);
+    // An exposure that is missing is left out with a warning.
+    let mut missing = frames.clone();
+    missing[0]["brackets"][0]["file_path"] = json!("gone.png");
+    put(folder.path(), "transforms.json", camera(&missing));
+    let capture = read(folder.path()).unwrap();
+    assert!(capture.warnings.join(" ").contains("gone.png"), "{:?}", capture.warnings);
+    assert_eq!(capture.measurements().count(), 2);
+}
+
+#[test]
+fn an_image_of_radiance_stands_before_its_exposures() {
     let folder = folder();
     sound(folder.path());
     let mut series = frame("images/0.exr");
     series["brackets"] = json!([{"file_path": "0.jpg", "exposure_time": 0.1}]);
     put(folder.path(), "transforms.json", camera(&[series.clone()]));
-    message(read(folder.path()), &["frames[0] (images/0.exr)", "exposure series", "Merge"]);
+    assert_eq!(read(folder.path()).unwrap().measurements().count(), 1);
+    series["use"] = json!("geometry");
     put(folder.path(), "transforms.json", camera(&[series, frame("images/1.exr")]));
     assert_eq!(read(folder.path()).unwrap().measurements().count(), 1);
 }

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lobelia::io::{Error, capture, hdr, mtl, obj, picture, transforms};
+use lobelia::io::{Error, capture, hdr, mtl, obj, photograph, picture, transforms};
 
 use crate::{data, folder, put};
 
@@ -12,9 +12,13 @@ use crate::{data, folder, put};
 fn read(file: &Path) -> Option<String> {
     let extension = file.extension()?.to_string_lossy().to_lowercase();
     let outcome: Result<(), Error> = match extension.as_str() {
-        "exr" | "tif" | "tiff" => picture::read(file).map(drop),
+        "exr" => picture::read(file).map(drop),
+        "tif" | "tiff" => {
+            assert!(picture::read(file).is_err(), "{} is taken for radiance", file.display());
+            exposure(file)
+        }
         "hdr" => picture::read(file).and_then(|_| hdr::dimensions(file)).map(drop),
-        "png" | "jpg" | "jpeg" => picture::dimensions(file).map(drop),
+        "png" | "jpg" | "jpeg" => picture::dimensions(file).and_then(|_| exposure(file)),
         "obj" => obj::load(file).map(drop),
         "mtl" => mtl::read_specular(file).map(drop),
         "gltf" | "glb" | "ply" => {
@@ -33,6 +37,14 @@ fn read(file: &Path) -> Option<String> {
     let name = file.file_name()?.to_string_lossy();
     assert!(text.contains(&*name), "the message does not name {name}: {text}");
     Some(text)
+}
+
+/// Reads the file as one exposure of a series.
+fn exposure(file: &Path) -> Result<(), Error> {
+    photograph::shot(file)?;
+    let photo = photograph::read(file)?;
+    assert_eq!(photo.codes.len(), photo.width * photo.height);
+    Ok(())
 }
 
 fn files_below(folder: &Path, files: &mut Vec<PathBuf>) {
