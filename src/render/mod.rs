@@ -3,8 +3,11 @@
 mod denoise;
 pub mod edits;
 pub mod film;
-mod lights;
+pub mod lights;
+pub mod looks;
+pub mod model;
 pub mod path;
+pub mod probe;
 pub mod scene;
 
 use std::time::{Duration, Instant};

@@ -10,6 +10,7 @@ use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
+use crate::worker::elsewhere::{self, Takeaway};
 use crate::worker::event::Happening;
 use crate::worker::render::{self, Rendering};
 
@@ -33,6 +34,8 @@ pub enum Command {
     Cover { capture: Arc<Capture>, lights: Arc<VirtualLights> },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
+    /// Write a recovered scene for other programs.
+    TakeElsewhere(Box<Takeaway>),
     #[cfg(test)]
     Panic,
 }
@@ -74,6 +77,11 @@ impl Command {
                 Err(Cancelled) => Happening::Cancelled,
             },
             Self::Render(rendering) => match render::perform(&rendering, watch, emit) {
+                Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::TakeElsewhere(takeaway) => match elsewhere::perform(&takeaway, watch) {
                 Ok(happening) => happening,
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),

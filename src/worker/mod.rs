@@ -6,6 +6,7 @@
 //! the worker lives on.
 
 mod command;
+mod elsewhere;
 mod event;
 mod render;
 
@@ -18,6 +19,7 @@ use std::thread::JoinHandle;
 use crate::watch::{Progress, Watch};
 
 pub use command::Command;
+pub use elsewhere::Takeaway;
 pub use event::{Event, Happening, Job};
 pub use render::{Files, Frame, Rendering};
 
