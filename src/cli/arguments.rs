@@ -6,10 +6,12 @@ use clap::builder::PossibleValuesParser;
 #[cfg(feature = "studio")]
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use glam::Vec3;
 
 use crate::exposures::MergeOptions;
+use crate::io::export::elsewhere::Format;
 use crate::math::rgb::Rgb;
-use crate::options::{Declaration, Kind, OptionError, OptionGroup};
+use crate::options::{Declaration, Kind, OptionError, OptionGroup, OptionValue};
 use crate::reconstruct::Options;
 use crate::render::RenderOptions;
 
@@ -20,6 +22,7 @@ pub(super) fn command() -> Command {
         .subcommand(reconstruct())
         .subcommand(render())
         .subcommand(merge())
+        .subcommand(export())
         .subcommand(
             Command::new("info")
                 .about("Show what a capture holds and what is odd about it")
@@ -168,6 +171,57 @@ fn merge() -> Command {
         .arg(path("response", "Response to use: a table that --curve has written"))
         .arg(quiet());
     with_flags(command, &MergeOptions::default().declarations())
+}
+
+fn export() -> Command {
+    let whole = |name: &'static str, value: &'static str, help: &'static str, most: u64| {
+        let parser = value_parser!(u64).range(1..=most);
+        Arg::new(name).long(name).value_name(value).help(help).value_parser(parser)
+    };
+    Command::new("export")
+        .about("Write a recovered scene for other programs")
+        .long_about(
+            "Write a recovered scene, as it is or edited, for other programs: binary glTF, OBJ, \
+             scenes for Mitsuba 3, a light probe, a package for Blender, and samples and lights \
+             as PLY and CSV.",
+        )
+        .arg(capture())
+        .arg(folder("solution", "Folder written by reconstruct").required(true))
+        .arg(folder("out", "Folder for the files; made when missing").required(true))
+        .arg(path("edits", "Added lights and objects, other materials (edits.json)"))
+        .arg(
+            Arg::new("format")
+                .long("format")
+                .value_name("NAMES")
+                .help("What to write, with commas between [default: all]")
+                .value_delimiter(',')
+                .value_parser(PossibleValuesParser::new(Format::ALL.map(|format| format.text()))),
+        )
+        .arg(
+            Arg::new("probe-at")
+                .long("probe-at")
+                .value_name("X,Y,Z")
+                .help("Where the light probe is, in metres [default: before the first camera]")
+                .allow_hyphen_values(true)
+                .value_parser(parse_place),
+        )
+        .arg(whole("probe-width", "N", "Width of light probes in pixels [default: 512]", 16384))
+        .arg(whole("probe-spp", "N", "Paths per pixel of light probes [default: 64]", 1_000_000))
+        .arg(quiet())
+}
+
+fn parse_place(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> =
+        text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z]
+            if [x, y, z].iter().all(|value| value.abs() < 1e9)
+                && text.matches(',').count() == 2 =>
+        {
+            Ok(Vec3::new(x, y, z))
+        }
+        _ => Err("write a place as three numbers in metres, for example 1.5,2,0.8".to_owned()),
+    }
 }
 
 fn score() -> Command {

@@ -1,6 +1,7 @@
 //! The terminal commands. Thin: they parse, drive the worker, and print.
 
 mod arguments;
+mod export;
 mod info;
 mod job;
 mod merge;
@@ -49,6 +50,7 @@ pub fn main() -> ExitCode {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),
+        Some(("export", matches)) => export::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         #[cfg(feature = "studio")]

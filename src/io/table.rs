@@ -6,7 +6,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::{Error, atomic};
+use super::error::read_bounded;
+use super::{Error, Fault, atomic};
 use crate::math::rgb::{CHANNELS, Rgb};
 
 /// A sample: where it is, what was seen there and what the solution says.
@@ -42,6 +43,9 @@ pub struct ConvergenceRow {
     pub elapsed_secs: f64,
 }
 
+/// A million samples.
+const LARGEST: u64 = 1 << 30;
+
 const SAMPLE_COLUMNS: &str = "x_m,y_m,z_m,nx,ny,nz,material,views,observed_r,observed_g,\
     observed_b,computed_r,computed_g,computed_b,relative_error_r,relative_error_g,\
     relative_error_b,photographed_r,photographed_g,photographed_b,virtual_r,virtual_g,virtual_b,\
@@ -69,6 +73,73 @@ pub fn write_samples(file: &Path, rows: &[SampleRow]) -> Result<(), Error> {
     })
 }
 
+/// Reads what [`write_samples`] wrote. A cell that is empty is a number that is not finite.
+pub fn read_samples(file: &Path) -> Result<Vec<SampleRow>, Error> {
+    let bytes = read_bounded(file, LARGEST)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let wrong = |line: usize, problem: &str| {
+        let remedy = "Reconstruct again: lobelia writes this file";
+        Error::Invalid(Fault::new(file, format!("line {}", line + 1), problem, remedy))
+    };
+    let mut lines = records(&text).into_iter();
+    if lines.next().is_none_or(|(_, head)| head.join(",") != SAMPLE_COLUMNS) {
+        return Err(wrong(0, "these are not the columns of a table of samples"));
+    }
+    let mut rows = Vec::new();
+    for (line, cells) in lines {
+        if cells.len() != SAMPLE_COLUMNS.split(',').count() {
+            return Err(wrong(line, "this row has another number of cells than there are columns"));
+        }
+        let number = |index: usize| match cells[index].as_str() {
+            "" => Ok(f64::NAN),
+            cell => cell.parse().map_err(|_| wrong(line, &format!("\"{cell}\" is no number"))),
+        };
+        let triple = |first: usize| -> Result<Rgb, Error> {
+            Ok([number(first)?, number(first + 1)?, number(first + 2)?])
+        };
+        rows.push(SampleRow {
+            position: triple(0)?,
+            normal: triple(3)?,
+            material: cells[6].clone(),
+            views: number(7)? as usize,
+            observed: triple(8)?,
+            computed: triple(11)?,
+            relative_error: triple(14)?,
+            photographed: triple(17)?,
+            virtual_lights: triple(20)?,
+            weight: number(23)?,
+        });
+    }
+    Ok(rows)
+}
+
+/// The rows of a table, by RFC 4180, each with the line that it begins in, from 0.
+fn records(text: &str) -> Vec<(usize, Vec<String>)> {
+    let (mut rows, mut cells, mut cell) = (Vec::new(), Vec::new(), String::new());
+    let (mut line, mut begin, mut is_quoted) = (0, 0, false);
+    let mut letters = text.chars().peekable();
+    while let Some(letter) = letters.next() {
+        line += usize::from(letter == '\n');
+        match letter {
+            '"' if is_quoted && letters.peek() == Some(&'"') => cell.extend(letters.next()),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(std::mem::take(&mut cell)),
+            '\r' if !is_quoted => {}
+            '\n' if !is_quoted => {
+                cells.push(std::mem::take(&mut cell));
+                rows.push((begin, std::mem::take(&mut cells)));
+                begin = line;
+            }
+            letter => cell.push(letter),
+        }
+    }
+    if !cell.is_empty() || !cells.is_empty() {
+        cells.push(cell);
+        rows.push((begin, cells));
+    }
+    rows
+}
+
 pub fn write_convergence(file: &Path, rows: &[ConvergenceRow]) -> Result<(), Error> {
     atomic::write(file, |out| {
         writeln!(out, "{CONVERGENCE_COLUMNS}")?;
@@ -88,7 +159,7 @@ fn numbers<'a>(values: impl Iterator<Item = &'a f64>) -> String {
 }
 
 /// A cell as RFC 4180 wants it.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

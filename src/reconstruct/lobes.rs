@@ -59,8 +59,9 @@ impl Lobe {
         if self.exponent == 0.0 {
             return 1.0;
         }
-        let cosine = direction.dot(self.direction);
-        if cosine > 0.0 { cosine.powf(self.exponent) } else { 0.0 }
+        let cosine = direction.dot(self.direction).max(0.0);
+        // Most lobes of lamps; the same number sooner.
+        if self.exponent == 1.0 { cosine } else { cosine.powf(self.exponent) }
     }
 }
 

@@ -201,6 +201,11 @@ impl Buffer {
         Self { layers: vec![[0.0; CHANNELS]; layers], direct: [0.0; CHANNELS] }
     }
 
+    /// All layers together.
+    pub fn sum(&self) -> Radiance {
+        std::array::from_fn(|c| self.layers.iter().map(|layer| layer[c]).sum())
+    }
+
     /// Empty, for the next path.
     pub fn clear(&mut self) -> Gathered<'_> {
         self.layers.fill([0.0; CHANNELS]);

@@ -18,11 +18,13 @@ use crate::scene::emitter::Arrival;
 use crate::scene::{Capture, Dome, Emitter, KnownLight, Site, Views};
 
 /// A recovered light that shines.
-struct Light {
-    shape: VirtualLight,
+#[derive(Clone, Debug)]
+pub struct Light {
+    pub shape: VirtualLight,
     /// Of a light that the artist gave.
-    emitter: Option<Emitter>,
-    lobes: Vec<(Lobe, Radiance)>,
+    pub emitter: Option<Emitter>,
+    /// E per lobe; one entry for a light that the artist gave.
+    pub lobes: Vec<(Lobe, Radiance)>,
 }
 
 /// All recovered lights, and how likely each is asked at a place.
@@ -30,6 +32,8 @@ pub struct Recovered {
     lights: Vec<Light>,
     low: Vec3,
     cell_m: Vec3,
+    /// Cells along each axis.
+    side: usize,
     /// Per cell of a grid and side of the axes the lights' cumulated probabilities.
     cumulated: Vec<f32>,
 }
@@ -84,7 +88,7 @@ impl Recovered {
         let side = (cells.cbrt() as usize).clamp(1, FINEST);
         let cell_m = ((high - low) / side as f32).max(Vec3::splat(1e-6));
         let least_m = 0.5 * cell_m.length();
-        let mut recovered = Self { lights, low, cell_m, cumulated: Vec::new() };
+        let mut recovered = Self { lights, low, cell_m, side, cumulated: Vec::new() };
         recovered.cumulated = (0..side * side * side)
             .into_par_iter()
             .flat_map_iter(|cell| {
@@ -100,6 +104,10 @@ impl Recovered {
 
     pub fn is_dark(&self) -> bool {
         self.lights.is_empty()
+    }
+
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
     }
 
     /// Cumulated probabilities of the lights about a place.
@@ -142,8 +150,7 @@ impl Recovered {
         if count == 0 {
             return None;
         }
-        let cells = self.cumulated.len() / SIDES.len() / count;
-        let side = (cells as f32).cbrt().round() as usize;
+        let side = self.side;
         let place = ((site.position - self.low) / self.cell_m).to_array();
         let [x, y, z] = place.map(|index| (index.max(0.0) as usize).min(side - 1));
         let facing = site.normal.abs();
@@ -166,6 +173,17 @@ impl Recovered {
 }
 
 impl Light {
+    /// Irradiance of a surface at a position that faces the light, were nothing in the way; for a
+    /// light that the artist gave the part that comes from its middle.
+    pub fn facing(&self, position: Vec3) -> Option<Arriving> {
+        let normal = match &self.emitter {
+            Some(emitter) => emitter.direction_from(position),
+            None => self.shape.direction_from(position),
+        };
+        let arriving = self.arriving(Site { position, normal }, 0.0, Vec2::splat(0.5));
+        arriving.map(|(arriving, _)| arriving)
+    }
+
     /// Light at a site were nothing in the way; of a light that the artist gave also the way that
     /// it takes.
     fn arriving(
@@ -226,6 +244,24 @@ impl Added {
             Shape::Dome(dome) => Source::Dome(DomeTable::new(dome.clone())),
         };
         Self { source, emission: light.emission.map(|value| value as f32) }
+    }
+
+    /// What it is; `None` for a dome.
+    pub fn emitter(&self) -> Option<Emitter> {
+        match &self.source {
+            Source::Emitter(emitter) => Some(*emitter),
+            Source::Dome(_) => None,
+        }
+    }
+
+    /// Of a dome the radiance from a direction.
+    pub fn dome(&self, direction: Vec3) -> Option<Radiance> {
+        let Source::Dome(table) = &self.source else { return None };
+        let mut radiance = table.dome.radiance(direction);
+        for (radiance, factor) in radiance.iter_mut().zip(self.emission) {
+            *radiance *= factor;
+        }
+        Some(radiance)
     }
 
     /// Light from a direction that a point of the unit square stands for, with shadows.

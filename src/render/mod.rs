@@ -5,8 +5,11 @@ pub mod denoise;
 pub mod edits;
 pub mod film;
 pub mod groups;
-mod lights;
+pub mod lights;
+pub mod looks;
+pub mod model;
 pub mod path;
+pub mod probe;
 pub mod scene;
 
 use std::time::{Duration, Instant};

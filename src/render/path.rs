@@ -18,7 +18,8 @@ use glam::{Vec2, Vec3};
 use crate::geometry::bvh::Ray;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
-use crate::render::scene::{Brdf, Met, Scene};
+use crate::render::looks::Brdf;
+use crate::render::scene::{Met, Scene};
 use crate::scene::Site;
 
 /// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
@@ -27,6 +28,8 @@ pub struct Sequence {
     index: u32,
     seed: u32,
     dimension: u32,
+    /// Of the four dimensions that hold the next one: four cost about as much as one.
+    four: [f32; 4],
     /// For what comes after the last dimension, and where points of a set would gain nothing.
     pub random: Random,
 }
@@ -42,16 +45,25 @@ impl Sequence {
         let mut mixed = Random::new(seed, pixel, 2 * (index / SET) + half);
         let seed = mixed.next_u64();
         let random = Random::new(seed, pixel, index);
-        Self { index: (index % SET) as u32, seed: seed as u32, dimension: 0, random }
+        Self {
+            index: (index % SET) as u32,
+            seed: seed as u32,
+            dimension: 0,
+            four: [0.0; 4],
+            random,
+        }
     }
 
     fn number(&mut self) -> f32 {
         if self.dimension >= sobol_burley::NUM_DIMENSIONS {
             return self.random.uniform();
         }
-        let number = sobol_burley::sample(self.index, self.dimension, self.seed);
+        let within = self.dimension % 4;
+        if within == 0 {
+            self.four = sobol_burley::sample_4d(self.index, self.dimension / 4, self.seed);
+        }
         self.dimension += 1;
-        number
+        self.four[within as usize]
     }
 
     pub fn point(&mut self) -> Vec2 {
@@ -120,13 +132,29 @@ fn largest(a: Radiance) -> f32 {
 }
 
 impl Scene<'_> {
-    /// Follows one path through at most `most` reflections.
+    /// Follows one path from a camera through at most `most` reflections.
     pub fn trace(
         &self,
         ray: Ray,
         most: usize,
         sequence: &mut Sequence,
+        gathered: Gathered,
+    ) -> First {
+        self.follow(ray, most, sequence, gathered, false)
+    }
+
+    /// The same from within the scene, where also the surroundings are met, which no camera sees.
+    pub fn incident(&self, ray: Ray, most: usize, sequence: &mut Sequence, gathered: Gathered) {
+        self.follow(ray, most, sequence, gathered, true);
+    }
+
+    fn follow(
+        &self,
+        ray: Ray,
+        most: usize,
+        sequence: &mut Sequence,
         mut gathered: Gathered,
+        meets_shell: bool,
     ) -> First {
         let mut first = First::default();
         let mut throughput = [1.0f32; CHANNELS];
@@ -159,7 +187,8 @@ impl Scene<'_> {
                     }
                 }
                 None => {
-                    let Some(shell) = self.shell.filter(|_| depth > 0 && !self.added.is_empty())
+                    let Some(shell) =
+                        self.shell.filter(|_| (depth > 0 || meets_shell) && !self.added.is_empty())
                     else {
                         break;
                     };
@@ -311,8 +340,15 @@ fn scatter(
     mirror: Vec3,
     sequence: &mut Sequence,
 ) -> Option<(Vec3, Radiance, f32)> {
-    let (choice, square) = (sequence.number(), sequence.point());
     let part = brdf.specular_part();
+    if part == 0.0 {
+        // Reflectance times cosine over density is the reflectance.
+        let local = square_to_cosine_hemisphere(sequence.point());
+        let direction = Frame::about(site.normal).to_world(local);
+        let cosine = direction.dot(site.normal);
+        return (cosine > 0.0).then_some((direction, brdf.diffuse, cosine / PI));
+    }
+    let (choice, square) = (sequence.number(), sequence.point());
     let direction = if choice < part {
         let height = square.x.powf(1.0 / (brdf.exponent + 1.0));
         let across = (1.0 - height * height).max(0.0).sqrt();

@@ -15,7 +15,8 @@ use crate::reconstruct::textures::Texture;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::Added;
 pub use crate::render::lights::Recovered;
-use crate::scene::{Capture, Emitter, Role, Site, Views};
+use crate::render::looks::{Brdf, SurfaceLook, surface_looks};
+use crate::scene::{Capture, Emitter, Site, Views};
 
 /// What a reconstruction recovered, as far as light can tell.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +44,8 @@ impl From<&Reconstruction> for Solved {
 
 /// The capture's geometry with the objects that are set into it.
 pub struct Geometry {
-    pub caster: RayCaster,
+    /// `None` without objects: the capture's own will do.
+    caster: Option<RayCaster>,
     pub normals: Vec<Vec3>,
     /// Triangles of the capture; those of objects follow.
     pub known: usize,
@@ -68,31 +70,14 @@ impl Geometry {
         }
         let normals = (0..mesh.triangles.len()).map(|triangle| mesh.normal(triangle)).collect();
         let (low, high) = mesh.bounds().unwrap_or_default();
-        let caster = RayCaster::build(&mesh.positions, &mesh.triangles);
+        let build = || RayCaster::build(&mesh.positions, &mesh.triangles);
+        let caster = (!edits.objects.is_empty()).then(build);
         Self { caster, normals, known: known.triangles.len(), owner, low, high }
     }
 
     /// The corners of the box around all of it.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         (self.low, self.high)
-    }
-}
-
-/// How a surface reflects: ρ_d/π + ρ_s (n+2)/2π cosⁿγ (Eq. 12).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Brdf {
-    pub diffuse: Radiance,
-    pub specular: Radiance,
-    pub exponent: f32,
-}
-
-impl From<&Reflectance> for Brdf {
-    fn from(reflectance: &Reflectance) -> Self {
-        Self {
-            diffuse: reflectance.diffuse.map(|value| value as f32),
-            specular: reflectance.specular.map(|value| value as f32),
-            exponent: reflectance.exponent as f32,
-        }
     }
 }
 
@@ -140,8 +125,8 @@ pub struct Scene<'a> {
 /// The box that stands for the unmodelled room.
 #[derive(Clone, Copy, Debug)]
 pub struct Shell {
-    low: Vec3,
-    high: Vec3,
+    pub low: Vec3,
+    pub high: Vec3,
     pub albedo: f32,
 }
 
@@ -169,43 +154,23 @@ impl<'a> Scene<'a> {
         places: &[Vec3],
     ) -> Self {
         let capture = photographs.capture;
-        let mean = mean(&solved.reflectances);
         let mut looks = vec![Look::Photographed];
-        // Per surface of the capture its look; those of textured surfaces are their own.
+        // Per surface of the capture its look.
         let mut of_surface = Vec::with_capacity(capture.surfaces.len());
         let mut maps = Vec::new();
-        for (index, surface) in capture.surfaces.iter().enumerate() {
-            let Role::Material(material) = surface.role else {
-                of_surface.push(0);
-                continue;
-            };
-            let mut reflectance = solved.reflectances[material].unwrap_or(mean);
-            let change = edits.materials.get(&capture.materials[material].name);
-            if let Some(change) = change {
-                reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
-                reflectance.specular = change.specular.unwrap_or(reflectance.specular);
-                reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
-                // No more is sent back than came: what was not asked for gives way.
-                let Reflectance { diffuse, specular, .. } = &mut reflectance;
-                for (diffuse, specular) in diffuse.iter_mut().zip(specular) {
-                    if change.diffuse.is_some() {
-                        *specular = specular.min(1.0 - *diffuse);
-                    } else if change.specular.is_some() {
-                        *diffuse = diffuse.min(1.0 - *specular);
-                    }
+        for look in surface_looks(capture, solved, edits) {
+            of_surface.push(match look {
+                SurfaceLook::Photographed => 0,
+                _ => looks.len() as u32,
+            });
+            match look {
+                SurfaceLook::Photographed => {}
+                SurfaceLook::Reflects(brdf) => looks.push(Look::Reflects(brdf)),
+                SurfaceLook::Textured(brdf, texture) => {
+                    looks.push(Look::Textured(brdf, maps.len()));
+                    maps.push(Map::new(texture));
                 }
             }
-            let is_repainted = change.is_some_and(|change| change.diffuse.is_some());
-            let texture = solved.textures.iter().find(|texture| texture.surface == index);
-            let brdf = Brdf::from(&reflectance);
-            of_surface.push(looks.len() as u32);
-            looks.push(match texture.filter(|_| !is_repainted) {
-                Some(texture) => {
-                    maps.push(Map::new(texture));
-                    Look::Textured(brdf, maps.len() - 1)
-                }
-                None => Look::Reflects(brdf),
-            });
         }
         let mut look_of: Vec<u32> =
             capture.mesh.surface.iter().map(|&surface| of_surface[surface as usize]).collect();
@@ -230,7 +195,7 @@ impl<'a> Scene<'a> {
         let offset_m = photographs.offset_m;
         let lit = Views {
             capture,
-            caster: &geometry.caster,
+            caster: geometry.caster.as_ref().unwrap_or(photographs.caster),
             maps: Vec::new(),
             normals: geometry.normals.clone(),
             offset_m,
@@ -249,6 +214,12 @@ impl<'a> Scene<'a> {
             added,
             shell,
         }
+    }
+
+    /// Radiance of all added domes from a direction.
+    pub fn domes(&self, direction: Vec3) -> Radiance {
+        let domes = self.added.iter().filter_map(|added| added.dome(direction));
+        domes.fold([0.0; CHANNELS], |sum, dome| std::array::from_fn(|c| sum[c] + dome[c]))
     }
 
     /// Whether a triangle belongs to an object that was set in.
@@ -301,19 +272,6 @@ impl<'a> Map<'a> {
         let bottom = texel(low.x, low.y + 1.0).lerp(texel(low.x + 1.0, low.y + 1.0), part.x);
         top.lerp(bottom, part.y).to_array()
     }
-}
-
-/// What surfaces reflect that no photograph shows: the mean of the others.
-fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
-    let mut sum = [0.0; CHANNELS];
-    let mut count = 0.0f64;
-    for reflectance in reflectances.iter().flatten() {
-        for (sum, value) in sum.iter_mut().zip(reflectance.diffuse) {
-            *sum += value;
-        }
-        count += 1.0;
-    }
-    Reflectance::diffuse(sum.map(|sum| if count > 0.0 { sum / count } else { GREY }))
 }
 
 /// Room that the surroundings leave around what they hold, in diagonals.

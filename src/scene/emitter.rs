@@ -96,6 +96,15 @@ impl Emitter {
         }
     }
 
+    /// Area that it shines from, in m²; of a ball its cross section, 0 without extent.
+    pub fn area_m2(&self) -> f32 {
+        match self {
+            Self::Rectangle { corners, .. } => Quadrilateral::of(corners).areas_m2.iter().sum(),
+            Self::Sphere { radius_m, .. } => PI * radius_m * radius_m,
+            Self::Point { .. } | Self::Spot { .. } | Self::Sun { .. } => 0.0,
+        }
+    }
+
     /// What the artist calls such a light in `tags.json`.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -10,6 +10,7 @@ use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
+use crate::worker::elsewhere::{self, Takeaway};
 use crate::worker::event::Happening;
 use crate::worker::merge::{self, Merging};
 use crate::worker::relight::{self, Relighting};
@@ -43,6 +44,8 @@ pub enum Command {
     ReadEdits { capture: Arc<Capture>, source: EditSource },
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
+    /// Write a recovered scene for other programs.
+    TakeElsewhere(Box<Takeaway>),
     #[cfg(test)]
     Panic,
 }
@@ -119,6 +122,11 @@ impl Command {
                 }
             }
             Self::Merge(merging) => match merge::perform(&merging, watch) {
+                Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::TakeElsewhere(takeaway) => match elsewhere::perform(&takeaway, watch) {
                 Ok(happening) => happening,
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),

@@ -6,6 +6,7 @@
 //! the worker lives on.
 
 mod command;
+mod elsewhere;
 mod event;
 mod relight;
 mod merge;
@@ -20,6 +21,7 @@ use std::thread::JoinHandle;
 use crate::watch::{Progress, Watch};
 
 pub use command::{Command, EditSource};
+pub use elsewhere::Takeaway;
 pub use event::{Event, Happening, Job};
 pub use merge::{MergeReport, Merging, Place, Written};
 pub use relight::{Desk, Relighting, Relit, Wish};

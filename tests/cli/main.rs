@@ -3,6 +3,7 @@
 mod damaged; // captures that are broken: a message that helps, or a warning
 mod determinism; // the same bytes on any number of threads
 mod ending; // interrupts, places that cannot be written, closed pipes
+mod export; // a recovered scene for other programs
 mod files; // what `reconstruct` writes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method

@@ -13,7 +13,7 @@ use crate::rooms::{Dice, Room};
 use crate::stage::{Estimate, Stage, reflectance};
 
 /// A floor and a wall with a box between them, which hides parts of what there is.
-fn corner() -> Stage {
+pub fn corner() -> Stage {
     let mut room = Room::default();
     let (floor, wall, sides) = (room.diffuse("floor"), room.diffuse("wall"), room.diffuse("box"));
     room.square(floor, 2.0, 0.0);
@@ -39,7 +39,7 @@ fn unit(x: f32, y: f32, z: f32) -> Vec3 {
 }
 
 /// Adds one light of a kind.
-fn add(stage: &mut Stage, kind: &str) {
+pub fn add(stage: &mut Stage, kind: &str) {
     let lobes = [(unit(-0.2, 0.5, -1.0), 20.0), (unit(0.4, 0.1, -0.6), 3.0)];
     match kind {
         "disc" => {
@@ -91,7 +91,7 @@ fn add(stage: &mut Stage, kind: &str) {
     }
 }
 
-const KINDS: [&str; 7] = ["disc", "surface", "lamp", "sky", "sun", "panel", "spot"];
+pub const KINDS: [&str; 7] = ["disc", "surface", "lamp", "sky", "sun", "panel", "spot"];
 
 /// Σ k E (ρ_d + ρ_s lobe)/π with the coupling of the solve, over many shadow rays.
 fn coupled(stage: &Stage, site: Site, eye: Vec3, material: usize, channel: usize) -> Estimate {

@@ -20,7 +20,7 @@ fn lit() -> Stage {
     stage.solved.lobes.lobes.push(lobe);
     stage.solved.lobes.first.push(1);
     stage.solved.emission.push([10.0, 8.0, 6.0]);
-    stage.room.photograph(view(), |struck| [struck.point.x as f32 + 6.0, 1.0, 2.0]);
+    stage.room.photograph(view(), |struck| [struck.position.x as f32 + 6.0, 1.0, 2.0]);
     stage
 }
 

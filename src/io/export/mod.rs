@@ -1,8 +1,14 @@
 //! A reconstruction as files: `solution.json`, `lights.json`, `samples.csv`, `convergence.csv`
 //! and the textures.
 
+pub mod elsewhere;
+pub mod glb;
 pub mod lights;
+pub mod mitsuba;
 pub mod pictures;
+pub mod ply;
+pub mod points;
+pub mod wavefront;
 
 #[cfg(test)]
 pub(crate) mod fixture;

@@ -155,6 +155,16 @@ fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> 
     footprints.get(footprints.len() / 2).copied()
 }
 
+/// The site of every texel's centre that a photograph measures, on the side that it sees.
+pub fn sites(
+    views: &Views,
+    unwrap: &Unwrap,
+    watch: &Watch,
+) -> Result<Vec<Option<Site>>, Cancelled> {
+    let places = rasterize(views, unwrap, watch)?;
+    Ok(places.into_iter().map(|place| place.map(|place| place.site)).collect())
+}
+
 /// The place of every texel's centre that a photograph measures, on the side that it sees.
 fn rasterize(
     views: &Views,
@@ -212,7 +222,7 @@ fn measured_side(views: &Views, outer: Site) -> Option<Site> {
 
 /// Gives every texel without an estimate the mean of its neighbours that have one, working
 /// outwards; `fallback` where there is no estimate at all.
-fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) -> Vec<Radiance> {
+pub fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) -> Vec<Radiance> {
     let height = estimated.len() / width.max(1);
     let mut texels = estimated;
     let neighbours = |index: usize| {

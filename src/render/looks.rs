@@ -1,0 +1,85 @@
+//! What every surface of the capture does with light, after the edits.
+
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::reconstruct::equations::Reflectance;
+use crate::reconstruct::textures::Texture;
+use crate::render::edits::{Edits, GREY};
+use crate::render::scene::Solved;
+use crate::scene::{Capture, Role};
+
+/// How a surface reflects: ρ_d/π + ρ_s (n+2)/2π cosⁿγ (Eq. 12).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Brdf {
+    pub diffuse: Radiance,
+    pub specular: Radiance,
+    pub exponent: f32,
+}
+
+impl From<&Reflectance> for Brdf {
+    fn from(reflectance: &Reflectance) -> Self {
+        Self {
+            diffuse: reflectance.diffuse.map(|value| value as f32),
+            specular: reflectance.specular.map(|value| value as f32),
+            exponent: reflectance.exponent as f32,
+        }
+    }
+}
+
+/// What a surface of the capture does with light.
+#[derive(Clone, Copy, Debug)]
+pub enum SurfaceLook<'a> {
+    Reflects(Brdf),
+    /// The same with the diffuse reflectance of a texture.
+    Textured(Brdf, &'a Texture),
+    /// Nothing is known but what the photographs show: it sends that, and reflects nothing.
+    Photographed,
+}
+
+/// One per surface of the capture.
+pub fn surface_looks<'a>(
+    capture: &Capture,
+    solved: &'a Solved,
+    edits: &Edits,
+) -> Vec<SurfaceLook<'a>> {
+    let mean = mean(&solved.reflectances);
+    let look = |(index, role): (usize, Role)| {
+        let Role::Material(material) = role else { return SurfaceLook::Photographed };
+        let mut reflectance = solved.reflectances[material].unwrap_or(mean);
+        let change = edits.materials.get(&capture.materials[material].name);
+        if let Some(change) = change {
+            reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
+            reflectance.specular = change.specular.unwrap_or(reflectance.specular);
+            reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
+            // No more is sent back than came: what was not asked for gives way.
+            let Reflectance { diffuse, specular, .. } = &mut reflectance;
+            for (diffuse, specular) in diffuse.iter_mut().zip(specular) {
+                if change.diffuse.is_some() {
+                    *specular = specular.min(1.0 - *diffuse);
+                } else if change.specular.is_some() {
+                    *diffuse = diffuse.min(1.0 - *specular);
+                }
+            }
+        }
+        let is_repainted = change.is_some_and(|change| change.diffuse.is_some());
+        let texture = solved.textures.iter().find(|texture| texture.surface == index);
+        let brdf = Brdf::from(&reflectance);
+        match texture.filter(|_| !is_repainted) {
+            Some(texture) => SurfaceLook::Textured(brdf, texture),
+            None => SurfaceLook::Reflects(brdf),
+        }
+    };
+    capture.surfaces.iter().map(|surface| surface.role).enumerate().map(look).collect()
+}
+
+/// What surfaces reflect that no photograph shows: the mean of the others.
+fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
+    let mut sum = [0.0; CHANNELS];
+    let mut count = 0.0f64;
+    for reflectance in reflectances.iter().flatten() {
+        for (sum, value) in sum.iter_mut().zip(reflectance.diffuse) {
+            *sum += value;
+        }
+        count += 1.0;
+    }
+    Reflectance::diffuse(sum.map(|sum| if count > 0.0 { sum / count } else { GREY }))
+}

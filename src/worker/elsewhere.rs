@@ -1,0 +1,34 @@
+//! Writes a recovered scene for other programs.
+
+use std::sync::Arc;
+
+use crate::geometry::bvh::RayCaster;
+use crate::io;
+use crate::io::export::elsewhere::{self, Plan};
+use crate::render::edits::Edits;
+use crate::render::model::Model;
+use crate::render::scene::{Geometry, Scene, Solved};
+use crate::scene::{Capture, Views};
+use crate::watch::Watch;
+use crate::worker::event::Happening;
+
+/// A recovered scene with its edits, to be written for other programs.
+#[derive(Clone, Debug)]
+pub struct Takeaway {
+    pub capture: Arc<Capture>,
+    pub solved: Arc<Solved>,
+    pub edits: Arc<Edits>,
+    pub plan: Plan,
+}
+
+pub(super) fn perform(takeaway: &Takeaway, watch: &Watch) -> Result<Happening, io::Error> {
+    let Takeaway { capture, solved, edits, plan } = takeaway;
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    let geometry = Geometry::new(capture, edits);
+    let places: Vec<_> = plan.probe_at.into_iter().collect();
+    let scene = Scene::new(&views, &geometry, solved, edits, &places);
+    let model = Model::new(&scene, &views, solved, edits, watch)?;
+    elsewhere::write(plan, capture, &scene, &model, watch)?;
+    Ok(Happening::Exported(plan.folder.clone()))
+}
