@@ -45,7 +45,7 @@ impl Format {
 pub struct Plan {
     pub folder: PathBuf,
     pub formats: Vec<Format>,
-    /// Of the light probe; `None` for [`in_view`].
+    /// Of the light probe; `None` for a place before the first camera.
     pub probe_at: Option<Vec3>,
     pub probe: ProbeSettings,
     /// The reconstruction's samples, where they are known.
