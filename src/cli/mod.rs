@@ -1,6 +1,7 @@
 //! The terminal commands. Thin: they parse, drive the worker, and print.
 
 mod arguments;
+mod import;
 mod info;
 mod job;
 mod print;
@@ -47,6 +48,7 @@ pub fn main() -> ExitCode {
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("render", matches)) => render::run(matches),
+        Some(("import", matches)) => import::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         #[cfg(feature = "studio")]
