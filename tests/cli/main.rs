@@ -4,6 +4,7 @@ mod damaged; // captures that are broken: a message that helps, or a warning
 mod determinism; // the same bytes on any number of threads
 mod ending; // interrupts, places that cannot be written, closed pipes
 mod files; // what `reconstruct` writes
+mod import; // captures of other programs' cameras and meshes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
 mod options; // flags, options files, help
