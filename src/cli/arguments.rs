@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use crate::exposures::MergeOptions;
 use crate::io::export::elsewhere::Format;
+use crate::io::import::{Axis, Unit};
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, Kind, OptionError, OptionGroup, OptionValue};
 use crate::reconstruct::Options;
@@ -28,6 +29,7 @@ pub(super) fn command() -> Command {
                 .about("Show what a capture holds and what is odd about it")
                 .arg(capture()),
         )
+        .subcommand(import())
         .subcommand(score())
 }
 
@@ -222,6 +224,58 @@ fn parse_place(text: &str) -> Result<Vec3, String> {
         }
         _ => Err("write a place as three numbers in metres, for example 1.5,2,0.8".to_owned()),
     }
+}
+
+fn import() -> Command {
+    let units = || PossibleValuesParser::new(Unit::NAMES.map(|(name, _)| name));
+    let axes = || PossibleValuesParser::new(Axis::NAMES.map(|(name, _)| name));
+    let axis = |name: &'static str, help: &'static str| {
+        Arg::new(name)
+            .long(name)
+            .value_name("AXIS")
+            .help(help)
+            .value_parser(axes())
+            .allow_hyphen_values(true)
+    };
+    let number = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help).value_parser(value_parser!(f64))
+    };
+    let unit = |name: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name("UNIT").help(help).value_parser(units())
+    };
+    Command::new("import")
+        .about("Make a capture of cameras, a mesh and photographs of other programs")
+        .long_about(
+            "Make a capture of cameras, a mesh and photographs of other programs: COLMAP models, \
+             Meshroom's cameras.sfm, RealityCapture's CSV, Metashape's XML, Bundler's bundle.out, \
+             OpenSfM's reconstruction.json, transforms.json of NeRF programs, glTF; meshes as OBJ, \
+             glTF, PLY and STL. Distortion is kept and never applied to the photographs.",
+        )
+        .arg(
+            Arg::new("source")
+                .value_name("SOURCE")
+                .help("File or folder with the cameras, or a mesh alone")
+                .required(true)
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(folder("out", "Folder for the capture; must be new or empty").required(true))
+        .arg(
+            folder("images", "Folder of the photographs; may be repeated [default: near SOURCE]")
+                .action(ArgAction::Append),
+        )
+        .arg(path("mesh", "The geometry, where SOURCE has none"))
+        .arg(unit("units", "Unit of the source's coordinates [default: m]"))
+        .arg(unit("mesh-units", "Unit of the mesh's [default: that of the source]"))
+        .arg(number("scale", "NUMBER", "Factor on cameras and mesh, for sources without a unit"))
+        .arg(axis("up", "What is up in the source; it becomes z [default: z]"))
+        .arg(axis("mesh-up", "What is up in the mesh [default: as in the source]"))
+        .arg(number("weld", "METRES", "Join vertices no farther apart than this [default: 0]"))
+        .arg(switch("regions", "Make surfaces of planar regions even where the mesh names some"))
+        .arg(number("planar-angle", "DEGREES", "Largest angle within a region [default: 15]"))
+        .arg(switch("undistorted", "The photographs are undistorted already: drop the lens terms"))
+        .arg(switch("undo-applied-transform", "Take back nerfstudio's applied_transform"))
+        .arg(switch("link", "Link the photographs instead of copying them"))
+        .arg(quiet())
 }
 
 fn score() -> Command {

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod export;
+mod import;
 mod info;
 mod job;
 mod merge;
@@ -51,6 +52,7 @@ pub fn main() -> ExitCode {
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),
         Some(("export", matches)) => export::run(matches),
+        Some(("import", matches)) => import::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         #[cfg(feature = "studio")]

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, obj, photograph, tags};
+use super::{Error, Fault, brackets, mesh, photograph, tags};
 use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph};
 use crate::watch::Watch;
@@ -23,7 +23,7 @@ pub const DARKEST_CORNER: f64 = 0.02;
 
 /// Loads a capture folder. `watch` counts the photographs.
 pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
-    let geometry = obj::load(&find_geometry(folder)?)?;
+    let geometry = mesh::load(&find_geometry(folder)?)?;
     let mut surfaces = geometry.surfaces;
     let mut warnings = geometry.warnings;
     let tag_file = folder.join(TAGS);
@@ -83,33 +83,33 @@ pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
         .filter(|path| path.is_file())
         .collect();
     files.sort();
-    let has_extension = |path: &&PathBuf, extensions: &[&str]| {
-        path.extension().is_some_and(|own| {
-            extensions.iter().any(|extension| own.eq_ignore_ascii_case(extension))
-        })
-    };
-    let meshes: Vec<&PathBuf> = files.iter().filter(|path| has_extension(path, &["obj"])).collect();
-    let other = files.iter().find(|path| has_extension(path, &["glb", "gltf", "ply"]));
-    match (meshes.as_slice(), other) {
-        ([only], _) => Ok((*only).clone()),
-        ([], Some(other)) => Err(Error::Unsupported(Fault::new(
-            other,
-            "",
-            "meshes of this format are not read yet",
-            "Export the geometry as OBJ, named scene.obj",
-        ))),
-        ([], None) => Err(Error::Missing(Fault::new(
+    // An OBJ file is meant before others beside it, as the one that can be tagged by name.
+    let is_obj =
+        |path: &&PathBuf| path.extension().is_some_and(|own| own.eq_ignore_ascii_case("obj"));
+    let mut meshes: Vec<&PathBuf> = files.iter().filter(is_obj).collect();
+    if meshes.is_empty() {
+        meshes = files.iter().filter(|path| mesh::is_mesh(path)).collect();
+    }
+    match meshes.as_slice() {
+        [only] => Ok((*only).clone()),
+        [] => Err(Error::Missing(Fault::new(
             folder,
             "",
             "there is no geometry in this folder",
             "Put the mesh there as scene.obj, beside transforms.json and the photographs",
         ))),
-        (several, _) => Err(Error::Invalid(Fault::new(
-            folder,
-            "",
-            format!("there are {} meshes and none is named scene.obj", several.len()),
-            "Name the one to use scene.obj",
-        ))),
+        several => {
+            let named = |path: &&&PathBuf| path.file_stem().is_some_and(|stem| stem == "scene");
+            match several.iter().find(named) {
+                Some(scene) => Ok((**scene).clone()),
+                None => Err(Error::Invalid(Fault::new(
+                    folder,
+                    "",
+                    format!("there are {} meshes and none is named scene.obj", several.len()),
+                    "Name the one to use scene.obj",
+                ))),
+            }
+        }
     }
 }
 

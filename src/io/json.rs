@@ -20,8 +20,11 @@ pub(crate) struct Field<'a> {
 
 /// The text of a JSON file: valid UTF-8 without a byte order mark.
 pub(crate) fn read_text(file: &Path) -> Result<String, Error> {
-    let bytes = read_bounded(file, LARGEST)?;
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&bytes);
+    decode(file, &read_bounded(file, LARGEST)?)
+}
+
+fn decode(file: &Path, bytes: &[u8]) -> Result<String, Error> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     String::from_utf8(bytes.to_vec()).map_err(|failure| {
         Error::Invalid(Fault::new(
             file,
@@ -37,6 +40,11 @@ pub(crate) fn read_text(file: &Path) -> Result<String, Error> {
 pub(crate) fn read(file: &Path) -> Result<Value, Error> {
     let text = read_text(file)?;
     parse(&text).map_err(|failure| broken(file, &failure))
+}
+
+/// The value of a JSON file whose bytes are at hand.
+pub(crate) fn parse_bytes(file: &Path, bytes: &[u8]) -> Result<Value, Error> {
+    parse(&decode(file, bytes)?).map_err(|failure| broken(file, &failure))
 }
 
 /// Says where a JSON file breaks off or is malformed.

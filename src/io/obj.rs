@@ -9,15 +9,15 @@
 //! A polygon that is bent by more than `BENT` is numbered as one polygon a triangle, so that
 //! polygons are planar as `Mesh::polygon` promises.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3};
 
 use super::error::read_bounded;
-use super::mtl;
 use super::obj_text::{Digest, Tally, broken_vertex, digest, is_usable, locate};
 use super::polygon::{self, Shape};
 use super::{Error, Fault};
+use super::{inside, mtl};
 use crate::geometry::mesh::Mesh;
 use crate::scene::{Role, Surface};
 
@@ -43,7 +43,11 @@ pub struct Geometry {
 
 /// Reads a mesh and the material libraries it names.
 pub fn load(file: &Path) -> Result<Geometry, Error> {
-    let bytes = read_bounded(file, LARGEST)?;
+    parse(file, &read_bounded(file, LARGEST)?)
+}
+
+/// Reads the bytes of a mesh; `file` is for messages, and libraries are looked for beside it.
+pub fn parse(file: &Path, bytes: &[u8]) -> Result<Geometry, Error> {
     if bytes.starts_with(&[0xFE, 0xFF])
         || bytes.starts_with(&[0xFF, 0xFE])
         || bytes.iter().take(4096).any(|&byte| byte == 0)
@@ -55,18 +59,19 @@ pub fn load(file: &Path) -> Result<Geometry, Error> {
             "Save it as UTF-8 text, or export it again as OBJ",
         )));
     }
-    let text = String::from_utf8_lossy(&bytes);
+    let text = String::from_utf8_lossy(bytes);
     let digest = digest(&text);
     if digest.face_lines.is_empty() {
         return Err(no_faces(file, &digest));
     }
-    let models = parse(&digest).map_err(|failure| locate(file, &text, &failure.to_string()))?;
+    let models =
+        read_numbers(&digest).map_err(|failure| locate(file, &text, &failure.to_string()))?;
     let mut geometry = Builder::new(file, &text, &digest).build(&models)?;
     (geometry.specular, geometry.library_warnings) = read_libraries(file, &digest);
     Ok(geometry)
 }
 
-fn parse(digest: &Digest) -> Result<Vec<tobj::Mesh>, tobj::LoadError> {
+fn read_numbers(digest: &Digest) -> Result<Vec<tobj::Mesh>, tobj::LoadError> {
     let library = |_: &Path| {
         let names = 0..digest.surfaces.len();
         let material =
@@ -204,20 +209,9 @@ impl<'a> Builder<'a> {
             self.triangle_texcoords.push(texcoords);
         }
         self.polygons += 1;
-        self.split_if_bent(first);
+        split_if_bent(&mut self.mesh, first, &mut self.polygons);
         self.textured[surface].0 += usize::from(textured);
         self.textured[surface].1 += 1;
-    }
-
-    fn split_if_bent(&mut self, first: usize) {
-        let flat = self.mesh.normal(first);
-        let last = self.mesh.triangles.len();
-        if (first + 1..last).any(|triangle| self.mesh.normal(triangle).dot(flat) < BENT) {
-            for triangle in first + 1..last {
-                self.mesh.polygon[triangle] = self.polygons;
-                self.polygons += 1;
-            }
-        }
     }
 
     fn finish(mut self) -> Result<Geometry, Error> {
@@ -316,6 +310,19 @@ impl<'a> Builder<'a> {
     }
 }
 
+/// Numbers the triangles from `first` on, which are those of one polygon, as one polygon each where
+/// they do not lie in one plane. `polygons` is the next number.
+pub(super) fn split_if_bent(mesh: &mut Mesh, first: usize, polygons: &mut u32) {
+    let flat = mesh.normal(first);
+    let last = mesh.triangles.len();
+    if (first + 1..last).any(|triangle| mesh.normal(triangle).dot(flat) < BENT) {
+        for triangle in first + 1..last {
+            mesh.polygon[triangle] = *polygons;
+            *polygons += 1;
+        }
+    }
+}
+
 fn drop_unused_positions(mesh: &mut Mesh) {
     let mut renumbered = vec![u32::MAX; mesh.positions.len()];
     let mut kept = Vec::new();
@@ -346,14 +353,20 @@ fn read_libraries(file: &Path, digest: &Digest) -> (Vec<bool>, Vec<String>) {
     let (mut specular, mut warnings) = (std::collections::HashSet::new(), Vec::new());
     for statement in &digest.libraries {
         // One name with spaces, or several names: only the folder can tell.
-        let whole = folder.join(statement.replace('\\', "/"));
-        let files: Vec<PathBuf> = if whole.is_file() {
-            vec![whole]
-        } else {
-            let name = |word: &str| folder.join(word.replace('\\', "/"));
-            statement.split_whitespace().map(name).collect()
+        let whole = inside::join(folder, statement).filter(|whole| whole.is_file());
+        let names: Vec<&str> = match whole {
+            Some(_) => vec![statement],
+            None => statement.split_whitespace().collect(),
         };
-        for library in files {
+        for name in names {
+            let Some(library) = inside::join(folder, name) else {
+                warnings.push(format!(
+                    "{}: the material library \"{name}\" lies outside of the mesh's folder and is \
+                     not read. Its materials count as diffuse; copy it beside the mesh.",
+                    file.display()
+                ));
+                continue;
+            };
             match mtl::read_specular(&library) {
                 Ok(names) => specular.extend(names),
                 Err(error) => warnings.push(format!(

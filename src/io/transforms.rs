@@ -8,15 +8,13 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec2, DVec3};
 
 use super::json::{self, Field};
-use super::{Error, Fault, picture};
+use super::pose::{self, NoRotation};
+use super::{Error, Fault, inside, picture};
 pub use crate::exposures::Vignetting;
 use crate::scene::{Camera, Distortion};
 
 /// Larger sides are no photographs.
 const LONGEST_SIDE: f64 = 1e6;
-/// A rotation may be off by rounding (silently), or by a little (with a warning).
-const ROUNDING: f64 = 1e-4;
-const TOLERATED: f64 = 2e-2;
 /// What a `file_path` without extension may mean, in the order in which it is tried.
 const EXTENSIONS: [&str; 5] = ["exr", "hdr", "png", "jpg", "jpeg"];
 
@@ -27,7 +25,12 @@ pub enum Images {
     Needed,
     /// Cameras to render from: only names and, where `w` and `h` are missing, sizes are of use.
     Optional,
+    /// An import: a frame without its image is kept if its size is known, and else skipped.
+    Wanted,
 }
+
+/// Finds the image that a `file_path` means.
+pub(super) type Finder<'a> = &'a dyn Fn(&str) -> Option<PathBuf>;
 
 /// A camera file.
 #[derive(Clone, Debug)]
@@ -35,6 +38,17 @@ pub struct Cameras {
     pub frames: Vec<Frame>,
     pub vignetting: Option<Vignetting>,
     pub warnings: Vec<String>,
+    /// What nerfstudio's `applied_transform` and `applied_scale` say has been done to the
+    /// coordinates: they were multiplied by the matrix, moved, and then scaled.
+    pub applied: Option<Applied>,
+}
+
+/// new = scale (linear old + offset).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Applied {
+    pub linear: DMat3,
+    pub offset: DVec3,
+    pub scale: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -73,8 +87,39 @@ impl Vignetting {
 
 /// Reads a camera file; images are looked for beside it.
 pub fn read(file: &Path, images: Images) -> Result<Cameras, Error> {
-    let value = json::read(file)?;
-    let root = Field::root(file, &value)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    interpret(file, &json::read(file)?, images, &|name| find_below(folder, name))
+}
+
+/// Reads the bytes of a camera file whose images are elsewhere; `file` is for messages.
+pub fn parse(file: &Path, bytes: &[u8]) -> Result<Cameras, Error> {
+    interpret(file, &json::parse_bytes(file, bytes)?, Images::Wanted, &|_| None)
+}
+
+/// The image below `folder` that a `file_path` means, with or without its extension.
+pub(super) fn find_below(folder: &Path, name: &str) -> Option<PathBuf> {
+    let path = inside::join(folder, name)?;
+    if path.is_file() {
+        return Some(path);
+    }
+    // "img.001" has a dot but no extension of an image, so append rather than replace.
+    let with = |extension: &&str| {
+        let mut longer = path.as_os_str().to_owned();
+        longer.push(".");
+        longer.push(extension);
+        PathBuf::from(longer)
+    };
+    EXTENSIONS.iter().map(with).find(|path| path.is_file())
+}
+
+/// Reads the value of a camera file.
+pub(super) fn interpret(
+    file: &Path,
+    value: &serde_json::Value,
+    images: Images,
+    find: Finder,
+) -> Result<Cameras, Error> {
+    let root = Field::root(file, value)?;
     let items = match root.get("frames") {
         Some(frames) => frames.items()?,
         None => Vec::new(),
@@ -87,13 +132,15 @@ pub fn read(file: &Path, images: Images) -> Result<Cameras, Error> {
             "Export the cameras again; every photograph needs an entry in \"frames\"",
         )));
     }
-    let mut reader = Reader { file, root: &root, images, problems: Problems::default() };
+    let mut reader = Reader { file, root: &root, images, find, problems: Problems::default() };
     let mut frames = Vec::with_capacity(items.len());
     for item in &items {
         frames.extend(reader.frame(item)?);
     }
     if frames.is_empty() {
-        let first = reader.problems.missing.first().map_or("", String::as_str);
+        let problems = &reader.problems;
+        let places = problems.missing.iter().chain(&problems.outside).chain(&problems.sizeless);
+        let first = places.map(String::as_str).next().unwrap_or("");
         return Err(Error::Missing(Fault::new(
             file,
             "frames",
@@ -102,7 +149,37 @@ pub fn read(file: &Path, images: Images) -> Result<Cameras, Error> {
         )));
     }
     let warnings = reader.problems.warnings(file, &frames);
-    Ok(Cameras { vignetting: vignetting(&root)?, frames, warnings })
+    Ok(Cameras { vignetting: vignetting(&root)?, applied: applied(&root)?, frames, warnings })
+}
+
+fn applied(root: &Field) -> Result<Option<Applied>, Error> {
+    let (linear, offset) = match root.get("applied_transform") {
+        None => (DMat3::IDENTITY, DVec3::ZERO),
+        Some(field) => {
+            let rows = field.items()?;
+            if !(3..=4).contains(&rows.len()) {
+                return Err(field.wrong("the matrix must have 3 rows of 4 numbers"));
+            }
+            let mut columns = [[0.0; 3]; 4];
+            for (row, field) in rows.iter().take(3).enumerate() {
+                for (column, number) in field.numbers::<4>()?.into_iter().enumerate() {
+                    columns[column][row] = number;
+                }
+            }
+            let [x, y, z, offset] = columns;
+            (DMat3::from_cols_array_2d(&[x, y, z]), DVec3::from(offset))
+        }
+    };
+    let scale = match root.get("applied_scale") {
+        None => 1.0,
+        Some(field) => match field.number()? {
+            scale if scale > 0.0 => scale,
+            _ => return Err(field.wrong("a scale must be positive")),
+        },
+    };
+    let applied = Applied { linear, offset, scale };
+    let nothing = Applied { linear: DMat3::IDENTITY, offset: DVec3::ZERO, scale: 1.0 };
+    Ok((applied != nothing).then_some(applied))
 }
 
 fn vignetting(root: &Field) -> Result<Option<Vignetting>, Error> {
@@ -117,6 +194,8 @@ fn vignetting(root: &Field) -> Result<Option<Vignetting>, Error> {
 struct Problems {
     missing: Vec<String>,
     missing_exposures: Vec<String>,
+    outside: Vec<String>,
+    sizeless: Vec<String>,
     scaled: Vec<String>,
     sheared: Vec<String>,
     lens_unnamed: Vec<String>,
@@ -140,6 +219,12 @@ impl Problems {
             &self.missing_exposures,
             "the exposure does not exist; its series is merged without it.",
         );
+        warn(
+            &self.outside,
+            "the image lies outside of the folder of this file and is not looked for, so the frame \
+             is skipped. Copy it into the folder, and name it relative to this file.",
+        );
+        warn(&self.sizeless, "neither image nor image size is there, so the frame is skipped.");
         warn(&self.scaled, "the rotation is scaled; the scale is taken out, the position kept.");
         warn(&self.sheared, "the matrix is not quite a rotation; the nearest one is used.");
         warn(
@@ -168,6 +253,7 @@ struct Reader<'a> {
     file: &'a Path,
     root: &'a Field<'a>,
     images: Images,
+    find: Finder<'a>,
     problems: Problems,
 }
 
@@ -188,9 +274,14 @@ impl Reader<'_> {
         let item = &Field { path: place.clone(), ..item.clone() };
         let brackets = self.brackets(&place, &series)?;
         let image =
-            self.find_image(&name).or_else(|| Some(brackets.get(brackets.len() / 2)?.file.clone()));
+            (self.find)(&name).or_else(|| Some(brackets.get(brackets.len() / 2)?.file.clone()));
         if image.is_none() && self.images == Images::Needed {
-            self.problems.missing.push(place);
+            let places = if inside::leaves(&name) {
+                &mut self.problems.outside
+            } else {
+                &mut self.problems.missing
+            };
+            places.push(place);
             return Ok(None);
         }
         let is_geometry = match item.get("use") {
@@ -199,6 +290,11 @@ impl Reader<'_> {
         };
         let is_hdr = item.get("hdr").map_or(Ok(true), |field| field.truth())?;
         let (world_from_camera, position) = self.pose(item)?;
+        let has_size = ["w", "h"].iter().all(|key| self.either(item, key).is_some());
+        if self.images == Images::Wanted && image.is_none() && !has_size {
+            self.problems.sizeless.push(place);
+            return Ok(None);
+        }
         let (width, height) = self.size(item, image.as_deref())?;
         let (focal, principal) = self.intrinsics(item, width, height)?;
         let distortion = self.distortion(item)?;
@@ -230,23 +326,12 @@ impl Reader<'_> {
                 }
                 None => None,
             };
-            match self.find_image(name) {
+            match (self.find)(name) {
                 Some(file) => brackets.push(Bracket { file, exposure_secs }),
                 None => self.problems.missing_exposures.push(format!("{place}, {name}")),
             }
         }
         Ok(brackets)
-    }
-
-    fn find_image(&self, name: &str) -> Option<PathBuf> {
-        let folder = self.file.parent().unwrap_or(Path::new(""));
-        let path = folder.join(name.replace('\\', "/"));
-        if path.is_file() {
-            return Some(path);
-        }
-        // "img.001" has a dot but no extension of an image, so append rather than replace.
-        let with = |extension: &&str| PathBuf::from(format!("{}.{extension}", path.display()));
-        EXTENSIONS.iter().map(with).find(|path| path.is_file())
     }
 
     /// The field of the frame, or else of the whole file.
@@ -331,6 +416,7 @@ impl Reader<'_> {
         let [k1, k2, k3, k4] = radial;
         let mut radial = [k1?, k2?, k3?, k4?];
         let tangential = [coefficient("p1")?, coefficient("p2")?];
+        let mut denominator = [0.0; 3];
         match model.as_str() {
             _ if is_fisheye => return Err(self.foreign_lens(item, "is_fisheye")),
             "PINHOLE" | "SIMPLE_PINHOLE" => {
@@ -346,11 +432,13 @@ impl Reader<'_> {
             }
             "OPENCV" | "PERSPECTIVE" | "BROWN" => {}
             // k4 to k6 stand in a denominator there.
-            "FULL_OPENCV"
-                if radial[3] == 0.0 && coefficient("k5")? == 0.0 && coefficient("k6")? == 0.0 => {}
+            "FULL_OPENCV" => {
+                denominator = [radial[3], coefficient("k5")?, coefficient("k6")?];
+                radial[3] = 0.0;
+            }
             _ => return Err(self.foreign_lens(item, &model)),
         }
-        Ok(Distortion { radial, tangential })
+        Ok(Distortion { radial, tangential, denominator })
     }
 
     fn foreign_lens(&self, item: &Field, model: &str) -> Error {
@@ -384,30 +472,20 @@ impl Reader<'_> {
             [x[1], y[1], z[1]],
             [x[2], y[2], z[2]],
         ]);
-        let determinant = rotation.determinant();
-        if determinant < 0.0 {
-            return Err(field.wrong_with(
+        let orientation = pose::orientation(rotation).map_err(|failure| match failure {
+            NoRotation::Mirrored => field.wrong_with(
                 "the matrix mirrors the camera (its determinant is negative)",
                 "Export cameras with OpenGL axes: x right, y up, looking along -z",
-            ));
-        }
-        let scale = determinant.cbrt();
-        let wrong = "the matrix is no rotation";
-        if !scale.is_finite() || scale < 1e-12 {
-            return Err(field.wrong(wrong));
-        }
-        let rotation = rotation * (1.0 / scale);
-        let error = deviation(rotation);
-        if error > TOLERATED {
-            return Err(field.wrong(wrong));
-        }
-        if error > ROUNDING {
+            ),
+            NoRotation::Deformed => field.wrong("the matrix is no rotation"),
+        })?;
+        if orientation.is_sheared {
             self.problems.sheared.push(item.path.clone());
         }
-        if (scale - 1.0).abs() > ROUNDING {
+        if orientation.is_scaled {
             self.problems.scaled.push(item.path.clone());
         }
-        Ok((nearest_rotation(rotation), DVec3::new(x[3], y[3], z[3])))
+        Ok((orientation.rotation, DVec3::new(x[3], y[3], z[3])))
     }
 }
 
@@ -428,21 +506,4 @@ fn focal(level: &Field, axis: usize, width: f64, height: f64) -> Result<Option<f
         return Err(field.wrong("the angle of view must lie between 0 and pi (it is in radians)"));
     }
     Ok(Some(0.5 * side / (0.5 * value).tan()))
-}
-
-/// The largest entry of RᵀR − 1.
-fn deviation(matrix: DMat3) -> f64 {
-    let difference = matrix.transpose() * matrix - DMat3::IDENTITY;
-    difference.to_cols_array().into_iter().fold(0.0, |largest, entry| entry.abs().max(largest))
-}
-
-/// Newton's iteration for the orthogonal polar factor.
-fn nearest_rotation(mut matrix: DMat3) -> DMat3 {
-    for _ in 0..20 {
-        if deviation(matrix) < 1e-15 {
-            break;
-        }
-        matrix = (matrix + matrix.inverse().transpose()) * 0.5;
-    }
-    matrix
 }

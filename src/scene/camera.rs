@@ -10,10 +10,13 @@ use glam::{DMat3, DVec2, DVec3};
 /// OpenCV's radial and tangential lens distortion, acting on normalised image coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distortion {
-    /// k1 to k4, the factors of r², r⁴, r⁶ and r⁸.
+    /// The factors of r², r⁴, r⁶ and r⁸: k1 to k4 of the polynomial models.
     pub radial: [f64; 4],
     /// p1 and p2.
     pub tangential: [f64; 2],
+    /// The factors of r², r⁴ and r⁶ in the denominator of OpenCV's rational model, which calls
+    /// them k4 to k6. Zero in the polynomial models.
+    pub denominator: [f64; 3],
 }
 
 /// A pinhole camera with distortion.
@@ -49,14 +52,28 @@ impl Distortion {
     }
 
     fn radial_factor(&self, r2: f64) -> f64 {
+        self.numerator(r2) / self.divisor(r2)
+    }
+
+    fn numerator(&self, r2: f64) -> f64 {
         let [k1, k2, k3, k4] = self.radial;
         1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)))
+    }
+
+    fn divisor(&self, r2: f64) -> f64 {
+        let [k4, k5, k6] = self.denominator;
+        1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
     }
 
     /// d(distorted radius)/d(radius) of the radial part.
     fn radial_slope(&self, r2: f64) -> f64 {
         let [k1, k2, k3, k4] = self.radial;
-        1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * (7.0 * k3 + r2 * 9.0 * k4)))
+        let slope = 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * (7.0 * k3 + r2 * 9.0 * k4)));
+        let [k4, k5, k6] = self.denominator;
+        // (r n / d)' = ((r n)' − (r n) d' / d) / d.
+        let divisor_slope = r2 * (2.0 * k4 + r2 * (4.0 * k5 + r2 * 6.0 * k6));
+        let divisor = self.divisor(r2);
+        (slope - self.numerator(r2) * divisor_slope / divisor) / divisor
     }
 
     /// The undistorted point whose distorted position is `p`; `None` where none is found within
@@ -161,7 +178,7 @@ impl Camera {
 
 /// The radius up to which distorted radius grows with radius, by a scan of the slope's sign.
 fn monotonic_reach(distortion: &Distortion) -> f64 {
-    if distortion.radial == [0.0; 4] {
+    if distortion.radial == [0.0; 4] && distortion.denominator == [0.0; 3] {
         return f64::INFINITY;
     }
     // tan 84°: wider than any perspective lens.
@@ -169,7 +186,9 @@ fn monotonic_reach(distortion: &Distortion) -> f64 {
     let mut radius = 0.0;
     while radius < limit {
         radius += step;
-        if distortion.radial_slope(radius * radius) <= 0.0 {
+        let r2 = radius * radius;
+        // Beyond a zero of the divisor the model means nothing.
+        if distortion.divisor(r2) <= 0.0 || distortion.radial_slope(r2) <= 0.0 {
             return radius - step;
         }
     }
@@ -194,8 +213,13 @@ mod tests {
 
     #[test]
     fn a_ray_through_a_pixel_projects_back_to_it() {
-        let strong = Distortion { radial: [-0.2, 0.05, 0.01, 0.0], tangential: [1e-3, -2e-3] };
-        for distortion in [Distortion::default(), strong] {
+        let strong = Distortion {
+            radial: [-0.2, 0.05, 0.01, 0.0],
+            tangential: [1e-3, -2e-3],
+            ..Default::default()
+        };
+        let rational = Distortion { denominator: [0.3, -0.02, 0.01], ..strong };
+        for distortion in [Distortion::default(), strong, rational] {
             let camera = wide(distortion);
             for (x, y) in [(0.5, 0.5), (310.0, 245.0), (639.5, 479.5), (12.25, 400.75)] {
                 let pixel = DVec2::new(x, y);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::geometry::bvh::RayCaster;
 use crate::io;
+use crate::io::import::{self, Copying, Import};
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
@@ -21,6 +22,10 @@ use crate::worker::render::{self, Rendering};
 pub enum Command {
     /// Read a capture's folder.
     Load { path: PathBuf },
+    /// Read cameras and mesh of other programs; nothing is written.
+    Import { source: PathBuf, options: Box<import::Options> },
+    /// Write what was imported as a capture.
+    WriteCapture { import: Arc<Import>, folder: PathBuf, copying: Copying },
     /// Reconstruct a loaded capture.
     Reconstruct { capture: Arc<Capture>, options: Box<Options> },
     /// Write a reconstruction into a folder, each file whole or not at all.
@@ -70,6 +75,18 @@ impl Command {
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),
             },
+            Self::Import { source, options } => match import::read(&source, &options, watch) {
+                Ok(import) => Happening::Imported(Arc::new(import)),
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::WriteCapture { import, folder, copying } => {
+                match import::write(&import, &folder, copying, watch) {
+                    Ok(()) => Happening::Exported(folder),
+                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                    Err(error) => Happening::Failed(error.to_string()),
+                }
+            }
             Self::Reconstruct { capture, options } => {
                 let update = |update| emit(Happening::Update(update));
                 match reconstruct::run(&capture, &options, watch, &update) {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::io::import::Import;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::edits::Edits;
@@ -29,6 +30,7 @@ pub enum Happening {
     /// A running reconstruction has come to something.
     Update(Update),
     Loaded(Arc<Capture>),
+    Imported(Arc<Import>),
     Reconstructed(Arc<Reconstruction>),
     Exported(PathBuf),
     /// One mask per light; `None` for those that are no disc of the sphere.

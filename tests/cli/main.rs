@@ -5,6 +5,7 @@ mod determinism; // the same bytes on any number of threads
 mod ending; // interrupts, places that cannot be written, closed pipes
 mod export; // a recovered scene for other programs
 mod files; // what `reconstruct` writes
+mod import; // captures of other programs' cameras and meshes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
 mod merge; // exposures merged: EXIF, grouping, times, refusals

@@ -93,8 +93,11 @@ fn lens_models_map_or_are_refused_by_name() {
         message(lens(json!({"camera_model": model})), &[model, "Undistort"]);
     }
     message(lens(json!({"is_fisheye": true})), &["is_fisheye"]);
-    message(lens(json!({"camera_model": "FULL_OPENCV", "k5": 0.1})), &["FULL_OPENCV"]);
-    assert!(lens(json!({"camera_model": "FULL_OPENCV", "k3": 0.1})).is_ok());
+    // OpenCV's k4 to k6 are a divisor's, not the polynomial's fourth term.
+    let rational = lens(json!({"camera_model": "FULL_OPENCV", "k3": 0.3, "k4": 0.4, "k6": 0.6}));
+    let distortion = rational.unwrap().frames[0].camera.distortion;
+    assert_eq!(distortion.radial, [0.0, 0.0, 0.3, 0.0]);
+    assert_eq!(distortion.denominator, [0.4, 0.0, 0.6]);
 }
 
 #[test]

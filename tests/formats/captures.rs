@@ -66,7 +66,7 @@ fn missing_parts_are_named() {
     message(read(folder.path()), &["no geometry", "scene.obj"]);
     message(read(&folder.path().join("nowhere")), &["nowhere", "cannot be read"]);
     put(folder.path(), "room.glb", "glTF");
-    message(read(folder.path()), &["room.glb", "not read yet", "OBJ"]);
+    message(read(folder.path()), &["room.glb", "no valid GLB", "Export it again"]);
     put(folder.path(), "room.obj", MESH);
     message(read(folder.path()), &["transforms.json", "no camera file"]);
     put(folder.path(), "other.obj", MESH);

@@ -5,7 +5,9 @@ mod captures; // whole folders: sound, incomplete and contradictory ones
 mod corpus; // files of others: damaged ones end in a message, sound ones are read
 mod edits; // edits.json: what is refused, and everything that can be said
 mod images; // OpenEXR and Radiance: values, windows, claims that are too large
+mod imports; // cameras of other programs, meshes, whole imports
 mod meshes; // OBJ: polygons, surfaces, broken vertices, large ones
+mod mutations; // every reader on changed files, bounded
 mod solved; // a written solution read back to be rendered
 mod tags; // tags.json against the surfaces of a mesh
 mod writers; // round trips of what the program writes

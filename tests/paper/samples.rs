@@ -28,7 +28,11 @@ fn stage() -> Room {
 }
 
 fn cameras() -> [Camera; 3] {
-    let bent = Distortion { radial: [-0.18, 0.04, 0.0, 0.0], tangential: [2e-3, -1e-3] };
+    let bent = Distortion {
+        radial: [-0.18, 0.04, 0.0, 0.0],
+        tangential: [2e-3, -1e-3],
+        ..Default::default()
+    };
     [
         camera((120, 90), 0.8, DVec3::new(1.5, -1.6, 1.3), DVec3::new(0.0, 0.0, 0.1)),
         bent_camera((120, 90), 0.7, DVec3::new(-1.4, -1.3, 1.2), DVec3::ZERO, bent),

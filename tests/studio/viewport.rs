@@ -289,7 +289,11 @@ fn a_photograph_of_a_distorting_lens_is_shown_to_its_rim() {
             (c.width, c.height),
             c.focal_px,
             c.principal_px,
-            Distortion { radial: [-0.15, 0.02, 0.0, 0.0], tangential: [1e-3, -2e-3] },
+            Distortion {
+                radial: [-0.15, 0.02, 0.0, 0.0],
+                tangential: [1e-3, -2e-3],
+                ..Default::default()
+            },
             c.world_from_camera,
             c.position,
         );

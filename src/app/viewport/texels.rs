@@ -197,7 +197,11 @@ mod tests {
 
     #[test]
     fn an_undistorted_photograph_shows_each_point_where_a_pinhole_would() {
-        let distortion = Distortion { radial: [-0.2, 0.05, 0.0, 0.0], tangential: [1e-3, -2e-3] };
+        let distortion = Distortion {
+            radial: [-0.2, 0.05, 0.0, 0.0],
+            tangential: [1e-3, -2e-3],
+            ..Default::default()
+        };
         let (width, height) = (160, 120);
         let camera = Camera::new(
             (width, height),

@@ -14,7 +14,7 @@ use super::error::listed;
 use super::json::{self, Field};
 use super::paths::absolute;
 use super::tags::lights::{dome, emitter, emitter_kinds, not_negative};
-use super::{Error, Fault, obj};
+use super::{Error, Fault, mesh};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::equations::Reflectance;
@@ -110,7 +110,7 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
         Some(field) => field.text()?.to_owned(),
         None => format!("object {}", index + 1),
     };
-    let geometry = obj::load(&file)?;
+    let geometry = mesh::load(&file)?;
     warnings.extend(geometry.warnings);
     let world_from_object = match item.get("world_from_object") {
         Some(field) => placement(&geometry.mesh, &field)?,

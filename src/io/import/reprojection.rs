@@ -1,0 +1,87 @@
+//! How well a COLMAP model's points fall on their observations by the cameras as read here. COLMAP
+//! has written the same distances into the model, so that a difference shows a fault of reading.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::colmap::Reconstruction;
+use super::{Parsed, View};
+use crate::io::Error;
+use crate::scene::Camera;
+
+/// What the points of a model say about its cameras.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reprojection {
+    /// Points whose whole track falls into its images.
+    pub points: usize,
+    pub observations: usize,
+    /// Observations that no camera of this program sees, or that are not there.
+    pub unseen: usize,
+    /// Mean distance of projections from observations, in pixels.
+    pub mean_px: f64,
+    /// Root of the mean square of these.
+    pub rms_px: f64,
+    /// Largest difference between a point's mean distance here and the one in the model, in
+    /// pixels, over the points.
+    pub disagreement_px: f64,
+    /// The difference that 99 % of the points stay below.
+    pub disagreement_99_px: f64,
+}
+
+/// Projects every point into the images of its track; `None` where nothing was observed.
+pub(super) fn check(
+    file: &Path,
+    model: &Reconstruction,
+    parsed: &Parsed,
+) -> Result<Option<Reprojection>, Error> {
+    let views: HashMap<&str, &View> =
+        parsed.views.iter().map(|view| (view.place.as_str(), view)).collect();
+    let mut cameras: HashMap<i64, (Camera, usize)> = HashMap::new();
+    for (index, image) in model.images.iter().enumerate() {
+        let place = format!("{} ({})", image.place, image.name);
+        let Some(view) = views.get(place.as_str()) else { continue };
+        let camera = view.camera(file, view.size.unwrap_or_default())?;
+        cameras.insert(image.id, (camera, index));
+    }
+    let mut result = Reprojection::default();
+    let (mut sum, mut squares, mut differences) = (0.0, 0.0, Vec::new());
+    for point in &model.points {
+        let (mut whole, mut own, mut count) = (true, 0.0, 0);
+        for (image, number) in &point.track {
+            let observed = cameras.get(image).and_then(|(camera, index)| {
+                let number = usize::try_from(*number).ok()?;
+                Some((camera, model.images[*index].observations.get(number)?))
+            });
+            let seen = observed.and_then(|(camera, observed)| {
+                let (pixel, _) = camera.project(point.position)?;
+                Some(pixel.distance(*observed)).filter(|distance| distance.is_finite())
+            });
+            let Some(distance) = seen else {
+                result.unseen += 1;
+                whole = false;
+                continue;
+            };
+            sum += distance;
+            squares += distance * distance;
+            own += distance;
+            count += 1;
+        }
+        result.observations += count;
+        if whole && count > 0 {
+            result.points += 1;
+            differences.push((own / count as f64 - point.error_px).abs());
+        }
+    }
+    if result.observations == 0 {
+        return Ok(None);
+    }
+    result.mean_px = sum / result.observations as f64;
+    result.rms_px = (squares / result.observations as f64).sqrt();
+    differences.sort_by(f64::total_cmp);
+    let at = |share: f64| {
+        let index = (share * differences.len() as f64).ceil() as usize;
+        differences.get(index.saturating_sub(1)).copied().unwrap_or(0.0)
+    };
+    (result.disagreement_px, result.disagreement_99_px) = (at(1.0), at(0.99));
+    Ok(Some(result))
+}

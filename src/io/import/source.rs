@@ -1,0 +1,147 @@
+//! What a source is: by the names of its files, and where those do not tell, by what is in them.
+
+use std::path::{Path, PathBuf};
+
+use super::{alicevision, colmap, metashape, opensfm, reality_capture};
+use crate::io::error::read_bounded;
+use crate::io::mesh::{self, extension};
+use crate::io::{Error, Fault, json};
+
+/// Camera files are smaller, but for the points that some hold.
+pub(super) const LARGEST: u64 = 1 << 30;
+
+/// A source and the file or folder to read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    Colmap(PathBuf),
+    Transforms(Vec<PathBuf>),
+    AliceVision(PathBuf),
+    OpenSfm(PathBuf),
+    RealityCapture(PathBuf),
+    Metashape(PathBuf),
+    Bundler(PathBuf),
+    Gltf(PathBuf),
+    Mesh(PathBuf),
+}
+
+/// Formats that are known by name and not read, with what to do instead.
+const FOREIGN: [(&str, &str, &str); 8] = [
+    ("abc", "Alembic", "Export cameras.sfm (Meshroom: ConvertSfMFormat to sfm or json)"),
+    ("mvs", "OpenMVS", "Import the COLMAP or OpenMVG model that it was made from"),
+    ("nvm", "VisualSFM", "Export the model as Bundler .out"),
+    ("psx", "a Metashape project", "Export its cameras as XML (File, Export, Export Cameras)"),
+    ("rcproj", "a RealityCapture project", "Export \"Internal/External camera parameters\" as CSV"),
+    ("fbx", "FBX", "Export cameras and mesh as glTF"),
+    ("usd", "USD", "Export cameras and mesh as glTF"),
+    ("blend", "a Blender file", "Export cameras and mesh as glTF"),
+];
+
+/// Says what a path is.
+pub(super) fn detect(path: &Path) -> Result<Source, Error> {
+    let metadata =
+        std::fs::metadata(path).map_err(|source| Error::Read { file: path.to_owned(), source })?;
+    if metadata.is_dir() { in_folder(path) } else { of_file(path) }
+}
+
+fn of_file(file: &Path) -> Result<Source, Error> {
+    let own = file.to_owned();
+    let stem =
+        file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let extension = extension(file);
+    if ["bin", "txt"].contains(&extension.as_str())
+        && ["cameras", "images", "points3D"].contains(&stem.as_str())
+    {
+        return Ok(Source::Colmap(file.parent().unwrap_or(Path::new("")).to_owned()));
+    }
+    if let Some((_, name, remedy)) = FOREIGN.iter().find(|(own, ..)| *own == extension) {
+        let problem = format!("this is {name}, which is not read");
+        return Err(Error::Unsupported(Fault::new(file, "", problem, *remedy)));
+    }
+    Ok(match extension.as_str() {
+        "glb" | "gltf" => Source::Gltf(own),
+        "obj" | "ply" | "stl" => Source::Mesh(own),
+        "out" => Source::Bundler(own),
+        "sfm" => Source::AliceVision(own),
+        "json" => of_json(file)?,
+        "csv" if reality_capture::is_it(&beginning(file)?) => Source::RealityCapture(own),
+        "xml" if metashape::is_it(&beginning(file)?) => Source::Metashape(own),
+        "csv" => return Err(unknown(file, "no RealityCapture CSV (its heading is missing)")),
+        "xml" => return Err(unknown(file, "no camera export of Metashape")),
+        _ => return Err(unknown(file, "no camera file or mesh that is known")),
+    })
+}
+
+fn of_json(file: &Path) -> Result<Source, Error> {
+    let value = json::read(file)?;
+    let own = file.to_owned();
+    Ok(if alicevision::is_it(&value) {
+        Source::AliceVision(own)
+    } else if opensfm::is_it(&value) {
+        Source::OpenSfm(own)
+    } else {
+        // Whatever else it is, the reader's message says what is missing.
+        Source::Transforms(vec![own])
+    })
+}
+
+fn beginning(file: &Path) -> Result<String, Error> {
+    Ok(String::from_utf8_lossy(&read_bounded(file, LARGEST)?).into_owned())
+}
+
+fn unknown(path: &Path, what: &str) -> Error {
+    Error::Unsupported(Fault::new(
+        path,
+        "",
+        format!("this is {what}"),
+        "Give a COLMAP model's folder, transforms.json, cameras.sfm, a RealityCapture CSV, a \
+         Metashape XML, bundle.out, reconstruction.json, glTF, or a mesh",
+    ))
+}
+
+/// The first kind of source that a folder holds.
+fn in_folder(folder: &Path) -> Result<Source, Error> {
+    for place in ["", "sparse/0", "sparse", "colmap/sparse/0", "dense/0/sparse", "dense/sparse"] {
+        let model = if place.is_empty() { folder.to_owned() } else { folder.join(place) };
+        if colmap::is_model(&model) {
+            return Ok(Source::Colmap(model));
+        }
+    }
+    let entries = std::fs::read_dir(folder)
+        .map_err(|source| Error::Read { file: folder.to_owned(), source })?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.is_file())
+        .collect();
+    files.sort();
+    let named =
+        |wanted: &str| files.iter().find(|file| file.file_name().is_some_and(|n| n == wanted));
+    if let Some(file) = named("transforms.json") {
+        return Ok(Source::Transforms(vec![file.clone()]));
+    }
+    // NeRF-synthetic: transforms_train.json, transforms_val.json, transforms_test.json.
+    let parts: Vec<PathBuf> = files
+        .iter()
+        .filter(|file| extension(file) == "json")
+        .filter(|file| {
+            file.file_name().is_some_and(|n| n.to_string_lossy().starts_with("transforms"))
+        })
+        .cloned()
+        .collect();
+    if !parts.is_empty() {
+        return Ok(Source::Transforms(parts));
+    }
+    if let Some(file) = named("reconstruction.json") {
+        return of_file(file);
+    }
+    for kind in ["sfm", "out", "xml", "csv", "glb", "gltf"] {
+        for file in files.iter().filter(|file| extension(file) == kind) {
+            if let Ok(source) = of_file(file) {
+                return Ok(source);
+            }
+        }
+    }
+    match files.iter().find(|file| mesh::is_mesh(file)) {
+        Some(file) => Ok(Source::Mesh(file.clone())),
+        None => Err(unknown(folder, "a folder without cameras or mesh")),
+    }
+}

@@ -1,0 +1,468 @@
+//! glTF 2.0, as text with its buffers and as GLB: meshes and cameras of the default scene.
+//!
+//! The `gltf` crate reads and validates the document. The numbers of accessors are taken from the
+//! buffers here, checked, since the crate panics where a range is wrong. Surfaces are the
+//! materials, or else the meshes. Not read: compressed buffers, skins, morph targets.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use base64::Engine;
+use glam::{DMat4, DVec3, Vec2};
+use gltf::accessor::{DataType, Dimensions};
+use gltf::mesh::Mode;
+use gltf::{Accessor, Document, Gltf, Node, Semantic};
+
+use super::assemble::{Assembly, NAMELESS};
+use super::{LARGEST, extension};
+use crate::io::error::read_bounded;
+use crate::io::obj::Geometry;
+use crate::io::{Error, Fault, inside};
+
+/// More triangles are none: a mesh may stand in a thousand nodes.
+const MOST_TRIANGLES: usize = 10_000_000;
+const MOST_NODES: usize = 1_000_000;
+
+/// A document with its buffers.
+pub struct File {
+    document: Document,
+    buffers: Vec<Vec<u8>>,
+}
+
+/// A perspective camera that a node places.
+#[derive(Clone, Debug)]
+pub struct PlacedCamera {
+    /// Of the node, or else of the camera.
+    pub name: String,
+    pub yfov: f64,
+    pub aspect_ratio: Option<f64>,
+    pub world_from_camera: DMat4,
+}
+
+/// Reads a file, and the buffers that lie beside it.
+pub fn load(file: &Path) -> Result<File, Error> {
+    let bytes = read_bounded(file, LARGEST)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    parse(file, &bytes, &|uri| {
+        let Some(path) = inside::join(folder, uri) else {
+            return Err(invalid(
+                file,
+                "buffers",
+                format!("the buffer \"{uri}\" lies outside of the file's folder"),
+                "Export the mesh as .glb, which holds its buffers",
+            ));
+        };
+        read_bounded(&path, LARGEST).map_err(|failure| {
+            let problem = format!("a buffer of it cannot be read ({failure})");
+            invalid(file, "buffers", problem, "Put its buffers beside it, or export it as .glb")
+        })
+    })
+}
+
+/// Reads the bytes of a file; `beside` gives the bytes of the buffers that it names.
+pub fn parse(
+    file: &Path,
+    bytes: &[u8],
+    beside: &dyn Fn(&str) -> Result<Vec<u8>, Error>,
+) -> Result<File, Error> {
+    caught(file, || {
+        let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|failure| {
+            let reason = failure.to_string();
+            let reason = reason.chars().take(300).collect::<String>();
+            let kind = if extension(file) == "glb" { "GLB" } else { "glTF" };
+            let problem = format!("this is no valid {kind} that can be read ({reason})");
+            invalid(file, "", problem, "Export it again as glTF 2.0 without compression")
+        })?;
+        let mut blob = blob;
+        let mut buffers = Vec::new();
+        for (index, buffer) in document.buffers().enumerate() {
+            let data = match buffer.source() {
+                gltf::buffer::Source::Bin => blob.take().ok_or_else(|| {
+                    let place = format!("buffers[{index}]");
+                    invalid(file, place, "the file holds no binary chunk", "Export it again")
+                })?,
+                gltf::buffer::Source::Uri(uri) => from_uri(file, index, uri, beside)?,
+            };
+            buffers.push(data);
+        }
+        Ok(File { document, buffers })
+    })
+}
+
+fn from_uri(
+    file: &Path,
+    index: usize,
+    uri: &str,
+    beside: &dyn Fn(&str) -> Result<Vec<u8>, Error>,
+) -> Result<Vec<u8>, Error> {
+    let Some(data) = uri.strip_prefix("data:") else { return beside(&without_percent(uri)) };
+    let text = data.split_once(";base64,").map(|(_, text)| text);
+    let decoded =
+        text.and_then(|text| base64::engine::general_purpose::STANDARD.decode(text.trim()).ok());
+    decoded.ok_or_else(|| {
+        let place = format!("buffers[{index}].uri");
+        invalid(file, place, "the data in the file are no base64", "Export the mesh again")
+    })
+}
+
+/// `%20` is a space.
+fn without_percent(uri: &str) -> String {
+    let bytes = uri.as_bytes();
+    let (mut out, mut at) = (Vec::with_capacity(bytes.len()), 0);
+    while at < bytes.len() {
+        let escaped = (bytes[at] == b'%')
+            .then(|| bytes.get(at + 1..at + 3))
+            .flatten()
+            .and_then(|digits| std::str::from_utf8(digits).ok())
+            .and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        out.push(escaped.unwrap_or(bytes[at]));
+        at += if escaped.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8_lossy(&out).into_owned()
+}
+
+fn invalid(
+    file: &Path,
+    place: impl Into<String>,
+    problem: impl Into<String>,
+    remedy: &str,
+) -> Error {
+    Error::Invalid(Fault::new(file, place, problem, remedy))
+}
+
+/// What the crate makes of a document that slipped through its validation is a message, too.
+fn caught<T>(file: &Path, work: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        Err(invalid(file, "", "the file contradicts itself", "Export the mesh again"))
+    })
+}
+
+impl File {
+    /// The triangles of all meshes of the scene.
+    pub fn geometry(&self, file: &Path) -> Result<Geometry, Error> {
+        caught(file, || {
+            let is_single = self.document.meshes().len() == 1;
+            let mut reader = Reader { file, buffers: &self.buffers, is_single, notes: Vec::new() };
+            let mut assembly = Assembly::new(Vec::new());
+            let is_named = self
+                .document
+                .meshes()
+                .flat_map(|mesh| mesh.primitives())
+                .any(|p| p.material().index().is_some());
+            for (node, world) in self.placed(file)? {
+                reader.node(&node, world, is_named, &mut assembly)?;
+            }
+            let notes = std::mem::take(&mut reader.notes);
+            let mut geometry = assembly.finish(file)?;
+            geometry.warnings.extend(notes);
+            Ok(geometry)
+        })
+    }
+
+    /// Whether there are meshes.
+    pub fn has_geometry(&self) -> bool {
+        self.document.meshes().next().is_some()
+    }
+
+    /// The perspective cameras of the scene, and a word on those left out.
+    pub fn cameras(&self, file: &Path) -> Result<(Vec<PlacedCamera>, Vec<String>), Error> {
+        caught(file, || {
+            let (mut cameras, mut orthographic) = (Vec::new(), 0);
+            for (node, world) in self.placed(file)? {
+                let Some(camera) = node.camera() else { continue };
+                let gltf::camera::Projection::Perspective(lens) = camera.projection() else {
+                    orthographic += 1;
+                    continue;
+                };
+                let name = node.name().or(camera.name());
+                cameras.push(PlacedCamera {
+                    name: name.map_or_else(|| format!("camera_{}", camera.index()), str::to_owned),
+                    yfov: lens.yfov().into(),
+                    aspect_ratio: lens.aspect_ratio().map(f64::from),
+                    world_from_camera: world,
+                });
+            }
+            let mut notes = Vec::new();
+            if orthographic > 0 {
+                notes.push(format!(
+                    "{}: {orthographic} orthographic cameras left out: photographs have perspective.",
+                    file.display()
+                ));
+            }
+            Ok((cameras, notes))
+        })
+    }
+
+    /// The nodes of the scene with where they stand.
+    fn placed(&self, file: &Path) -> Result<Vec<(Node<'_>, DMat4)>, Error> {
+        let document = &self.document;
+        let mut stack: Vec<(Node, DMat4)> = Vec::new();
+        match document.default_scene().or_else(|| document.scenes().next()) {
+            Some(scene) => stack.extend(scene.nodes().map(|node| (node, DMat4::IDENTITY))),
+            None => {
+                let children: std::collections::HashSet<usize> = document
+                    .nodes()
+                    .flat_map(|node| node.children().map(|child| child.index()))
+                    .collect();
+                let roots = document.nodes().filter(|node| !children.contains(&node.index()));
+                stack.extend(roots.map(|node| (node, DMat4::IDENTITY)));
+            }
+        }
+        stack.reverse();
+        let mut visited = vec![false; document.nodes().len()];
+        let mut placed = Vec::new();
+        while let Some((node, parent)) = stack.pop() {
+            // A node has one parent, so that there is no second visit, and no circle.
+            if std::mem::replace(&mut visited[node.index()], true) || placed.len() >= MOST_NODES {
+                let place = format!("nodes[{}]", node.index());
+                let problem = "the node is its own ancestor, or has two parents";
+                return Err(invalid(file, place, problem, "Export the scene again"));
+            }
+            let own = DMat4::from_cols_array_2d(
+                &node.transform().matrix().map(|column| column.map(f64::from)),
+            );
+            let world = parent * own;
+            let children: Vec<_> = node.children().map(|child| (child, world)).collect();
+            stack.extend(children.into_iter().rev());
+            placed.push((node, world));
+        }
+        Ok(placed)
+    }
+}
+
+struct Reader<'a> {
+    file: &'a Path,
+    buffers: &'a [Vec<u8>],
+    is_single: bool,
+    notes: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn node(
+        &mut self,
+        node: &Node,
+        world: DMat4,
+        is_named: bool,
+        assembly: &mut Assembly,
+    ) -> Result<(), Error> {
+        let Some(mesh) = node.mesh() else { return Ok(()) };
+        let mirrors = world.determinant() < 0.0;
+        for primitive in mesh.primitives() {
+            let place = format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
+            let Some(positions) = primitive.get(&Semantic::Positions) else {
+                self.notes
+                    .push(format!("{}, {place}: no positions; left out.", self.file.display()));
+                continue;
+            };
+            let positions = self.vectors::<3>(&positions, &place)?;
+            let texcoords = match primitive.get(&Semantic::TexCoords(0)) {
+                Some(accessor) => self.vectors::<2>(&accessor, &place)?,
+                None => Vec::new(),
+            };
+            let indices = match primitive.indices() {
+                Some(accessor) => self.indices(&accessor, &place)?,
+                None => (0..positions.len() as u32).collect(),
+            };
+            let Some(triangles) = triangles(primitive.mode(), &indices) else {
+                self.notes.push(format!(
+                    "{}, {place}: points or lines are no surface; left out.",
+                    self.file.display()
+                ));
+                continue;
+            };
+            if assembly.mesh.triangles.len() + triangles.len() > MOST_TRIANGLES {
+                return Err(Error::TooLarge(Fault::new(
+                    self.file,
+                    place,
+                    format!("the scene has more than {MOST_TRIANGLES} triangles"),
+                    "Simplify it, or export fewer instances",
+                )));
+            }
+            let surface = assembly.surface(&self.name(&primitive, node, is_named));
+            let base = assembly.mesh.positions.len() as u32;
+            assembly.mesh.positions.extend(positions.iter().map(|&position| {
+                let position = DVec3::from(position.map(f64::from));
+                world.transform_point3(position).as_vec3()
+            }));
+            for [a, b, c] in triangles {
+                let own = if mirrors { [a, c, b] } else { [a, b, c] };
+                let at = |index: u32| {
+                    if (index as usize) < positions.len() { base + index } else { u32::MAX }
+                };
+                let texcoord = |index: u32| texcoords.get(index as usize).copied();
+                let coordinates: Option<Vec<Vec2>> =
+                    own.iter().map(|&index| texcoord(index).map(Vec2::from)).collect();
+                assembly.face(&own.map(at), coordinates.as_deref(), surface);
+            }
+        }
+        Ok(())
+    }
+
+    fn name(&self, primitive: &gltf::Primitive, node: &Node, is_named: bool) -> String {
+        let material = primitive.material();
+        if let Some(index) = material.index() {
+            return material.name().map_or_else(|| format!("material_{index}"), str::to_owned);
+        }
+        if is_named {
+            return "no material".to_owned();
+        }
+        // A single mesh tells no surfaces apart, whatever its name.
+        if self.is_single {
+            return NAMELESS.to_owned();
+        }
+        let mesh = node.mesh();
+        let meshes = mesh.as_ref().and_then(gltf::Mesh::name).or(node.name());
+        meshes.map_or_else(|| NAMELESS.to_owned(), str::to_owned)
+    }
+
+    /// The vectors of an accessor; only those that the buffer holds.
+    fn vectors<const N: usize>(
+        &self,
+        accessor: &Accessor,
+        place: &str,
+    ) -> Result<Vec<[f32; N]>, Error> {
+        let wanted = [Dimensions::Scalar, Dimensions::Vec2, Dimensions::Vec3][N - 1];
+        if accessor.dimensions() != wanted {
+            return Err(self.wrong(place, format!("an accessor is no {wanted:?}")));
+        }
+        let (kind, is_normalized) = (accessor.data_type(), accessor.normalized());
+        let mut vectors = vec![[0.0; N]; 0];
+        match accessor.view() {
+            Some(view) => {
+                let size = accessor.size();
+                let stride = view.stride().unwrap_or(size);
+                let data =
+                    self.range(&view, accessor.offset(), accessor.count(), stride, size, place)?;
+                for index in 0..accessor.count() {
+                    let item = &data[index * stride..index * stride + size];
+                    vectors
+                        .push(std::array::from_fn(|axis| number(kind, is_normalized, item, axis)));
+                }
+            }
+            // Zeros, of which a sparse part replaces some: bounded by that part.
+            None if accessor
+                .sparse()
+                .is_some_and(|sparse| accessor.count() <= 64 * sparse.count()) =>
+            {
+                vectors.resize(accessor.count(), [0.0; N]);
+            }
+            None => return Err(self.wrong(place, "an accessor has no data".to_owned())),
+        }
+        if let Some(sparse) = accessor.sparse() {
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let kind_of = match indices.index_type() {
+                gltf::accessor::sparse::IndexType::U8 => DataType::U8,
+                gltf::accessor::sparse::IndexType::U16 => DataType::U16,
+                gltf::accessor::sparse::IndexType::U32 => DataType::U32,
+            };
+            let (width, size) = (kind_of.size(), accessor.size());
+            let count = sparse.count();
+            let places =
+                self.range(&indices.view(), indices.offset(), count, width, width, place)?;
+            let data = self.range(&values.view(), values.offset(), count, size, size, place)?;
+            for entry in 0..count {
+                let index = whole(kind_of, &places[entry * width..]);
+                let item = &data[entry * size..(entry + 1) * size];
+                let Some(vector) = vectors.get_mut(index as usize) else {
+                    return Err(self.wrong(place, "a sparse accessor names no element".to_owned()));
+                };
+                *vector = std::array::from_fn(|axis| number(kind, is_normalized, item, axis));
+            }
+        }
+        Ok(vectors)
+    }
+
+    fn indices(&self, accessor: &Accessor, place: &str) -> Result<Vec<u32>, Error> {
+        let kind = accessor.data_type();
+        let is_index = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
+        let (Some(view), Dimensions::Scalar, true) =
+            (accessor.view(), accessor.dimensions(), is_index)
+        else {
+            return Err(self.wrong(place, "the indices are no whole numbers".to_owned()));
+        };
+        let size = kind.size();
+        let stride = view.stride().unwrap_or(size);
+        let data = self.range(&view, accessor.offset(), accessor.count(), stride, size, place)?;
+        Ok((0..accessor.count()).map(|index| whole(kind, &data[index * stride..])).collect())
+    }
+
+    /// The bytes of `count` items of a view, checked to be there.
+    fn range(
+        &self,
+        view: &gltf::buffer::View,
+        offset: usize,
+        count: usize,
+        stride: usize,
+        size: usize,
+        place: &str,
+    ) -> Result<&[u8], Error> {
+        let buffer = self.buffers.get(view.buffer().index()).map_or(&[][..], Vec::as_slice);
+        let length =
+            count.checked_sub(1).and_then(|last| last.checked_mul(stride)?.checked_add(size));
+        let data = length.and_then(|length| {
+            let own = buffer.get(view.offset()..view.offset().checked_add(view.length())?)?;
+            own.get(offset..offset.checked_add(length)?)
+        });
+        if stride < size && count > 1 {
+            return Err(self.wrong(place, "the items of a buffer overlap".to_owned()));
+        }
+        data.ok_or_else(|| {
+            self.wrong(place, "an accessor reaches beyond its buffer, or is empty".to_owned())
+        })
+    }
+
+    fn wrong(&self, place: &str, problem: String) -> Error {
+        invalid(self.file, place, problem, "Copy the file with its buffers, or export it again")
+    }
+}
+
+/// The triangles of a primitive; `None` for points and lines.
+fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
+    let windows = || indices.windows(3).enumerate();
+    Some(match mode {
+        Mode::Triangles => indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+        // Every second triangle of a strip runs the other way.
+        Mode::TriangleStrip => windows()
+            .map(|(index, t)| if index % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] })
+            .collect(),
+        Mode::TriangleFan => windows().map(|(_, t)| [indices[0], t[1], t[2]]).collect(),
+        _ => return None,
+    })
+}
+
+fn whole(kind: DataType, item: &[u8]) -> u32 {
+    match kind {
+        DataType::U8 => item[0].into(),
+        DataType::U16 => u16::from_le_bytes([item[0], item[1]]).into(),
+        _ => u32::from_le_bytes([item[0], item[1], item[2], item[3]]),
+    }
+}
+
+/// A component as a number; normalised integers are fractions of the largest.
+fn number(kind: DataType, is_normalized: bool, item: &[u8], axis: usize) -> f32 {
+    let size = kind.size();
+    let own = &item[axis * size..(axis + 1) * size];
+    let (value, largest) = match kind {
+        DataType::I8 => (f32::from(own[0] as i8), 127.0),
+        DataType::U8 => (f32::from(own[0]), 255.0),
+        DataType::I16 => (f32::from(i16::from_le_bytes([own[0], own[1]])), 32767.0),
+        DataType::U16 => (f32::from(u16::from_le_bytes([own[0], own[1]])), 65535.0),
+        DataType::U32 => (whole(kind, own) as f32, 4294967295.0),
+        DataType::F32 => return f32::from_le_bytes([own[0], own[1], own[2], own[3]]),
+    };
+    if is_normalized { (value / largest).max(-1.0) } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_winding() {
+        assert_eq!(triangles(Mode::TriangleStrip, &[0, 1, 2, 3]).unwrap(), [[0, 1, 2], [2, 1, 3]]);
+        assert_eq!(triangles(Mode::TriangleFan, &[0, 1, 2, 3]).unwrap(), [[0, 1, 2], [0, 2, 3]]);
+        assert!(triangles(Mode::Lines, &[0, 1]).is_none());
+        assert_eq!(without_percent("a%20b%zz.bin"), "a b%zz.bin");
+        assert_eq!(number(DataType::I8, true, &[0x80], 0), -1.0);
+    }
+}
