@@ -9,6 +9,7 @@ mod reconstruct;
 mod render;
 mod report;
 mod score;
+mod study;
 #[cfg(feature = "studio")]
 mod window;
 
@@ -49,6 +50,7 @@ pub fn main() -> ExitCode {
         Some(("render", matches)) => render::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
+        Some(("study", matches)) => study::run(matches),
         #[cfg(feature = "studio")]
         _ => window::run(matches.get_one::<std::path::PathBuf>("open").cloned()),
         #[cfg(not(feature = "studio"))]

@@ -8,6 +8,7 @@
 
 pub mod atomic;
 pub mod capture;
+pub mod drawing;
 mod error;
 pub mod export;
 pub mod exr;
@@ -21,7 +22,9 @@ pub mod options;
 mod paths;
 pub mod picture;
 pub mod polygon;
+pub mod process;
 pub mod project;
+pub mod records;
 pub mod settings;
 pub mod solution;
 pub mod solved;

@@ -88,7 +88,7 @@ fn numbers<'a>(values: impl Iterator<Item = &'a f64>) -> String {
 }
 
 /// A cell as RFC 4180 wants it.
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -9,6 +9,7 @@ use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
+use crate::study::Study;
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::Happening;
 use crate::worker::relight::{self, Relighting};
@@ -40,6 +41,8 @@ pub enum Command {
     ReadSolved { capture: Arc<Capture>, folder: PathBuf },
     /// Read edits and the files that they name.
     ReadEdits { capture: Arc<Capture>, source: EditSource },
+    /// Carry out a study, or a part of one.
+    Study(Box<Study>),
     #[cfg(test)]
     Panic,
 }
@@ -115,6 +118,11 @@ impl Command {
                     Err(error) => Happening::Failed(error.to_string()),
                 }
             }
+            Self::Study(study) => match study.perform(watch, &|line| emit(Happening::Note(line))) {
+                Ok(lines) => Happening::Studied(lines),
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),
         }

@@ -45,6 +45,10 @@ pub enum Happening {
     Edits(Arc<Edits>, Vec<String>),
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
+    /// A step of a long job is done; a line about it.
+    Note(String),
+    /// A study is done; what is to be told of it.
+    Studied(Vec<String>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,
@@ -53,6 +57,13 @@ pub enum Happening {
 impl Happening {
     /// Whether the job ends with this.
     pub fn is_ending(&self) -> bool {
-        !matches!(self, Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_))
+        !matches!(
+            self,
+            Self::Started
+                | Self::Update(_)
+                | Self::Picture { .. }
+                | Self::Relit(_)
+                | Self::Note(_)
+        )
     }
 }

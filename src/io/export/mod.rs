@@ -95,7 +95,8 @@ fn about(
     })
 }
 
-fn summary(
+/// `solution.json` of a reconstruction.
+pub fn summary(
     capture: &Capture,
     options: &Options,
     reconstruction: &Reconstruction,
