@@ -47,6 +47,9 @@ fn finished<P: Planned>(folder: &Path, index: usize, run: &P) -> Option<P::Row> 
     (stored.key == run.key()).then_some(stored.row)
 }
 
+/// What one run of a plan comes to.
+pub type Perform<'a, P> = dyn Fn(&P, &Watch) -> Result<<P as Planned>::Row, io::Error> + Sync + 'a;
+
 /// Carries out the runs that are not done yet. `perform` is told the run; `watch` counts runs.
 ///
 /// # Errors
@@ -56,7 +59,7 @@ pub fn carry_out<P: Planned>(
     plan: &[P],
     choice: &Choice,
     watch: &Watch,
-    perform: &(dyn Fn(&P, &Watch) -> Result<P::Row, io::Error> + Sync),
+    perform: &Perform<P>,
     say: &(dyn Fn(String) + Sync),
 ) -> Result<(), io::Error> {
     let all: Vec<usize> = match choice.only.is_empty() {

@@ -110,6 +110,18 @@ pub const SETTINGS: &[Setting] = &[
         true,
     ),
     // As little as gives an answer, and upwards from there.
+    set(
+        "least, coarse",
+        Least,
+        &[
+            ("samples", "count", "150"),
+            ("samples", "min_per_material", "20"),
+            ("transport", "rays", "64"),
+            ("transport", "disc_rays", "1"),
+            ("joint", "fine_spacing", "0.7"),
+        ],
+        true,
+    ),
     set("least", Least, &[], true),
     set("least, 150 samples", Least, &[("samples", "count", "150")], true),
     set("least, 600 samples", Least, &[("samples", "count", "600")], true),

@@ -238,11 +238,11 @@ pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
     for (name, places) in &charted {
         let file = if name.starts_with("all ") { "all" } else { name };
         drawing::write(folder, file, &speed_chart::chart(name, places, threads))?;
-        for measure in 0..MEASURES.len() {
+        for (measure, (column, ..)) in MEASURES.iter().enumerate() {
             for place in speed_chart::front_of(places, measure) {
                 fronts.push(vec![
                     name.clone(),
-                    MEASURES[measure].0.to_owned(),
+                    (*column).to_owned(),
                     place.setting.clone(),
                     cell(Some(place.seconds)),
                     cell(place.errors[measure]),

@@ -43,11 +43,22 @@ pub fn verdicts(name: &str, places: &[Place]) -> Vec<String> {
             number(error)
         ));
     }
-    let better = best.iter().filter(|place| place.is_paper).count();
-    verdicts.push(match better {
-        0 => format!("{name}: no setting of paper is on the front"),
-        count => format!("{name}: {count} settings of paper are on the front"),
+    let joint: Vec<Place> = places.iter().filter(|place| !place.is_paper).cloned().collect();
+    let joint_front = front_of(&joint, measure);
+    let better = places.iter().filter(|paper| paper.is_paper).filter(|paper| {
+        let error = paper.errors[measure].unwrap_or(f64::INFINITY);
+        joint_front.iter().any(|joint| {
+            paper.seconds < joint.seconds && joint.errors[measure].is_some_and(|e| error < e)
+        })
     });
+    let said = match better.count() {
+        0 => "no setting of paper is both faster and more accurate than one of joint's front",
+        1 => "one setting of paper is both faster and more accurate than one of joint's front",
+        _ => "some settings of paper are both faster and more accurate than one of joint's front",
+    };
+    if places.iter().any(|place| place.is_paper) && !joint.is_empty() {
+        verdicts.push(format!("{name}: {said}"));
+    }
     verdicts
 }
 

@@ -1,7 +1,6 @@
 //! The study of stability: how far each method's reflectances go wrong as a capture gets worse.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -142,12 +141,14 @@ pub fn carry_out(
     let capture = io::capture::load(&first.capture, watch)?;
     let truth = Truth::beside(&first.capture)?;
     let quality = first.quality;
-    let references: [OnceLock<Result<Reference, String>>; Way::ALL.len()] = Default::default();
+    // Before the runs, which wait for nothing but their own loops.
+    let reference = |way: Way| match &truth {
+        Some(truth) => Ok(Ok(true_reference(&capture, truth))),
+        None => guarded(|| own_reference(&capture, way, quality, watch)),
+    };
+    let references = Way::ALL.into_iter().map(reference).collect::<Result<Vec<_>, io::Error>>()?;
     let perform = |run: &Run, watch: &Watch| {
-        let reference = references[run.way as usize].get_or_init(|| match &truth {
-            Some(truth) => Ok(true_reference(&capture, truth)),
-            None => own_reference(&capture, run.way, quality, watch),
-        });
+        let reference = &references[run.way as usize];
         let mut row = Row {
             capture: capture.name.clone(),
             harm: run.harm.map_or_else(String::new, |(harm, _)| harm.title().to_owned()),
@@ -156,8 +157,6 @@ pub fn carry_out(
             seed: run.seed,
             ..Row::default()
         };
-        // Other runs may still have been cancelled while this one was asked for.
-        watch.check()?;
         let outcome = guarded(|| {
             let options = run.way.options(quality, run.seed);
             let worse = match run.harm {
@@ -207,10 +206,9 @@ fn own_reference(
     way: Way,
     quality: Quality,
     watch: &Watch,
-) -> Result<Reference, String> {
-    let solve = |options: &Options| -> Result<Solution, String> {
-        let whole = reconstruct::run(capture, options, watch, &|_| ())
-            .map_err(|error| error.to_string())?;
+) -> Result<Reference, reconstruct::Error> {
+    let solve = |options: &Options| -> Result<Solution, reconstruct::Error> {
+        let whole = reconstruct::run(capture, options, watch, &|_| ())?;
         Ok(summary(capture, options, &whole, 0.0))
     };
     let careful = solve(&Options::of_quality(Quality::Standard))?;
@@ -306,9 +304,13 @@ pub fn courses(rows: &[Row]) -> Vec<(Harm, Way, Course)> {
     for harm in Harm::ALL {
         for way in Way::ALL {
             let clean = spread(rows, "", way, 0.0);
-            let levels = harm.levels().iter().copied().filter(|&level| {
-                rows.iter().any(|row| row.harm == harm.title() && row.level == level)
-            });
+            // What was not run yet has not broken.
+            let was_run = |level: f64| {
+                rows.iter().any(|row| {
+                    row.harm == harm.title() && row.way == way.name() && row.level == level
+                })
+            };
+            let levels = harm.levels().iter().copied().filter(|&level| was_run(level));
             let steps: Vec<(f64, Option<[f64; 3]>)> =
                 levels.map(|level| (level, spread(rows, harm.title(), way, level))).collect();
             let has_broken = |step: &&(f64, Option<[f64; 3]>)| match (step.1, clean) {

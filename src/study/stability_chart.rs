@@ -32,7 +32,12 @@ pub fn one(courses: &Courses) -> Drawing {
 
 fn panel(courses: &Courses) -> Panel {
     let harm = courses[0].0;
-    let levels: Vec<f64> = courses[0].2.steps.iter().map(|(level, _)| *level).collect();
+    let levels: Vec<f64> = harm
+        .levels()
+        .iter()
+        .copied()
+        .filter(|&l| courses.iter().any(|c| c.2.steps.iter().any(|(level, _)| *level == l)))
+        .collect();
     let steps = std::iter::once("as it is".to_owned()).chain(levels.iter().map(|&l| number_of(l)));
     let series = courses.iter().map(|(_, way, course)| {
         let (ink, form) = match way {
@@ -41,7 +46,8 @@ fn panel(courses: &Courses) -> Panel {
             Way::Paper => (1, Form::Triangle),
         };
         let clean = course.clean.map(|y| Point { y, band: Some([y; 2]), ..Point::default() });
-        let worse = course.steps.iter().enumerate().filter_map(|(step, (level, errors))| {
+        let worse = course.steps.iter().filter_map(|(level, errors)| {
+            let step = levels.iter().position(|l| l == level)?;
             let [low, median, high] = (*errors)?;
             Some(Point {
                 x: 1.0 + step as f64,

@@ -59,11 +59,7 @@ impl Happening {
     pub fn is_ending(&self) -> bool {
         !matches!(
             self,
-            Self::Started
-                | Self::Update(_)
-                | Self::Picture { .. }
-                | Self::Relit(_)
-                | Self::Note(_)
+            Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_) | Self::Note(_)
         )
     }
 }

@@ -1,7 +1,7 @@
 //! FLIP beside NVIDIA's own implementation, on stored pairs (`tests/golden/flip/make.py`).
 //!
-//! Both work in single precision with sums in another order, so pixels agree to about 1e-5; 1e-4
-//! is what a reader of a mean error could see.
+//! Means agree to 1e-5. FLIP takes the square root of differences of edges, so where there is next
+//! to none the rounding of single precision (1e-7) shows as 3e-4 in a pixel.
 
 use lobelia::study::flip::{Linear, hdr, ldr};
 use serde_json::Value;
@@ -29,7 +29,7 @@ fn flip_is_that_of_its_authors() {
         let expected = numbers(&pair["errors"]);
         assert_eq!(errors.len(), expected.len());
         for (index, (error, expected)) in errors.iter().zip(&expected).enumerate() {
-            assert!((error - expected).abs() < 1e-4, "pixel {index}: {error}, not {expected}");
+            assert!((error - expected).abs() < 4e-4, "pixel {index}: {error}, not {expected}");
         }
         let mean = errors.iter().map(|&e| f64::from(e)).sum::<f64>() / errors.len() as f64;
         assert!((mean - pair["mean"].as_f64().unwrap()).abs() < 1e-4);

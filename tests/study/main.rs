@@ -1,3 +1,7 @@
-//! The studies: FLIP beside its authors' own, speed and stability as commands.
+//! The studies: FLIP beside its authors' own, degradations against what they say they do, and the
+//! commands as a whole.
 
+mod captures;
+mod commands;
+mod degradations;
 mod flip;
