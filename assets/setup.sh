@@ -6,10 +6,9 @@ cd "$(dirname "$0")/.."
 
 fail() { printf 'assets/setup.sh: %s\n' "$*" >&2; exit 1; }
 
-# The linker comes with the C compiler; the picture metric FLIP is in C++; pkg-config is asked for
-# X11 by one of the window's crates.
+# The linker comes with the C compiler; pkg-config is asked for X11 by one of the window's crates.
 build=()
-command -v cc >/dev/null && command -v c++ >/dev/null || build+=(build-essential)
+command -v cc >/dev/null || build+=(build-essential)
 command -v pkg-config >/dev/null || build+=(pkg-config)
 
 # The window loads these when it opens: a Vulkan driver (on the processor where there is no

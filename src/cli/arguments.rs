@@ -31,6 +31,7 @@ pub(super) fn command() -> Command {
         )
         .subcommand(import())
         .subcommand(score())
+        .subcommand(study())
 }
 
 /// Without a subcommand the window opens.
@@ -86,13 +87,7 @@ fn reconstruct() -> Command {
         .arg(capture())
         .arg(folder("out", "Folder for the solution; made when missing").required(true))
         .arg(path("options", "Options file (TOML)"))
-        .arg(
-            Arg::new("threads")
-                .long("threads")
-                .value_name("N")
-                .help("Threads to use; the result does not depend on it [default: all]")
-                .value_parser(value_parser!(u64).range(1..=4096)),
-        )
+        .arg(threads())
         .arg(
             Arg::new("start")
                 .long("start")
@@ -299,6 +294,55 @@ fn score() -> Command {
                 .id("truth_images")
                 .requires("renders"),
         )
+}
+
+fn threads() -> Arg {
+    Arg::new("threads")
+        .long("threads")
+        .value_name("N")
+        .help("Threads to use; the result does not depend on it [default: all]")
+        .value_parser(value_parser!(u64).range(1..=4096))
+}
+
+fn study() -> Command {
+    let common = |command: Command, repeats: &'static str| {
+        command
+            .arg(folder("out", "Folder for the runs, tables and charts").required(true))
+            .arg(switch("quick", "Fewer settings or steps, in minutes"))
+            .arg(
+                Arg::new("repeats")
+                    .long("repeats")
+                    .value_name("N")
+                    .help(repeats)
+                    .value_parser(value_parser!(u64).range(1..=100)),
+            )
+            .arg(switch("list", "Only list the runs with their numbers"))
+            .arg(
+                Arg::new("only")
+                    .long("only")
+                    .value_name("K|K-L")
+                    .help("Only carry out these runs, and make no charts; may be repeated")
+                    .action(ArgAction::Append),
+            )
+            .arg(
+                switch("collect", "Only make tables and charts of the runs that are there")
+                    .conflicts_with("only"),
+            )
+            .arg(threads())
+            .arg(quiet())
+    };
+    let speed = Command::new("speed")
+        .about("Chart what seconds buy in accuracy, over a designed set of settings")
+        .arg(capture().num_args(1..));
+    let stability = Command::new("stability")
+        .about("Find out what a capture can bear, by making it worse in controlled steps")
+        .arg(capture());
+    Command::new("study")
+        .about("Study speed against accuracy, and what harms a result")
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .subcommand(common(speed, "Runs of each setting, with other seeds [default: 3; quick: 1]"))
+        .subcommand(common(stability, "Seeds of each step [default: 3; quick: 2]"))
 }
 
 fn flag(declaration: &Declaration) -> Arg {

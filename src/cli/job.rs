@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
+use clap::ArgMatches;
 
 use crate::cli::Ending;
 use crate::cli::progress::Display;
@@ -15,6 +16,17 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Lets Ctrl-C cancel the running job instead of ending the program.
 pub(super) fn catch_interrupts() -> Result<(), Ending> {
     ctrlc::set_handler(|| INTERRUPTED.store(true, Relaxed))?;
+    Ok(())
+}
+
+/// Takes as many threads as were asked for.
+pub(super) fn use_threads(matches: &ArgMatches) -> Result<(), Ending> {
+    if let Some(&threads) = matches.get_one::<u64>("threads") {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads as usize)
+            .build_global()
+            .context("the threads cannot be started")?;
+    }
     Ok(())
 }
 
@@ -36,6 +48,7 @@ pub(super) fn wait(
             Ok(event) if event.job == job => match event.happening {
                 Happening::Started | Happening::Picture { .. } => {}
                 Happening::Update(update) => display.update(&update),
+                Happening::Note(line) => display.note(&line),
                 Happening::Failed(message) => {
                     display.clear();
                     return Err(Ending::Failed(anyhow!(message)));

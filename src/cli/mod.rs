@@ -12,6 +12,7 @@ mod reconstruct;
 mod render;
 mod report;
 mod score;
+mod study;
 #[cfg(feature = "studio")]
 mod window;
 
@@ -55,6 +56,7 @@ pub fn main() -> ExitCode {
         Some(("import", matches)) => import::run(matches),
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
+        Some(("study", matches)) => study::run(matches),
         #[cfg(feature = "studio")]
         _ => window::run(matches.get_one::<std::path::PathBuf>("open").cloned()),
         #[cfg(not(feature = "studio"))]

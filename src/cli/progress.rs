@@ -64,7 +64,8 @@ impl Display {
         }
     }
 
-    fn note(&self, text: &str) {
+    /// Tells a step.
+    pub(super) fn note(&self, text: &str) {
         self.bar.set_message(text.to_owned());
         if self.plain {
             note_line!("  {text}");

@@ -23,12 +23,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     arguments::apply(matches, &mut options)?;
     io::export::check_folder(&folder)?;
-    if let Some(&threads) = matches.get_one::<u64>("threads") {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads as usize)
-            .build_global()
-            .context("the threads cannot be started")?;
-    }
+    job::use_threads(matches)?;
     job::catch_interrupts()?;
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;

@@ -114,15 +114,16 @@ fn print(score: &Score) {
 
 fn print_pictures(pictures: &[PictureScore]) {
     let widest = pictures.iter().map(|p| p.name.chars().count()).max().unwrap_or(0).max(10);
-    say_line!("{:widest$}  {:>9}  relative RMS  PSNR in dB    FLIP", "picture", "pixels");
+    say_line!("{:widest$}  {:>9}  relative RMS  PSNR in dB    FLIP  HDR-FLIP", "picture", "pixels");
     for picture in pictures {
         let psnr = picture.psnr_db.map_or("-".to_owned(), |psnr| format!("{psnr:.2}"));
         say_line!(
-            "{:widest$}  {:>9}  {:>12.4}  {psnr:>10}  {:.4}",
+            "{:widest$}  {:>9}  {:>12.4}  {psnr:>10}  {:.4}    {:.4}",
             picture.name,
             picture.pixels,
             picture.relative_rms,
-            picture.mean_flip
+            picture.mean_flip,
+            picture.mean_hdr_flip
         );
     }
 }

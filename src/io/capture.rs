@@ -54,7 +54,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         })
         .collect();
     Ok(Capture {
-        name: folder_name(folder),
+        name: name(folder),
         mesh: Arc::new(geometry.mesh),
         surfaces,
         photographs,
@@ -65,7 +65,8 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
     })
 }
 
-fn folder_name(folder: &Path) -> String {
+/// What a capture is called: its folder's name.
+pub fn name(folder: &Path) -> String {
     let absolute = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     absolute.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }

@@ -9,6 +9,7 @@
 pub mod atomic;
 pub mod brackets;
 pub mod capture;
+pub mod drawing;
 mod error;
 pub mod export;
 pub mod exr;
@@ -28,7 +29,9 @@ pub mod photograph;
 pub mod picture;
 pub mod polygon;
 mod pose;
+pub mod process;
 pub mod project;
+pub mod records;
 pub mod response;
 pub mod settings;
 pub mod solution;

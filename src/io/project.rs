@@ -176,13 +176,19 @@ fn check(file: &Path, tag: &Tag) -> Result<(), Error> {
 /// Writes a project, whole or not at all.
 pub fn write(file: &Path, project: &ProjectFile) -> Result<(), Error> {
     let folder = absolute(file.parent().unwrap_or(Path::new("")));
-    let defaults = Options::default();
+    // A quality is stored with what was changed beside it.
+    let defaults = Options::of_quality(project.options.general.quality);
     let mut options: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
     for declaration in defaults.declarations() {
         let Some(text) = project.options.get(declaration.section, declaration.name) else {
             continue;
         };
-        if text != declaration.default {
+        let is_quality = (declaration.section, declaration.name) == ("general", "quality");
+        let default = match is_quality {
+            true => Some(declaration.default),
+            false => defaults.get(declaration.section, declaration.name),
+        };
+        if Some(&text) != default.as_ref() {
             let section = options.entry(declaration.section.to_owned()).or_default();
             section.insert(declaration.name.to_owned(), text);
         }

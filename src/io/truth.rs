@@ -37,6 +37,12 @@ impl Truth {
         serde_json::from_str(&text).map_err(|failure| json::broken(file, &failure))
     }
 
+    /// The truth of a capture's folder, where there is one.
+    pub fn beside(capture: &Path) -> Result<Option<Self>, Error> {
+        let file = capture.join("truth.json");
+        if file.exists() { Self::read(&file).map(Some) } else { Ok(None) }
+    }
+
     /// The true material of a surface; a surface that no group names is one of its own name.
     pub fn of_surface(&self, surface: &str) -> Option<(&str, &TrueMaterial)> {
         let name = self.groups.get(surface).map_or(surface, String::as_str);

@@ -11,6 +11,8 @@ pub mod lights;
 pub mod lobes;
 pub mod normalize;
 pub mod options;
+pub mod predict;
+pub mod quality;
 pub mod refine;
 pub mod reflectance;
 pub mod samples;
@@ -37,6 +39,8 @@ use crate::solve::bounded::BoundedError;
 use crate::watch::{Cancelled, Watch};
 
 pub use options::{Method, Options};
+pub use predict::Predicted;
+pub use quality::Quality;
 
 /// The stages of a reconstruction, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,6 +156,18 @@ pub fn run(
     watch: &Watch,
     update: &(dyn Fn(Update) + Sync),
 ) -> Result<Reconstruction, Error> {
+    Ok(run_withholding(capture, options, None, watch, update)?.0)
+}
+
+/// As [`run`], but without the samples of one quarter of all blocks, by its number: they are
+/// predicted instead (see [`predict`]).
+pub fn run_withholding(
+    capture: &Capture,
+    options: &Options,
+    withheld: Option<usize>,
+    watch: &Watch,
+    update: &(dyn Fn(Update) + Sync),
+) -> Result<(Reconstruction, Vec<Predicted>), Error> {
     options.check()?;
     check_start(capture, options)?;
     if capture.measurements().next().is_none() {
@@ -163,7 +179,10 @@ pub fn run(
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
     let seed = options.general.seed as u64;
-    let samples = Arc::new(samples::place(&views, &options.samples, seed, watch)?);
+    let mut samples = samples::place(&views, &options.samples, seed, watch)?;
+    let unseen =
+        withheld.map_or_else(Vec::new, |part| predict::withhold(&views, &mut samples, part));
+    let samples = Arc::new(samples);
     if samples.samples.is_empty() {
         return Err(if views.shows_anything() {
             Error::NothingMeasured
@@ -193,9 +212,11 @@ pub fn run(
     )?);
 
     let seconds = clock.finish();
+    let light = (&*lights, &*lobes, &transport.hidden_light, &*solution);
+    let predicted = predict::radiance(&views, unseen, light, options, watch)?;
     let mut warnings = views.warnings();
     warnings.extend(warn(capture, options, &samples, &lobes, &solution));
-    Ok(Reconstruction {
+    let reconstruction = Reconstruction {
         samples,
         lights,
         lobes,
@@ -205,7 +226,8 @@ pub fn run(
         textures,
         seconds,
         warnings,
-    })
+    };
+    Ok((reconstruction, predicted))
 }
 
 /// What the stages between samples and textures come to.

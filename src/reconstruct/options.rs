@@ -7,6 +7,7 @@ use crate::options::{Declaration, OptionError, OptionGroup};
 use crate::reconstruct::joint::JointOptions;
 use crate::reconstruct::lights::LightOptions;
 use crate::reconstruct::lobes::LobeOptions;
+use crate::reconstruct::quality::Quality;
 use crate::reconstruct::refine::RefineOptions;
 use crate::reconstruct::reflectance::GlossOptions;
 use crate::reconstruct::samples::SampleOptions;
@@ -30,6 +31,9 @@ options! {
         /// joint: light and reflectances solved together, with intervals. paper: the alternation
         /// of Sections 3 to 5, which keeps close to its start; to compare.
         method: Method = Method::Joint, None, "";
+        /// Sets the options that time and accuracy depend on most: draft for a first look, standard
+        /// for their defaults, fine for the last run. Options given beside it win.
+        quality: Quality = Quality::Standard, None, "";
         /// Seed of all random choices: the same seed gives the same result.
         seed: usize = 1, Some((0.0, 9e15)), "";
     }
@@ -95,13 +99,42 @@ impl Options {
     pub fn set(&mut self, section: &str, name: &str, text: &str) -> Result<(), OptionError> {
         let sections: Vec<_> = self.groups().iter().map(|group| group.section()).collect();
         match self.group_mut(section) {
-            Some(group) => group.set(name, text),
+            Some(group) => {
+                group.set(name, text)?;
+                if (section, name) == ("general", "quality") {
+                    self.apply_quality()?;
+                }
+                Ok(())
+            }
             None => Err(OptionError {
                 section: section.to_owned(),
                 name: name.to_owned(),
                 problem: format!("there is no such section; there are {}", sections.join(", ")),
             }),
         }
+    }
+
+    /// Sets what the quality chosen decides on; what another quality had set returns to its
+    /// default.
+    fn apply_quality(&mut self) -> Result<(), OptionError> {
+        let defaults = Self::default();
+        for (section, name, _) in Quality::ALL.iter().flat_map(|quality| quality.changes()) {
+            let text = defaults.get(section, name).unwrap_or_default();
+            self.set(section, name, &text)?;
+        }
+        for (section, name, text) in self.general.quality.changes() {
+            self.set(section, name, text)?;
+        }
+        Ok(())
+    }
+
+    /// The defaults with a quality.
+    pub fn of_quality(quality: Quality) -> Self {
+        let mut options = Self::default();
+        options.general.quality = quality;
+        // The options that a quality names exist: a test sets them all.
+        let _ = options.apply_quality();
+        options
     }
 
     /// Sets the reflectance that a material starts from.
@@ -120,5 +153,26 @@ impl Options {
     /// Whether every option is within its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), OptionError> {
         self.groups().iter().try_for_each(|group| group.check())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::OptionValue;
+
+    #[test]
+    fn a_quality_sets_options_and_another_takes_them_back() {
+        let mut options = Options::default();
+        for quality in Quality::ALL {
+            options.set("general", "quality", &quality.text()).unwrap();
+            assert_eq!(options, Options::of_quality(quality));
+            for (section, name, text) in quality.changes() {
+                assert_eq!(options.get(section, name).as_deref(), Some(*text));
+            }
+            options.check().unwrap();
+        }
+        options.set("general", "quality", "standard").unwrap();
+        assert_eq!(options, Options::default());
     }
 }

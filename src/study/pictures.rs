@@ -2,7 +2,7 @@
 //!
 //! Differences of light are told by their relative RMS. What a viewer sees of them is told by PSNR
 //! and FLIP (Andersson et al. 2020) of sRGB pictures at one exposure, at which the 99th percentile
-//! of the true values is white.
+//! of the true values is white, and by HDR-FLIP at whichever exposure shows most.
 
 use std::path::Path;
 
@@ -12,6 +12,7 @@ use crate::io::export::pictures::percentile;
 use crate::io::picture::{self, Picture};
 use crate::io::{Error, Fault, exr};
 use crate::math::rgb::{CHANNELS, Radiance, srgb};
+use crate::study::flip::{self, Linear};
 
 /// A picture beside the true one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -26,6 +27,8 @@ pub struct PictureScore {
     pub psnr_db: Option<f64>,
     /// At [`PIXELS_PER_DEGREE`], over the pixels that were compared; 0 to 1.
     pub mean_flip: f64,
+    /// The same over all exposures that a viewer might choose.
+    pub mean_hdr_flip: f64,
 }
 
 /// A monitor of 0.7 m and 3840 pixels, seen from 0.7 m: FLIP's own default.
@@ -96,47 +99,43 @@ pub fn compare(
     let white = if white > 0.0 { white } else { 1.0 };
     let shown = |pixel: Radiance| pixel.map(|value| srgb(value / white));
 
+    let pairs = || {
+        let both = render.pixels.iter().zip(&truth.pixels).zip(&compared);
+        both.filter_map(|((&render, &truth), &compared)| compared.then_some((render, truth)))
+    };
     let (mut difference, mut total, mut shown_difference) = (0.0f64, 0.0f64, 0.0f64);
-    let mut bytes = [Vec::with_capacity(CHANNELS * compared.len()), Vec::new()];
-    for (index, &compared) in compared.iter().enumerate() {
-        if !compared {
-            // Alike in both, so that FLIP sees no edge there that is in one alone.
-            bytes.iter_mut().for_each(|bytes| bytes.extend([0; CHANNELS]));
-            continue;
-        }
-        let (r, t) = (render.pixels[index], truth.pixels[index]);
+    for (r, t) in pairs() {
         for c in 0..CHANNELS {
             difference += f64::from(r[c] - t[c]).powi(2);
             total += f64::from(t[c]).powi(2);
             shown_difference += f64::from(shown(r)[c] - shown(t)[c]).powi(2);
         }
-        for (bytes, pixel) in bytes.iter_mut().zip([r, t]) {
-            bytes.extend(shown(pixel).map(|value| (value * 255.0 + 0.5) as u8));
-        }
     }
     let mean_squared = shown_difference / (CHANNELS * kept.len()).max(1) as f64;
+    // Other pixels are alike in both, so that FLIP sees no edge there that is in one alone.
+    let seen = |pixels: &[Radiance], scale: f32, largest: f32| -> Vec<Radiance> {
+        let visible = |(pixel, &compared): (&Radiance, &bool)| match compared {
+            true => pixel.map(|value| (value / scale).clamp(0.0, largest)),
+            false => [0.0; CHANNELS],
+        };
+        pixels.iter().zip(&compared).map(visible).collect()
+    };
+    let mean = |compare: fn(Linear, Linear, f32) -> Vec<f32>, scale: f32, largest: f32| {
+        let (truth_seen, render_seen) =
+            (seen(&truth.pixels, scale, largest), seen(&render.pixels, scale, largest));
+        let view = |pixels| Linear { width: truth.width, pixels };
+        let errors = compare(view(&truth_seen), view(&render_seen), PIXELS_PER_DEGREE);
+        let values = errors.iter().zip(&compared).filter(|(_, compared)| **compared);
+        values.map(|(error, _)| f64::from(*error)).sum::<f64>() / kept.len().max(1) as f64
+    };
     PictureScore {
         name: name.to_owned(),
         pixels: kept.len(),
         relative_rms: if total > 0.0 { (difference / total).sqrt() } else { difference.sqrt() },
         psnr_db: (mean_squared > 0.0).then(|| -10.0 * mean_squared.log10()),
-        mean_flip: mean_flip(&bytes, truth.width, truth.height, &compared),
+        mean_flip: mean(flip::ldr, white, 1.0),
+        mean_hdr_flip: mean(flip::hdr, 1.0, f32::MAX),
     }
-}
-
-fn mean_flip(
-    [render, truth]: &[Vec<u8>; 2],
-    width: usize,
-    height: usize,
-    compared: &[bool],
-) -> f64 {
-    let image =
-        |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(width as u32, height as u32, bytes);
-    let map = nv_flip::flip(image(truth), image(render), PIXELS_PER_DEGREE).to_vec();
-    let values = map.iter().zip(compared).filter(|(_, compared)| **compared);
-    let (sum, count) =
-        values.fold((0.0, 0usize), |(sum, count), (value, _)| (sum + f64::from(*value), count + 1));
-    sum / count.max(1) as f64
 }
 
 #[cfg(test)]
@@ -159,6 +158,7 @@ mod tests {
             relative_rms: 0.0,
             psnr_db: None,
             mean_flip: 0.0,
+            mean_hdr_flip: 0.0,
         };
         assert_eq!(score, expected);
     }
@@ -182,6 +182,7 @@ mod tests {
             (0..1200).map(|k| if (10..20).contains(&(k % 40)) { 0.5 } else { 1.0 }).collect();
         let score = compare("a", &render, Some(&coverage), &truth);
         assert_eq!((score.pixels, score.relative_rms, score.mean_flip), (600, 0.0, 0.0));
+        assert_eq!(score.mean_hdr_flip, 0.0);
         let none = compare("a", &render, Some(&[0.0; 1200]), &truth);
         assert_eq!((none.pixels, none.psnr_db, none.mean_flip), (0, None, 0.0));
     }

@@ -10,6 +10,7 @@ use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
+use crate::study::Study;
 use crate::watch::{Cancelled, Watch};
 use crate::worker::elsewhere::{self, Takeaway};
 use crate::worker::event::Happening;
@@ -51,6 +52,8 @@ pub enum Command {
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
     TakeElsewhere(Box<Takeaway>),
+    /// Carry out a study, or a part of one.
+    Study(Box<Study>),
     #[cfg(test)]
     Panic,
 }
@@ -145,6 +148,11 @@ impl Command {
             },
             Self::TakeElsewhere(takeaway) => match elsewhere::perform(&takeaway, watch) {
                 Ok(happening) => happening,
+                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::Study(study) => match study.perform(watch, &|line| emit(Happening::Note(line))) {
+                Ok(lines) => Happening::Studied(lines),
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),
             },

@@ -50,6 +50,10 @@ pub enum Happening {
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.
     Merged(Box<MergeReport>),
+    /// A step of a long job is done; a line about it.
+    Note(String),
+    /// A study is done; what is to be told of it.
+    Studied(Vec<String>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,
@@ -58,6 +62,9 @@ pub enum Happening {
 impl Happening {
     /// Whether the job ends with this.
     pub fn is_ending(&self) -> bool {
-        !matches!(self, Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_))
+        !matches!(
+            self,
+            Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_) | Self::Note(_)
+        )
     }
 }

@@ -176,7 +176,7 @@ fn what_is_written_is_read_back() {
         "materials": {"floor": {"diffuse": [0.2, 0.3, 0.4], "exponent": 3}},
         "surroundings_albedo": 0.25
     });
-    let first = put(folder.path(), "edits.json", &said.to_string());
+    let first = put(folder.path(), "edits.json", said.to_string());
     let (edits, warnings) = read(&first, &capture()).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     assert_eq!(edits.groups["background from above"], 2.5);

@@ -60,7 +60,7 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
             let image = relative(folder, &absolute(&dome.file));
             let [scale, ..] = light.emission;
             // Its colour is the image's: one factor is all that there is.
-            let scale = scale * f64::from(short(dome.scale));
+            let scale = scale * short(dome.scale);
             return json!({ "name": name, "kind": "dome", "image": image, "scale": scale });
         }
     };

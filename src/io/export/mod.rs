@@ -101,7 +101,8 @@ fn about(
     })
 }
 
-fn summary(
+/// `solution.json` of a reconstruction.
+pub fn summary(
     capture: &Capture,
     options: &Options,
     reconstruction: &Reconstruction,

@@ -21,7 +21,7 @@ mod choice;
 mod diagnose;
 mod fit;
 mod gloss;
-mod held_out;
+pub(super) mod held_out;
 mod history;
 mod lamps;
 mod model;

@@ -24,7 +24,7 @@ use crate::watch::{Cancelled, Watch};
 const SMOOTH: f64 = 0.1;
 
 /// Everything that lights a texel.
-pub(super) struct Light<'a> {
+pub(in crate::reconstruct) struct Light<'a> {
     lights: &'a VirtualLights,
     lobes: &'a Lobes,
     emission: &'a [Rgb],
@@ -36,7 +36,7 @@ pub(super) struct Light<'a> {
 }
 
 impl<'a> Light<'a> {
-    pub(super) fn new(
+    pub(in crate::reconstruct) fn new(
         lights: &'a VirtualLights,
         lobes: &'a Lobes,
         hidden_light: &'a HiddenLight,
@@ -73,6 +73,18 @@ impl<'a> Light<'a> {
             }
         }
         total
+    }
+
+    /// G of Eq. 14 at one site.
+    pub(in crate::reconstruct) fn at(
+        &self,
+        views: &Views,
+        site: Site,
+        options: &TextureOptions,
+    ) -> Rgb {
+        let photographed = self.photographed(views, site, options);
+        let direct = self.virtual_lights(views, site, options);
+        std::array::from_fn(|c| photographed[c] + direct[c])
     }
 
     /// G of Eq. 14 at every placed texel.

@@ -3,7 +3,7 @@
 //! Textures are reconstructed once, after the refinement has converged, so that gradients of
 //! the light are not taken for texture.
 
-mod light;
+pub(super) mod light;
 
 use std::collections::VecDeque;
 

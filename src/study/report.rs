@@ -1,0 +1,146 @@
+//! The study of stability as a page for whoever took the photographs.
+
+use std::fmt::Write;
+
+use crate::io::drawing::{escaped, svg};
+use crate::study::degrade::Harm;
+use crate::study::stability::{BREAKS, Course, Row, Way};
+use crate::study::{PANIC, stability_chart};
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
+    padding:0 1rem;background:#fff;color:#1c1e21}table{border-collapse:collapse;width:100%}\
+    th,td{text-align:left;padding:.3rem .6rem;border-bottom:1px solid #dde0e4;vertical-align:top}\
+    section{display:inline-block;vertical-align:top;width:100%;max-width:29rem;margin:.5rem 0}\
+    svg{max-width:100%;height:auto}h2{margin-top:2rem}\
+    @media(prefers-color-scheme:dark){body{background:#161a20;color:#eceef0}\
+    th,td{border-color:#353c46}}";
+
+/// A whole HTML page that needs nothing beside it.
+pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> String {
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width\">\n<title>What {0} can bear</title>\n<style>{STYLE}</style>\n\
+         <h1>What {0} can bear</h1>\n",
+        escaped(capture)
+    );
+    let clean = courses.iter().find(|(_, way, _)| *way == Way::Joint).and_then(|c| c.2.clean);
+    // Writing into a string does not fail.
+    if let Some(clean) = clean {
+        let _ = writeln!(
+            page,
+            "<p>As the capture is, the reflectances that are recovered are off by {clean:.3} on \
+             average, on a scale from 0 (black) to 1 (white). To see what it would bear, one thing \
+             after the other was made worse, step by step. We say that the result breaks where \
+             this error is more than {BREAKS} times as large.</p>"
+        );
+    }
+    let _ = writeln!(page, "<p>{}</p>", escaped(&soundness(rows)));
+    page.push_str(
+        "<h2>In short</h2>\n<table><tr><th>What goes wrong<th>The result bears<th>It breaks at\
+         <th>What to do\n",
+    );
+    let mut of_joint: Vec<&(Harm, Way, Course)> =
+        courses.iter().filter(|(_, way, _)| *way == Way::Joint).collect();
+    // What breaks first stands first.
+    of_joint.sort_by(|a, b| severity(&b.2).total_cmp(&severity(&a.2)));
+    for (harm, _, course) in &of_joint {
+        let (bears, breaks) = limits(*harm, course);
+        let _ =
+            writeln!(page, "<tr><td>{}<td>{bears}<td>{breaks}<td>{}", harm.title(), advice(*harm));
+    }
+    page.push_str(
+        "</table>\n<h2>In pictures</h2>\n<p>The line is the middle of several runs, the \
+                   band from the best to the worst; a star marks where a method breaks.</p>\n",
+    );
+    for of_harm in courses.chunk_by(|a, b| a.0 == b.0) {
+        let _ = writeln!(
+            page,
+            "<section>\n{}<p>{}</p></section>",
+            svg(&stability_chart::one(of_harm)),
+            escaped(&sentence(of_harm))
+        );
+    }
+    page.push_str("</html>\n");
+    page
+}
+
+/// How much larger the error is at the mildest steps, for an order of harms.
+fn severity(course: &Course) -> f64 {
+    let of = |(_, errors): &(f64, Option<[f64; 3]>)| errors.map_or(1e9, |[_, median, _]| median);
+    let broken = course.steps.iter().position(|(level, _)| Some(*level) == course.breaks_at);
+    let early = broken.map_or(0.0, |step| 1e3 / (1.0 + step as f64));
+    let mean = course.steps.iter().map(of).sum::<f64>() / course.steps.len().max(1) as f64;
+    early + mean / course.clean.unwrap_or(1.0).max(1e-9)
+}
+
+/// What is borne and where it breaks, in words.
+fn limits(harm: Harm, course: &Course) -> (String, String) {
+    let breaks = course.breaks_at;
+    let borne = course.steps.iter().map(|(level, _)| *level).take_while(|&l| Some(l) != breaks);
+    let bears =
+        borne.last().map_or("none of the steps that were tried".to_owned(), |l| harm.step(l));
+    let error = |level: f64| {
+        let step = course.steps.iter().find(|(l, _)| *l == level);
+        match step.and_then(|(_, errors)| *errors) {
+            Some([_, median, _]) => format!("an error of {median:.3}"),
+            None => "no result".to_owned(),
+        }
+    };
+    let breaks = breaks.map_or("not within what was tried".to_owned(), |level| {
+        format!("{}: {}", harm.step(level), error(level))
+    });
+    (bears, breaks)
+}
+
+fn sentence(courses: &[(Harm, Way, Course)]) -> String {
+    let mut text = String::new();
+    for (harm, way, course) in courses {
+        let (bears, breaks) = limits(*harm, course);
+        let name = way.name();
+        let said = match course.breaks_at {
+            None => format!("{name} bears {bears}. "),
+            Some(_) => format!("{name} breaks at {breaks}. "),
+        };
+        text.push_str(&said);
+    }
+    text
+}
+
+fn advice(harm: Harm) -> &'static str {
+    match harm {
+        Harm::Noise => "Expose longer, or merge more exposures.",
+        Harm::Saturation => "Add shorter exposures; give the sensor's limit in tags.json.",
+        Harm::Misregistration => "Calibrate the cameras again, with more points.",
+        Harm::Lens => "Calibrate the lens; give k1, k2 in transforms.json.",
+        Harm::Focal => "Calibrate the focal length; do not zoom between photographs.",
+        Harm::Exposure => "Keep exposure, white balance and aperture fixed.",
+        Harm::Vignetting => "Give the vignetting in transforms.json, or use a smaller aperture.",
+        Harm::FewerImages => "Take more photographs, from more sides.",
+        Harm::FewerSamples => "Raise --samples.count.",
+        Harm::MissingSurfaces => "Model what the photographs show.",
+        Harm::MovedVertices => "Fit the model to the photographs more exactly.",
+        Harm::MoreLights | Harm::FewerLights => "Leave the spacing of lights at its default.",
+        Harm::LightColor => "Nothing: colour of light is solved for.",
+        Harm::MergedTags => "Give every material a tag of its own.",
+        Harm::SplitTags => "Nothing: surfaces may be tagged apart.",
+        Harm::Texture => "Tag textured materials as textured.",
+        Harm::Start => "Nothing: start values hardly count.",
+    }
+}
+
+/// Whether every run came to an end with finite numbers.
+pub fn soundness(rows: &[Row]) -> String {
+    let panicked = rows.iter().filter(|row| row.failure.as_deref() == Some(PANIC)).count();
+    let infinite = rows.iter().filter(|row| row.failure.is_none() && !row.finite).count();
+    let refused = rows.iter().filter(|row| row.failure.is_some()).count() - panicked;
+    let mut text = format!(
+        "Of {} runs, {panicked} stopped with an internal error, {infinite} gave a number that is \
+         not finite",
+        rows.len()
+    );
+    let _ = match refused {
+        0 => write!(text, "."),
+        count => write!(text, ", and {count} were refused with a message."),
+    };
+    text
+}

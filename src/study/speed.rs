@@ -1,0 +1,341 @@
+//! The study of speed: what seconds buy in accuracy, over the designed settings.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+
+use crate::io::records::cell;
+use crate::io::truth::Truth;
+use crate::io::{self, drawing, records};
+use crate::options::OptionValue;
+use crate::reconstruct::{Options, Quality};
+use crate::scene::Capture;
+use crate::study::measure::{Measured, measure};
+use crate::study::runs::{self, Choice, Planned};
+use crate::study::settings::{SETTINGS, Setting};
+use crate::study::{described, guarded, speed_chart};
+use crate::watch::Watch;
+
+/// One setting on one capture.
+pub struct Run {
+    capture: PathBuf,
+    capture_name: String,
+    setting: &'static Setting,
+    repeat: usize,
+    options: Options,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub capture: String,
+    pub setting: String,
+    pub method: String,
+    /// `draft`, `standard` or `fine`, where it is one.
+    pub quality: Option<String>,
+    pub repeat: usize,
+    pub seed: usize,
+    pub threads: usize,
+    /// Why there is no result.
+    pub failure: Option<String>,
+    #[serde(flatten)]
+    pub measured: Measured,
+}
+
+impl Planned for Run {
+    type Row = Row;
+
+    fn name(&self) -> String {
+        format!("{} · {} · {}", self.capture_name, self.setting.name, self.repeat + 1)
+    }
+
+    fn key(&self) -> String {
+        format!("{} {} {}", self.capture_name, self.repeat, described(&self.options))
+    }
+}
+
+/// Every run: captures, settings, repeats. Repeats have other seeds and hold out other parts.
+pub fn plan(captures: &[PathBuf], quick: bool, repeats: usize) -> Result<Vec<Run>, io::Error> {
+    let mut plan = Vec::new();
+    for capture in captures {
+        let capture_name = io::capture::name(capture);
+        for repeat in 0..repeats {
+            for setting in SETTINGS.iter().filter(|setting| setting.quick || !quick) {
+                let options = setting.options(1 + repeat).map_err(|error| {
+                    io::Error::Invalid(io::Fault::new(
+                        capture,
+                        setting.name,
+                        error.to_string(),
+                        "This is a fault of the program: please report it",
+                    ))
+                })?;
+                let (capture, capture_name) = (capture.clone(), capture_name.clone());
+                plan.push(Run { capture, capture_name, setting, repeat, options });
+            }
+        }
+    }
+    Ok(plan)
+}
+
+/// Carries out the runs of a plan that `choice` names.
+pub fn carry_out(
+    folder: &Path,
+    plan: &[Run],
+    choice: &Choice,
+    watch: &Watch,
+    say: &(dyn Fn(String) + Sync),
+) -> Result<(), io::Error> {
+    type Opened = (PathBuf, Arc<Capture>, Option<Truth>);
+    let opened: Mutex<Option<Opened>> = Mutex::new(None);
+    let perform = |run: &Run, watch: &Watch| {
+        let mut opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
+        if opened.as_ref().is_none_or(|(path, ..)| *path != run.capture) {
+            let capture = io::capture::load(&run.capture, watch)?;
+            let truth = Truth::beside(&run.capture)?;
+            *opened = Some((run.capture.clone(), Arc::new(capture), truth));
+        }
+        let Some((_, capture, truth)) = opened.as_ref() else {
+            return Ok(Row::default());
+        };
+        let (options, truth) = (&run.options, truth.as_ref());
+        let outcome = guarded(|| measure(capture, options, truth, Some(run.repeat), watch))?;
+        let (measured, failure) = match outcome {
+            Ok(measured) => (measured, None),
+            Err(failure) => (Measured::default(), Some(failure)),
+        };
+        Ok(Row {
+            capture: run.capture_name.clone(),
+            setting: run.setting.name.to_owned(),
+            method: run.options.general.method.text(),
+            quality: run.setting.quality().map(|quality| quality.text()),
+            repeat: run.repeat + 1,
+            seed: run.options.general.seed,
+            threads: rayon::current_num_threads(),
+            failure,
+            measured,
+        })
+    };
+    runs::carry_out(folder, plan, choice, watch, &perform, say)
+}
+
+/// One setting on one capture over its repeats.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Place {
+    pub setting: String,
+    pub is_paper: bool,
+    pub quality: Option<String>,
+    pub runs: usize,
+    /// Median of the repeats.
+    pub seconds: f64,
+    pub peak_mb: Option<f64>,
+    /// Mean of the repeats, in the order of [`MEASURES`].
+    pub errors: [Option<f64>; MEASURES.len()],
+}
+
+/// What is charted against seconds: columns of the table, and what they are called on an axis.
+pub const MEASURES: [(&str, &str, &str); 4] = [
+    ("error_raw", "Reflectance, raw", "mean absolute error of reflectance"),
+    ("error_one_scale", "Reflectance, after one scale", "mean absolute error of reflectance"),
+    ("blocks_relative_rms", "Samples of held-out blocks", "relative RMS of radiance"),
+    ("photograph_hdr_flip", "A held-out photograph, made anew", "mean HDR-FLIP"),
+];
+
+/// The settings on one capture.
+pub fn places(rows: &[&Row]) -> Vec<Place> {
+    let mut places: Vec<Place> = Vec::new();
+    for row in rows.iter().filter(|row| row.failure.is_none()) {
+        if places.iter().all(|place| place.setting != row.setting) {
+            let runs: Vec<&Measured> = rows
+                .iter()
+                .filter(|other| other.setting == row.setting && other.failure.is_none())
+                .map(|other| &other.measured)
+                .collect();
+            let mean = |of: &dyn Fn(&Measured) -> Option<f64>| {
+                let values: Vec<f64> = runs.iter().filter_map(|run| of(run)).collect();
+                (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+            };
+            let mut seconds: Vec<f64> = runs.iter().map(|run| run.total_s).collect();
+            seconds.sort_by(f64::total_cmp);
+            places.push(Place {
+                setting: row.setting.clone(),
+                is_paper: row.method == "paper",
+                quality: row.quality.clone(),
+                runs: runs.len(),
+                seconds: 0.5 * (seconds[(seconds.len() - 1) / 2] + seconds[seconds.len() / 2]),
+                peak_mb: mean(&|run| run.peak_mb),
+                errors: [
+                    mean(&|run| run.error_raw),
+                    mean(&|run| run.error_one_scale),
+                    mean(&|run| run.held_out.blocks_relative_rms),
+                    mean(&|run| run.held_out.photograph_hdr_flip),
+                ],
+            });
+        }
+    }
+    places
+}
+
+/// The settings that ran on every capture, by geometric means: of seconds over all of them, of
+/// each error over those that have it.
+pub fn over_all(captures: &[Vec<Place>]) -> Vec<Place> {
+    let Some((first, others)) = captures.split_first() else { return Vec::new() };
+    let mean = |values: &[f64]| {
+        let logs = values.iter().filter(|value| **value > 0.0).map(|value| value.ln());
+        (!values.is_empty()).then(|| (logs.sum::<f64>() / values.len() as f64).exp())
+    };
+    let whole = |place: &Place| -> Option<Place> {
+        let mut same = vec![place];
+        for other in others {
+            same.push(other.iter().find(|other| other.setting == place.setting)?);
+        }
+        let of = |value: &dyn Fn(&Place) -> Option<f64>| -> Vec<f64> {
+            same.iter().filter_map(|place| value(place)).collect()
+        };
+        Some(Place {
+            seconds: mean(&of(&|place| Some(place.seconds)))?,
+            peak_mb: mean(&of(&|place| place.peak_mb)),
+            errors: std::array::from_fn(|measure| mean(&of(&|place| place.errors[measure]))),
+            runs: same.iter().map(|place| place.runs).sum(),
+            ..place.clone()
+        })
+    };
+    first.iter().filter_map(whole).collect()
+}
+
+/// Writes `speed.csv`, `speed.json`, `front.csv` and the charts of what has been run, and tells
+/// the fronts.
+pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
+    let rows = runs::collect(folder, plan);
+    let mut told = vec![format!("{} of {} runs are done", rows.len(), plan.len())];
+    records::write(&folder.join("speed.json"), &rows)?;
+    records::write_csv(
+        &folder.join("speed.csv"),
+        &COLUMNS,
+        &rows.iter().map(cells).collect::<Vec<_>>(),
+    )?;
+    for row in &rows {
+        if let Some(failure) = &row.failure {
+            told.push(format!("{}, {}: {failure}", row.capture, row.setting));
+        }
+    }
+    let mut names: Vec<&str> = Vec::new();
+    for row in &rows {
+        if !names.contains(&row.capture.as_str()) {
+            names.push(&row.capture);
+        }
+    }
+    let captures: Vec<Vec<Place>> = names
+        .iter()
+        .map(|name| places(&rows.iter().filter(|row| row.capture == *name).collect::<Vec<_>>()))
+        .collect();
+    let threads = rows.first().map_or(1, |row| row.threads);
+    let mut fronts = Vec::new();
+    let mut charted: Vec<(String, Vec<Place>)> =
+        names.iter().map(|name| (*name).to_owned()).zip(captures.iter().cloned()).collect();
+    if captures.len() > 1 {
+        charted.push((format!("all {} captures", names.len()), over_all(&captures)));
+    }
+    for (name, places) in &charted {
+        let file = if name.starts_with("all ") { "all" } else { name };
+        drawing::write(folder, file, &speed_chart::chart(name, places, threads))?;
+        for (measure, (column, ..)) in MEASURES.iter().enumerate() {
+            for place in speed_chart::front_of(places, measure) {
+                fronts.push(vec![
+                    name.clone(),
+                    (*column).to_owned(),
+                    place.setting.clone(),
+                    cell(Some(place.seconds)),
+                    cell(place.errors[measure]),
+                    cell(place.peak_mb),
+                ]);
+            }
+        }
+        told.extend(speed_chart::verdicts(name, places));
+    }
+    let columns = ["capture", "measure", "setting", "seconds", "error", "peak_mb"];
+    records::write_csv(&folder.join("front.csv"), &columns, &fronts)?;
+    told.push(format!(
+        "{:24}{:24}{:32}{:>9}{:>10}",
+        "capture", "measure", "front", "seconds", "error"
+    ));
+    for front in fronts.iter().filter(|front| front[1] != "photograph_hdr_flip") {
+        let short = |text: &str| text.parse::<f64>().map_or(String::new(), |v| format!("{v:.4}"));
+        told.push(format!(
+            "{:24}{:24}{:32}{:>9}{:>10}",
+            front[0],
+            front[1],
+            front[2],
+            short(&front[3]),
+            short(&front[4])
+        ));
+    }
+    Ok(told)
+}
+
+const COLUMNS: [&str; 26] = [
+    "capture",
+    "setting",
+    "method",
+    "quality",
+    "repeat",
+    "seed",
+    "threads",
+    "samples",
+    "lobes",
+    "samples_s",
+    "lights_s",
+    "transport_s",
+    "solve_s",
+    "textures_s",
+    "total_s",
+    "peak_mb",
+    "error_raw",
+    "error_one_scale",
+    "error_channel_scales",
+    "half_width",
+    "blocks_relative_rms",
+    "photograph_relative_rms",
+    "photograph_flip",
+    "photograph_hdr_flip",
+    "failure",
+    "version",
+];
+
+fn cells(row: &Row) -> Vec<String> {
+    let m = &row.measured;
+    let number = |value: f64| cell(Some(value));
+    let Measured { held_out, .. } = m;
+    vec![
+        row.capture.clone(),
+        row.setting.clone(),
+        row.method.clone(),
+        row.quality.clone().unwrap_or_default(),
+        row.repeat.to_string(),
+        row.seed.to_string(),
+        row.threads.to_string(),
+        m.samples.to_string(),
+        m.lobes.to_string(),
+        number(m.samples_s),
+        number(m.lights_s),
+        number(m.transport_s),
+        number(m.solve_s),
+        number(m.textures_s),
+        number(m.total_s),
+        cell(m.peak_mb),
+        cell(m.error_raw),
+        cell(m.error_one_scale),
+        cell(m.error_channel_scales),
+        cell(m.half_width),
+        cell(held_out.blocks_relative_rms),
+        cell(held_out.photograph_relative_rms),
+        cell(held_out.photograph_flip),
+        cell(held_out.photograph_hdr_flip),
+        row.failure.clone().unwrap_or_default(),
+        env!("CARGO_PKG_VERSION").to_owned(),
+    ]
+}
+
+/// Whether a place is one of the qualities.
+pub fn quality_of(place: &Place) -> Option<Quality> {
+    place.quality.as_deref().and_then(|name| Quality::parse(name).ok())
+}

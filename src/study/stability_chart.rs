@@ -1,0 +1,81 @@
+//! Error against severity as charts: a panel for each harm.
+
+use crate::io::drawing::{Drawing, Form, Ink};
+use crate::study::chart::{self, Chart, Panel, Point, Scale, Series, number};
+use crate::study::degrade::Harm;
+use crate::study::stability::{Course, Way};
+
+type Courses = [(Harm, Way, Course)];
+
+/// All harms.
+pub fn chart(capture: &str, courses: &Courses) -> Drawing {
+    let panels = courses.chunk_by(|a, b| a.0 == b.0).map(panel).collect();
+    chart::draw(&Chart {
+        title: format!("What {capture} can bear"),
+        notes: vec![
+            "Mean absolute error of reflectance as one thing gets worse: the line is the median \
+             over seeds, the band from the lowest to the highest. A star marks where a method \
+             breaks: an error over twice that of the capture as it is."
+                .to_owned(),
+        ],
+        panels,
+        columns: 3,
+        size: [270.0, 180.0],
+    })
+}
+
+/// One harm by itself.
+pub fn one(courses: &Courses) -> Drawing {
+    let panels = vec![panel(courses)];
+    chart::draw(&Chart { panels, columns: 1, size: [430.0, 210.0], ..Chart::default() })
+}
+
+fn panel(courses: &Courses) -> Panel {
+    let harm = courses[0].0;
+    let levels: Vec<f64> = harm
+        .levels()
+        .iter()
+        .copied()
+        .filter(|&l| courses.iter().any(|c| c.2.steps.iter().any(|(level, _)| *level == l)))
+        .collect();
+    let steps = std::iter::once("as it is".to_owned()).chain(levels.iter().map(|&l| number_of(l)));
+    let series = courses.iter().map(|(_, way, course)| {
+        let (ink, form) = match way {
+            Way::Joint => (0, Form::Circle),
+            Way::Bare => (2, Form::Square),
+            Way::Paper => (1, Form::Triangle),
+        };
+        let clean = course.clean.map(|y| Point { y, band: Some([y; 2]), ..Point::default() });
+        let worse = course.steps.iter().filter_map(|(level, errors)| {
+            let step = levels.iter().position(|l| l == level)?;
+            let [low, median, high] = (*errors)?;
+            Some(Point {
+                x: 1.0 + step as f64,
+                y: median,
+                band: Some([low, high]),
+                label: String::new(),
+                stands_out: course.breaks_at == Some(*level),
+            })
+        });
+        Series {
+            name: way.name().to_owned(),
+            ink: Ink::Series(ink),
+            form,
+            filled: true,
+            line: true,
+            points: clean.into_iter().chain(worse).collect(),
+        }
+    });
+    Panel {
+        title: harm.title().to_owned(),
+        x_label: harm.unit().to_owned(),
+        y_label: "mean absolute error".to_owned(),
+        series: series.collect(),
+        x: Scale::Steps(steps.collect()),
+        front: Vec::new(),
+    }
+}
+
+fn number_of(level: f64) -> String {
+    if level >= 100.0 || level.fract() == 0.0 { level.to_string() } else { number(level) }
+}

@@ -1,0 +1,64 @@
+//! What the study of stability predicts of a sound capture, beside captures that were degraded so
+//! by another program (`LOBELIA_CAPTURES`).
+
+use std::path::Path;
+
+use lobelia::io::export::summary;
+use lobelia::io::{capture, truth::Truth};
+use lobelia::reconstruct::{self, Options};
+use lobelia::scene::Capture;
+use lobelia::study::degrade::{Harm, degrade};
+use lobelia::study::score;
+use lobelia::watch::Watch;
+
+fn error(capture: &Capture, options: &Options, truth: &Truth) -> f64 {
+    let whole = reconstruct::run(capture, options, &Watch::new(), &|_| ()).unwrap();
+    score::compare(&summary(capture, options, &whole, 0.0), truth).raw.unwrap().mean_diffuse
+}
+
+#[test]
+fn predicted_errors_are_those_of_captures_degraded_elsewhere() {
+    let Some(captures) = std::env::var_os("LOBELIA_CAPTURES") else {
+        println!("skipped: LOBELIA_CAPTURES names no folder of captures");
+        return;
+    };
+    let captures = Path::new(&captures);
+    let load = |name: &str| capture::load(&captures.join(name), &Watch::new()).unwrap();
+    let truth = |name: &str| Truth::read(&captures.join(name).join("truth.json")).unwrap();
+    let (sound, options) = (load("corner-diffuse"), Options::default());
+    // `corner-lens` gives its lens and vignetting, so nothing is wrong with it.
+    let variants = [
+        ("corner-noise", Some((Harm::Noise, 5.0))),
+        ("corner-saturated", Some((Harm::Saturation, 5.0))),
+        ("corner-lens", None),
+        ("corner-misregistered", Some((Harm::Misregistration, 2.0))),
+        ("corner-half", Some((Harm::FewerImages, 50.0))),
+    ];
+    let mut pairs = Vec::new();
+    for (name, harm) in variants {
+        let scored = error(&load(name), &options, &truth(name));
+        // Which cameras move, and how, is chance: the mean over some seeds is predicted.
+        let seeds: &[u64] = match harm {
+            Some((Harm::Misregistration | Harm::FewerImages, _)) => &[2, 4, 6],
+            _ => &[2],
+        };
+        let errors: Vec<f64> = seeds
+            .iter()
+            .map(|&seed| match harm {
+                None => error(&sound, &options, &truth("corner-diffuse")),
+                Some((harm, level)) => {
+                    let worse =
+                        degrade(&sound, &options, harm, level, seed, &Watch::new()).unwrap();
+                    error(&worse.capture, &worse.options, &truth("corner-diffuse"))
+                }
+            })
+            .collect();
+        let predicted = errors.iter().sum::<f64>() / errors.len() as f64;
+        println!("{name}: predicted {predicted:.4} {errors:.4?}, scored {scored:.4}");
+        pairs.push((name, predicted, scored));
+    }
+    for (name, predicted, scored) in &pairs {
+        let ratio = predicted / scored;
+        assert!((0.5..=2.0).contains(&ratio), "{name}: {predicted} for {scored}");
+    }
+}
