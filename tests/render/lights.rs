@@ -170,7 +170,7 @@ fn a_dome_even_layered_and_with_a_bright_band() {
     let mut band = vec![0.01f32; 600];
     band[110] = 300.0;
     for rows in [vec![1.0], vec![4.0, 1.0, 0.0, 2.0, 50.0, 50.0], band] {
-        let mut stage = floor(reflectance(RHO, 0.0, 1.0));
+        let mut stage = floor(reflectance(RHO, 0.0, 1.0)).spp(64);
         stage.edits.lights.push(sky(&rows, 2 * rows.len()));
         sends_from(&stage, zonal(&rows));
     }

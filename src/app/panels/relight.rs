@@ -119,11 +119,9 @@ fn factor(ui: &mut egui::Ui, name: &str, value: f64) -> Option<f64> {
     let mut edited = value;
     let field =
         DragValue::new(&mut edited).range(0.0..=1e6).speed(0.01).max_decimals(3).prefix("× ");
-    let response = ui.name_inputs(format!("Factor on {name}"), |ui| {
-        ui.add(field).on_hover_text(format!(
+    let response = ui.add(field).accessible_name(format!("Factor on {name}")).on_hover_text(format!(
             "Factor on {name}: 1 is as recovered, 0 is off. Drag, or click to type; right-click to reset"
-        ))
-    });
+        ));
     if response.secondary_clicked() {
         return (value != 1.0).then_some(1.0);
     }
@@ -212,9 +210,11 @@ fn materials_ui(ui: &mut egui::Ui, project: &Project) -> Option<Proposal> {
                 right(ui, |ui| {
                     let mut picked = diffuse.map(|value| value as f32);
                     let name = format!("Diffuse reflectance of {}", material.name);
-                    let is_picked = ui.name_inputs(&name, |ui| {
-                        ui.color_edit_button_rgb(&mut picked).on_hover_text(&name).changed()
-                    });
+                    let is_picked = ui
+                        .color_edit_button_rgb(&mut picked)
+                        .accessible_name(&name)
+                        .on_hover_text(&name)
+                        .changed();
                     if is_picked {
                         let diffuse = Some(picked.map(|value| f64::from(value).clamp(0.0, 1.0)));
                         set(Some(Override { diffuse, ..change.clone() }));
@@ -254,10 +254,9 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
             ui.radio_value(&mut next, choice, name).on_hover_text(help);
         }
         if let Surroundings::Albedo(albedo) = &mut next {
-            ui.name_inputs("Albedo of the surroundings", |ui| {
-                ui.add(DragValue::new(albedo).range(0.0..=1.0).speed(0.005))
-                    .on_hover_text("What the unmodelled room reflects of added light, 0 to 1")
-            });
+            ui.add(DragValue::new(albedo).range(0.0..=1.0).speed(0.005))
+                .accessible_name("Albedo of the surroundings")
+                .on_hover_text("What the unmodelled room reflects of added light, 0 to 1");
         }
     });
     (next != edits.surroundings)

@@ -190,9 +190,11 @@ fn emission_ui(
     ui.weak("Colour");
     ui.horizontal(|ui| {
         let mut picked = colour.map(|value| value as f32);
-        let is_picked = ui.name_inputs("Colour of the light", |ui| {
-            ui.color_edit_button_rgb(&mut picked).on_hover_text("Pick its colour").changed()
-        });
+        let is_picked = ui
+            .color_edit_button_rgb(&mut picked)
+            .accessible_name("Colour of the light")
+            .on_hover_text("Pick its colour")
+            .changed();
         if is_picked {
             let largest = picked.into_iter().fold(1e-6, f32::max);
             *emission = picked.map(|value| strength * f64::from(value / largest));
@@ -348,9 +350,11 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
         let mut is_turned = false;
         for (value, axis) in degrees.iter_mut().zip(["X", "Y", "Z"]) {
             let field = DragValue::new(value).speed(0.5).max_decimals(1).suffix("°");
-            is_turned |= ui.name_inputs(format!("Turn about {axis}"), |ui| {
-                ui.add(field).on_hover_text(format!("Turn about {axis}, degrees")).changed()
-            });
+            is_turned |= ui
+                .add(field)
+                .accessible_name(format!("Turn about {axis}"))
+                .on_hover_text(format!("Turn about {axis}, degrees"))
+                .changed();
         }
         if is_turned {
             let [x, y, z] = degrees.map(f64::to_radians);
@@ -363,9 +367,11 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
     let size = scale.abs().element_product().cbrt();
     let mut edited = size;
     let field = DragValue::new(&mut edited).range(1e-6..=1e6).speed(0.01 * size).max_decimals(4);
-    let is_scaled = ui.name_inputs("Scale of the object", |ui| {
-        ui.add(field).on_hover_text("Metres per unit of its file").changed()
-    });
+    let is_scaled = ui
+        .add(field)
+        .accessible_name("Scale of the object")
+        .on_hover_text("Metres per unit of its file")
+        .changed();
     if is_scaled {
         let linear = linear * DMat3::from_diagonal(DVec3::splat(edited / size));
         change = Some(("scale", linear));
@@ -384,9 +390,11 @@ fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Reflectance) -> bool 
         ui.horizontal(|ui| {
             let mut picked = values.map(|value| value as f32);
             let label = format!("{name}, {what} reflectance");
-            let is_picked = ui.name_inputs(&label, |ui| {
-                ui.color_edit_button_rgb(&mut picked).on_hover_text(help).changed()
-            });
+            let is_picked = ui
+                .color_edit_button_rgb(&mut picked)
+                .accessible_name(&label)
+                .on_hover_text(help)
+                .changed();
             if is_picked {
                 *values = picked.map(|value| f64::from(value).clamp(0.0, 1.0));
                 changed = true;
@@ -405,9 +413,11 @@ fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Reflectance) -> bool 
     if own.specular.iter().any(|&value| value > 0.0) {
         ui.weak("Exponent");
         let field = DragValue::new(&mut own.exponent).range(0.0..=1e6).speed(0.5);
-        changed |= ui.name_inputs(format!("{name}, exponent"), |ui| {
-            ui.add(field).on_hover_text("Phong's n: larger ones make sharper reflections").changed()
-        });
+        changed |= ui
+            .add(field)
+            .accessible_name(format!("{name}, exponent"))
+            .on_hover_text("Phong's n: larger ones make sharper reflections")
+            .changed();
         ui.end_row();
     }
     changed

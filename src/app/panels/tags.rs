@@ -241,11 +241,11 @@ fn known(ui: &mut egui::Ui, index: usize, material: &Material, change: &mut impl
     ui.indent("known", |ui| {
         ui.horizontal(|ui| {
             let mut picked = diffuse.map(|value| value as f32);
-            let changed = ui.name_inputs("Pick the known reflectance", |ui| {
-                ui.color_edit_button_rgb(&mut picked)
-                    .on_hover_text("Pick it, in linear values")
-                    .changed()
-            });
+            let changed = ui
+                .color_edit_button_rgb(&mut picked)
+                .accessible_name("Pick the known reflectance")
+                .on_hover_text("Pick it, in linear values")
+                .changed();
             if changed {
                 let diffuse = Some(picked.map(f64::from));
                 change(Change::Known { material: index, diffuse });
