@@ -1,24 +1,20 @@
 //! `lobelia export CAPTURE --solution DIR --out DIR`.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-
 use anyhow::Context;
 use clap::ArgMatches;
 use glam::Vec3;
 
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
+use crate::cli::recovered::{self, Recovered};
 use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::io::export::elsewhere::{Format, Plan};
 use crate::options::OptionValue;
-use crate::render::edits::Edits;
 use crate::render::probe::ProbeSettings;
-use crate::worker::{Command, Happening, Takeaway, Worker};
+use crate::worker::{Command, Takeaway, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
-    let path = arguments::required_path(matches, "capture");
     let solution = arguments::required_path(matches, "solution");
     let folder = arguments::required_path(matches, "out");
     io::export::check_folder(&folder)?;
@@ -26,22 +22,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
 
-    display.stage("load");
-    let Happening::Loaded(capture) = job::wait(&mut worker, Command::Load { path }, &mut display)?
-    else {
-        return Ok(());
-    };
-    let solved = io::solved::read(&solution, &capture)?;
-    let edits = match matches.get_one::<PathBuf>("edits") {
-        Some(file) => {
-            let (edits, warnings) = io::edits::read(file, &capture)?;
-            for warning in warnings {
-                note_line!("warning: {warning}");
-            }
-            edits
-        }
-        None => Edits::default(),
-    };
+    let Recovered { capture, solved, edits } = recovered::read(matches, &mut worker, &mut display)?;
     let formats: Vec<Format> = match matches.get_many::<String>("format") {
         Some(names) => names.filter_map(|name| Format::parse(name).ok()).collect(),
         None => Format::ALL.to_vec(),
@@ -65,7 +46,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     };
     let probe_at = matches.get_one::<Vec3>("probe-at").copied();
     let plan = Plan { folder: folder.clone(), formats, probe_at, probe, samples };
-    let takeaway = Takeaway { capture, solved: Arc::new(solved), edits: Arc::new(edits), plan };
+    let takeaway = Takeaway { capture, solved, edits, plan };
     display.stage("export");
     job::wait(&mut worker, Command::TakeElsewhere(Box::new(takeaway)), &mut display)?;
     display.clear();

@@ -9,6 +9,7 @@ mod merge;
 mod print;
 mod progress;
 mod reconstruct;
+mod recovered;
 mod render;
 mod report;
 mod score;

@@ -155,6 +155,31 @@ fn without_edits_the_composite_is_the_photograph() {
 }
 
 #[test]
+fn the_recovered_light_is_turned_off_in_parts() {
+    let pictures = Pictures::new();
+    let cameras = pictures.cameras(&["000.exr"]);
+    let off = pictures.put("off.json", object!({"original_light_groups": {"lamp 99": 0}}));
+    let arguments = ["--cameras", text(&cameras), "--edits", text(&off), "--spp", "4"];
+    // What there is instead is told: all of it.
+    let run = Run::of(&mut pictures.render("same", &arguments))
+        .succeeds()
+        .says(&["no group \"lamp 99\"", "lamp 1"]);
+    let names = run.err.lines().find_map(|line| line.split_once("it has ")).unwrap().1;
+    let groups: serde_json::Map<String, serde_json::Value> =
+        names.trim().split(", ").map(|name| (name.to_owned(), 0.into())).collect();
+    let off = pictures.put("dark.json", object!({ "original_light_groups": groups }));
+    let arguments = ["--cameras", text(&cameras), "--edits", text(&off), "--spp", "4"];
+    let run = Run::of(&mut pictures.render("dark", &arguments)).succeeds();
+    assert!(!run.err.contains("no group"), "{}", run.err);
+    let brightest = |folder: &str| {
+        let pixels = exr::read(&pictures.at(folder).join("000.exr")).unwrap().pixels;
+        pixels.iter().flatten().copied().fold(0.0f32, f32::max)
+    };
+    assert!(brightest("same") > 0.0);
+    assert_eq!(brightest("dark"), 0.0);
+}
+
+#[test]
 fn what_cannot_be_rendered_is_refused() {
     let pictures = Pictures::new();
     let cameras = pictures.cameras(&["000.exr"]);

@@ -78,7 +78,15 @@ impl Window {
         found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\""))
     }
 
+    /// Clicks as a hand does: what still moves is waited for.
     fn click(&mut self, label: &str) {
+        for _ in 0..10 {
+            let before = self.node(label).rect();
+            self.harness.run_steps(1);
+            if self.node(label).rect() == before {
+                break;
+            }
+        }
         self.node(label).click();
         self.step();
     }

@@ -264,10 +264,14 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
 }
 
 fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
-    if let Some(relit) = jobs.relit() {
-        let state = if relit.is_done { "done" } else { "getting clearer" };
-        ui.weak(format!("In the 3D view: {} paths a pixel, {state}", relit.paths));
-    }
+    // Always one line, or what is below would jump away from under the pointer.
+    ui.weak(match jobs.relit() {
+        Some(relit) => {
+            let state = if relit.is_done { "done" } else { "getting clearer" };
+            format!("In the 3D view: {} paths a pixel, {state}", relit.paths)
+        }
+        None => "In the 3D view: no picture yet".to_owned(),
+    });
     ui.horizontal_wrapped(|ui| {
         match jobs.rendered() {
             Some(progress) => {

@@ -327,7 +327,7 @@ fn object_ui(ui: &mut egui::Ui, object: &mut Object) -> Option<&'static str> {
             }
         }
         for (name, reflectance) in &mut object.surfaces {
-            super::numbers::cut(ui, name.as_str());
+            ui.label(name.as_str());
             ui.end_row();
             if reflectance_ui(ui, name, reflectance) {
                 change = Some("reflectance");
