@@ -78,9 +78,9 @@ impl Window {
         found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\""))
     }
 
-    /// Clicks as a hand does: what still moves is waited for.
+    /// Clicks as a hand does: waits for what still moves.
     fn click(&mut self, label: &str) {
-        for _ in 0..10 {
+        for _ in 0..30 {
             let before = self.node(label).rect();
             self.harness.run_steps(1);
             if self.node(label).rect() == before {

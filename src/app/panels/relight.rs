@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{self, Button, DragValue};
 
 use super::fields::triple;
-use super::numbers::{cut, emission_color, empty, named, reflectance_color, swatch};
+use super::numbers::{emission_color, empty, named, reflectance_color, swatch};
 use super::relight_added::{added_ui, list_ui};
 use crate::app::actions::{Action, Relight};
 use crate::app::dialogs::Asked;
@@ -39,34 +39,36 @@ pub fn relight_ui(
 ) {
     let edits = &project.edit().relight;
     let mut proposal: Option<Proposal> = None;
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        ui.horizontal_wrapped(|ui| {
-            ui.menu_button("Add light", |ui| {
-                for kind in NewLight::ALL {
-                    if ui.button(kind.name()).on_hover_text(kind.help()).clicked() {
-                        actions.push(Action::Relight(Relight::AddLight(kind)));
-                        ui.close();
-                    }
-                }
-                let help = "Light from all around, from an image in latitude and longitude";
-                if ui.button("Dome…").on_hover_text(help).clicked() {
-                    actions.push(Action::Ask(Asked::AddDome));
+    ui.horizontal_wrapped(|ui| {
+        ui.menu_button("Add light", |ui| {
+            for kind in NewLight::ALL {
+                if ui.button(kind.name()).on_hover_text(kind.help()).clicked() {
+                    actions.push(Action::Relight(Relight::AddLight(kind)));
                     ui.close();
                 }
-            })
-            .response
-            .on_hover_text("Set a light into the scene");
-            let object = ui.button("Add object…").on_hover_text("Set a mesh (OBJ) into the scene");
-            if object.clicked() {
-                actions.push(Action::Ask(Asked::AddObject));
             }
-        });
-        ui.horizontal(|ui| {
-            ui.weak("Handles");
-            for (kind, name, help) in GizmoMode::ALL {
-                ui.selectable_value(mode, kind, name).on_hover_text(help);
+            let help = "Light from all around, from an image in latitude and longitude";
+            if ui.button("Dome…").on_hover_text(help).clicked() {
+                actions.push(Action::Ask(Asked::AddDome));
+                ui.close();
             }
-        });
+        })
+        .response
+        .on_hover_text("Set a light into the scene");
+        let object = ui.button("Add object…").on_hover_text("Set a mesh (OBJ) into the scene");
+        if object.clicked() {
+            actions.push(Action::Ask(Asked::AddObject));
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.weak("Handles");
+        for (kind, name, help) in GizmoMode::ALL {
+            ui.selectable_value(mode, kind, name).on_hover_text(help);
+        }
+    });
+    pictures_ui(ui, jobs, actions);
+    ui.separator();
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let Some(solved) = &project.products.solved else {
             empty(ui, "Run first: there is no light to relight with yet. Lights and objects can be placed already.");
             ui.add_space(6.0);
@@ -88,7 +90,6 @@ pub fn relight_ui(
         section(ui, "Surroundings", false, |ui| {
             proposal = proposal.take().or(surroundings_ui(ui, edits));
         });
-        section(ui, "Pictures", true, |ui| pictures_ui(ui, jobs, actions));
     });
     if let Some((name, of, edits)) = proposal {
         let edits = Arc::new(edits);
@@ -264,14 +265,6 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
 }
 
 fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
-    // Always one line, or what is below would jump away from under the pointer.
-    ui.weak(match jobs.relit() {
-        Some(relit) => {
-            let state = if relit.is_done { "done" } else { "getting clearer" };
-            format!("In the 3D view: {} paths a pixel, {state}", relit.paths)
-        }
-        None => "In the 3D view: no picture yet".to_owned(),
-    });
     ui.horizontal_wrapped(|ui| {
         match jobs.rendered() {
             Some(progress) => {
@@ -301,5 +294,12 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
             }
         }
     });
-    cut(ui, "The line between before and after is in the 3D view's bar.");
+    // Always one line, or what is below would jump away from under the pointer.
+    ui.weak(match jobs.relit() {
+        Some(relit) => {
+            let state = if relit.is_done { "done" } else { "getting clearer" };
+            format!("In the 3D view: {} paths a pixel, {state}", relit.paths)
+        }
+        None => "In the 3D view: no picture yet".to_owned(),
+    });
 }
