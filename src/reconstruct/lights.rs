@@ -1,6 +1,6 @@
 //! Section 4.2: virtual light sources, which stand for everything that was not modelled.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::spaced::select_spaced;
@@ -135,33 +135,44 @@ impl VirtualLight {
 
     /// V(x, A_i): the fraction of the light that a site sees, by `side`² jittered rays.
     pub fn visibility(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
-        let mut free = 0;
-        let facing = match self.kind {
+        let frame = self.frame(site);
+        // The sun is smaller than the angle that samples resolve.
+        let side = if self.kind == LightKind::Sun { 1 } else { side };
+        let free = stratified(side, random)
+            .filter(|&square| self.is_free(views, site, frame, square))
+            .count();
+        free as f32 / (side * side) as f32
+    }
+
+    /// Whether a site sees the place of the light that a point of the unit square stands for.
+    pub fn is_seen(&self, views: &Views, site: Site, square: Vec2) -> bool {
+        self.is_free(views, site, self.frame(site), square)
+    }
+
+    /// About the direction that the light's disc faces.
+    fn frame(&self, site: Site) -> Frame {
+        Frame::about(match self.kind {
             // A ball shows every site the same disc.
             LightKind::Lamp => self.direction_from(site.position),
             _ => self.normal,
-        };
-        let frame = Frame::about(facing);
-        // The sun is smaller than the angle that samples resolve.
-        let side = if self.kind == LightKind::Sun { 1 } else { side };
-        for square in stratified(side, random) {
-            free += usize::from(if self.is_distant() {
-                let spread = (0.5 * self.half_angle).sin() * square_to_disc(square);
-                let height = 1.0 - 2.0 * spread.length_squared();
-                let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
-                let direction =
-                    -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
-                direction.dot(site.normal) > 0.0
-                    && !views.caster.occluded(&views.ray(site, direction))
-            } else {
-                let disc = square_to_disc(square) * self.radius_m;
-                let target = self.position + frame.tangent * disc.x + frame.bitangent * disc.y;
-                // The part of a disc below a site's horizon is hidden by the site's own surface.
-                let above = (target - site.position).dot(site.normal) > 0.0;
-                above && views.is_free(site, target)
-            });
+        })
+    }
+
+    fn is_free(&self, views: &Views, site: Site, frame: Frame, square: Vec2) -> bool {
+        if self.is_distant() {
+            let spread = (0.5 * self.half_angle).sin() * square_to_disc(square);
+            let height = 1.0 - 2.0 * spread.length_squared();
+            let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
+            let direction =
+                -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
+            direction.dot(site.normal) > 0.0 && !views.caster.occluded(&views.ray(site, direction))
+        } else {
+            let disc = square_to_disc(square) * self.radius_m;
+            let target = self.position + frame.tangent * disc.x + frame.bitangent * disc.y;
+            // The part of a disc below a site's horizon is hidden by the site's own surface.
+            let above = (target - site.position).dot(site.normal) > 0.0;
+            above && views.is_free(site, target)
         }
-        free as f32 / (side * side) as f32
     }
 }
 

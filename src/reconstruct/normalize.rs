@@ -4,6 +4,8 @@
 //! pixel by its brightness, then every channel by its mean, and repeat until nothing changes.
 //! The first step removes the geometry of the light, the second its colour.
 
+use rayon::prelude::*;
+
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::samples::SampleCloud;
 use crate::scene::{Image, Views};
@@ -75,8 +77,13 @@ pub fn initial_diffuse(
     watch: &Watch,
 ) -> Result<Vec<Option<Rgb>>, Cancelled> {
     let mut normalizations = vec![None; views.capture.photographs.len()];
-    for map in &views.maps {
-        normalizations[map.photograph] = Some(Normalization::of(map.image, watch)?);
+    let of_maps: Vec<Normalization> = views
+        .maps
+        .par_iter()
+        .map(|map| Normalization::of(map.image, watch))
+        .collect::<Result<_, Cancelled>>()?;
+    for (map, normalization) in views.maps.iter().zip(of_maps) {
+        normalizations[map.photograph] = Some(normalization);
     }
     let mut sums = vec![([0.0f64; CHANNELS], 0.0f64); views.capture.materials.len()];
     for sample in &cloud.samples {

@@ -99,8 +99,8 @@ pub fn place(
 
     // A material that shows only beside edges is better sampled there than not at all.
     let mut shown = vec![0usize; capture.materials.len()];
-    for candidate in &candidates {
-        shown[material_of(views, candidate)] += 1;
+    for material in materials(views, &candidates) {
+        shown[material as usize] += 1;
     }
     if options.reject_edges && shown.contains(&0) {
         let edge = self::candidates(views, options, false);
@@ -125,7 +125,7 @@ pub fn place(
     Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut order);
     watch.tick()?;
 
-    let positions: Vec<Vec3> = candidates.iter().map(|candidate| candidate.position).collect();
+    let positions: Vec<Vec3> = candidates.par_iter().map(|candidate| candidate.position).collect();
     let spacing_m = match options.spacing_m {
         Some(spacing) => spacing as f32,
         None => spacing_for(&positions, &order, options.count, watch)?,
@@ -151,6 +151,11 @@ pub fn place(
     Ok(cloud)
 }
 
+/// The material of each candidate.
+fn materials(views: &Views, candidates: &[Candidate]) -> Vec<u32> {
+    candidates.par_iter().map(|candidate| material_of(views, candidate) as u32).collect()
+}
+
 fn material_of(views: &Views, candidate: &Candidate) -> usize {
     let mesh = &views.capture.mesh;
     match views.capture.surfaces[mesh.surface[candidate.triangle as usize] as usize].role {
@@ -165,27 +170,23 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
     let mut candidates = Vec::new();
     for map in &views.maps {
         let camera = map.camera.position.as_vec3();
-        let rows: Vec<Vec<Candidate>> = (0..map.camera.height)
-            .into_par_iter()
-            .map(|y| {
-                let pixel = |x| {
-                    let (position, triangle) = map.hit(x, y)?;
-                    let surface = capture.mesh.surface[triangle as usize] as usize;
-                    let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
-                        && (!off_edges || map.is_off_edges(x, y))
-                        && map.image.radiance(x, y).is_some();
-                    let sight = (camera - position).normalize_or_zero();
-                    let cosine = views.normals[triangle as usize].dot(sight).abs();
-                    (usable && f64::from(cosine) >= options.min_cosine).then_some(Candidate {
-                        position,
-                        triangle,
-                        camera,
-                    })
-                };
-                (0..map.camera.width).filter_map(pixel).collect()
-            })
-            .collect();
-        candidates.extend(rows.into_iter().flatten());
+        candidates.par_extend((0..map.camera.height).into_par_iter().flat_map_iter(|y| {
+            let pixel = move |x| {
+                let (position, triangle) = map.hit(x, y)?;
+                let surface = capture.mesh.surface[triangle as usize] as usize;
+                let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
+                    && (!off_edges || map.is_off_edges(x, y))
+                    && map.image.radiance(x, y).is_some();
+                let sight = (camera - position).normalize_or_zero();
+                let cosine = views.normals[triangle as usize].dot(sight).abs();
+                (usable && f64::from(cosine) >= options.min_cosine).then_some(Candidate {
+                    position,
+                    triangle,
+                    camera,
+                })
+            };
+            (0..map.camera.width).filter_map(pixel)
+        }));
     }
     candidates
 }
@@ -230,6 +231,10 @@ fn densify(
     for &index in kept.iter() {
         counts[material_of(views, &candidates[index as usize])] += 1;
     }
+    if counts.iter().all(|&count| count == 0 || count >= options.min_per_material) {
+        return Ok(());
+    }
+    let materials = materials(views, candidates);
     for (material, &count) in counts.iter().enumerate() {
         if count == 0 || count >= options.min_per_material {
             continue;
@@ -237,10 +242,10 @@ fn densify(
         let own: Vec<u32> = order
             .iter()
             .copied()
-            .filter(|&index| material_of(views, &candidates[index as usize]) == material)
+            .filter(|&index| materials[index as usize] as usize == material)
             .collect();
         let closer = spacing_m * (count as f32 / options.min_per_material as f32).sqrt();
-        kept.retain(|&index| material_of(views, &candidates[index as usize]) != material);
+        kept.retain(|&index| materials[index as usize] as usize != material);
         kept.extend(select_spaced(positions, &own, closer, watch)?);
     }
     Ok(())

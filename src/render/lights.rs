@@ -7,7 +7,6 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::math::sampling::Random;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::transport::{Falloff, geometric_factor};
@@ -144,7 +143,6 @@ impl Recovered {
         site: Site,
         choice: f32,
         square: Vec2,
-        random: &mut Random,
     ) -> Option<(Arriving, &VirtualLight)> {
         let count = self.lights.len();
         if count == 0 {
@@ -165,7 +163,7 @@ impl Recovered {
         let (arriving, arrival) = light.arriving(site, views.offset_m, square)?;
         let is_free = match arrival {
             Some(arrival) => arrival.is_free(views, site),
-            None => light.shape.visibility(views, site, 1, random) > 0.0,
+            None => light.shape.is_seen(views, site, square),
         };
         let irradiance = arriving.irradiance.map(|value| value / probability);
         is_free.then_some((Arriving { irradiance, ..arriving }, &light.shape))

@@ -269,7 +269,7 @@ impl Scene<'_> {
         let Place { site, brdf, mirror, throughput, depth } = *place;
         let (choice, square) = (sequence.number(), sequence.point());
         let views = &self.geometry;
-        let found = self.recovered.sample(views, site, choice, square, &mut sequence.random);
+        let found = self.recovered.sample(views, site, choice, square);
         let Some((arriving, light)) = found else { return };
         let lobe = if largest(brdf.specular) > 0.0 {
             light.lobe(site.position, mirror, f64::from(brdf.exponent)) as f32

@@ -57,6 +57,7 @@ pub struct Site {
 
 const NOTHING: u32 = u32::MAX >> 1;
 const CLEAN: u32 = 1 << 31;
+const NO_HIT: PixelHit = PixelHit { position: Vec3::ZERO, triangle_and_clean: NOTHING };
 
 impl PixelHit {
     fn triangle(self) -> Option<u32> {
@@ -247,13 +248,14 @@ impl<'a> PixelMap<'a> {
         watch: &Watch,
     ) -> Result<Self, Cancelled> {
         let position = camera.position.as_vec3();
-        let rows: Vec<Vec<PixelHit>> = (0..camera.height)
-            .into_par_iter()
-            .map(|y| {
-                watch.tick()?;
-                Ok((0..camera.width).map(|x| cast(caster, camera, position, x, y)).collect())
-            })
-            .collect::<Result<_, Cancelled>>()?;
+        let mut hits = vec![NO_HIT; camera.width * camera.height];
+        hits.par_chunks_mut(camera.width.max(1)).enumerate().try_for_each(|(y, row)| {
+            watch.tick()?;
+            for (x, hit) in row.iter_mut().enumerate() {
+                *hit = cast(caster, camera, position, x, y);
+            }
+            Ok(())
+        })?;
         Ok(Self {
             photograph,
             camera,
@@ -262,7 +264,7 @@ impl<'a> PixelMap<'a> {
             camera_from_world: camera.world_from_camera.transpose().as_mat3(),
             focal_px: camera.focal_px.as_vec2(),
             principal_px: camera.principal_px.as_vec2(),
-            hits: rows.concat(),
+            hits,
         })
     }
 
@@ -370,9 +372,8 @@ impl<'a> PixelMap<'a> {
 }
 
 fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> PixelHit {
-    let nothing = PixelHit { position: Vec3::ZERO, triangle_and_clean: NOTHING };
     let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-    let Some(direction) = camera.direction(centre) else { return nothing };
+    let Some(direction) = camera.direction(centre) else { return NO_HIT };
     let direction = direction.as_vec3();
     let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
     match caster.closest(&ray) {
@@ -380,6 +381,6 @@ fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -
             let position = origin + direction * hit.t;
             PixelHit { position, triangle_and_clean: hit.triangle }
         }
-        None => nothing,
+        None => NO_HIT,
     }
 }
