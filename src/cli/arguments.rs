@@ -165,7 +165,14 @@ fn merge() -> Command {
         )
         .arg(switch("one", "All files are exposures of one view"))
         .arg(path("curve", "Also write the response as a table, and a drawing (.svg) beside it"))
-        .arg(path("response", "Response to use: a table that --curve has written"))
+        .arg(
+            path(
+                "response",
+                "Response to use: a table that --curve has written, or srgb, the curve of images \
+                 made for screens; then one exposure of a view is enough",
+            )
+            .value_name("FILE|srgb"),
+        )
         .arg(quiet());
     with_flags(command, &MergeOptions::default().declarations())
 }

@@ -29,9 +29,16 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let times = matches.get_one::<String>("times");
     let times = times.map(|text| grouping::read_times(text)).transpose()?;
     let known = matches.get_one::<PathBuf>("response");
-    let response = known.map(|file| io::response::read(file)).transpose()?;
+    let response = known
+        .map(|file| match file.to_str() {
+            Some("srgb") => Ok(Response::srgb()),
+            _ => io::response::read(file),
+        })
+        .transpose()?;
     let series = brackets::group(&files, times.as_ref(), matches.get_flag("one"))?;
-    check(&series)?;
+    if response.is_none() {
+        check(&series)?;
+    }
     let is_file = out.extension().is_some_and(|own| own.eq_ignore_ascii_case("exr"));
     let place = match series.len() {
         1 if is_file => Place::File(out.clone()),
@@ -75,13 +82,14 @@ fn listed(series: &[Series]) -> String {
     series.iter().take(4).map(first).collect::<Vec<_>>().join(", ")
 }
 
-/// A series of one exposure is a slip more often than not.
+/// A series of one exposure is a slip more often than not, and determines no response.
 fn check(series: &[Series]) -> Result<(), Ending> {
     match series.iter().find(|series| series.files.len() < 2) {
         None => Ok(()),
         Some(single) => Err(anyhow!(
             "{}: this exposure is alone; a series needs two. The files were grouped to {}. Give \
-             all exposures of the view, or --one if the files are one series",
+             all exposures of the view, --one if the files are one series, or the response \
+             (--response) if there are no more",
             single.files[0].display(),
             listed(series)
         )

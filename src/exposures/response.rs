@@ -33,6 +33,15 @@ pub enum Response {
 pub struct Undetermined;
 
 impl Response {
+    /// The curve of sRGB (IEC 61966-2-1): what a file meant for a screen stands for, where its
+    /// camera has not bent the tones further.
+    pub fn srgb() -> Self {
+        // No light at all has no logarithm: code 0 is taken to be half a code.
+        let ln = |code: f64| srgb_to_linear(code.max(0.5) / f64::from(FULL_SCALE)).ln();
+        let knots = std::array::from_fn(|code| ln(code as f64) - ln(MIDDLE as f64));
+        Self::Curve(Box::new([knots; CHANNELS]))
+    }
+
     /// ln of the exposure that `code` (in 255ths of full scale) stands for; −∞ for no light.
     pub fn ln_exposure(&self, channel: usize, code: f32) -> f64 {
         match self {
@@ -66,6 +75,11 @@ impl Response {
             }
         }
     }
+}
+
+/// Linear intensity of an sRGB value, both at most 1.
+fn srgb_to_linear(value: f64) -> f64 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The triangle of Debevec and Malik (Eq. 4), 1 to 128, for a code in 255ths of full scale.

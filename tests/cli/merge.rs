@@ -238,3 +238,38 @@ fn sixteen_bits_are_linear() {
     assert!(error < 1e-3, "{error}");
     assert!((scale / (20_000.0 / 257.0 / 128.0) - 1.0).abs() < 1e-3, "{scale}");
 }
+
+#[test]
+fn one_exposure_is_enough_where_the_response_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    // A file for screens: IEC 61966-2-1 written out, so that radiance x / SIDE comes back.
+    let picture = RgbImage::from_fn(SIDE, SIDE, |x, _| {
+        let linear = f64::from(x) / f64::from(SIDE);
+        let value = if linear <= 0.0031308 {
+            12.92 * linear
+        } else {
+            1.055 * linear.powf(1.0 / 2.4) - 0.055
+        };
+        image::Rgb([(255.0 * value).round() as u8; 3])
+    });
+    let file = folder.path().join("a.png");
+    picture.save_with_format(&file, ImageFormat::Png).unwrap();
+    let out = folder.path().join("a.exr");
+    let merge = |response: &[&str]| {
+        let mut command = lobelia();
+        command.arg("merge").arg(&file).args(["--times", "2"]).arg("--out").arg(&out);
+        Run::of(command.args(response))
+    };
+    merge(&[]).fails(1, &["alone", "--response"]);
+    merge(&["--response", "srgb"]).succeeds();
+    let image = exr::read(&out).unwrap();
+    let at = |x: u32| f64::from(image.pixels[(SIDE * 7 + x) as usize][1]);
+    // Against the pixel in the middle, a code being 1 part in 100 of it or less.
+    for x in [8, 15, 30, 38] {
+        let expected = f64::from(x) / 20.0;
+        assert!((at(x) / at(20) - expected).abs() < 0.02 * expected, "{x}: {}", at(x) / at(20));
+    }
+    // Code 128 in one second is 1; this was two.
+    let middle = ((128.0 / 255.0 + 0.055) / 1.055f64).powf(2.4);
+    assert!((at(20) / (0.5 / middle / 2.0) - 1.0).abs() < 0.02, "{}", at(20));
+}
