@@ -207,7 +207,8 @@ fn answer_all(
                     } else {
                         None
                     };
-                    let (after, before) = pictures(&clear, plain, photograph.as_ref());
+                    let light = edits.original_light as f32;
+                    let (after, before) = pictures(&clear, plain, photograph.as_ref(), light);
                     emit(Happening::Relit(Arc::new(Relit {
                         number,
                         width: reduced.width,
@@ -306,12 +307,13 @@ fn pictures(
     film: &Film,
     plain: Option<Arc<Picture>>,
     photograph: Option<&Image>,
+    light: f32,
 ) -> (Picture, Option<Picture>) {
     let Some((plain, photograph)) = plain.as_ref().zip(photograph) else {
         return (covered(film), plain.map(Arc::unwrap_or_clone));
     };
     let without: Vec<Radiance> = plain.iter().map(|(radiance, _)| *radiance).collect();
-    let composed = compose(film, &without, photograph).picture;
+    let composed = compose(film, &without, photograph, light).picture;
     let measured =
         |index: usize| photograph.radiance(index % photograph.width(), index / photograph.width());
     let coverage = film.coverage().into_iter().enumerate();

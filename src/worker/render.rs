@@ -85,7 +85,10 @@ pub(super) fn perform(
             film: &film,
             lights: &lights,
             png: files.png,
-            composite: without.as_ref().zip(photograph.map(Arc::as_ref)),
+            composite: without
+                .as_ref()
+                .zip(photograph)
+                .map(|(without, photograph)| (without, &**photograph, edits.original_light as f32)),
         })?;
     }
     Ok(Happening::Rendered(files.as_ref().map(|files| files.folder.clone())))

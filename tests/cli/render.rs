@@ -145,6 +145,20 @@ fn without_edits_the_composite_is_the_photograph() {
         assert!(composite.pixels == photograph.pixels, "{index}");
         assert!(channel(&file, "change.G").iter().all(|&change| change == 0.0));
     }
+    // A quarter of the light gives a quarter of the photograph, modelled or not.
+    let dim = pictures.put("dim.json", object!({"original_light": 0.25}));
+    let out = pictures.at("dim");
+    let mut command = lobelia();
+    command.arg("render").arg(&capture).arg("--solution").arg(&solution).arg("--out").arg(&out);
+    command.arg("--edits").arg(&dim).args(["--spp", "1", "--composite", "-q"]);
+    Run::of(&mut command).succeeds();
+    let composite = exr::read(&out.join("000-composite.exr")).unwrap();
+    let photograph = exr::read(&example().join("images/000.exr")).unwrap();
+    for (composed, taken) in composite.pixels.iter().zip(&photograph.pixels) {
+        for (composed, taken) in composed.iter().zip(taken) {
+            assert!((composed - 0.25 * taken).abs() <= 1e-5 * taken.abs() + 1e-6);
+        }
+    }
     // The rendering is no copy of it, but of the same brightness.
     let mean = |file: PathBuf| {
         let pixels = exr::read(&file).unwrap().pixels;

@@ -21,8 +21,9 @@ pub struct Written<'a> {
     /// Names of the added lights.
     pub lights: &'a [&'a str],
     pub png: bool,
-    /// The same view without edits, and the photograph that was taken from there.
-    pub composite: Option<(&'a Film, &'a Image)>,
+    /// The same view without edits, the photograph that was taken from there, and the factor on
+    /// all of the recovered light.
+    pub composite: Option<(&'a Film, &'a Image, f32)>,
 }
 
 /// The name of a picture's files: that of its frame's `file_path` without folder and extension;
@@ -70,8 +71,8 @@ pub fn write(written: &Written) -> Result<(), Error> {
     if *png {
         write_png(&folder.join(format!("{name}.png")), width, height, &beauty)?;
     }
-    if let Some((without, photograph)) = composite {
-        let composed = compose(film, &without.beauty(), photograph);
+    if let Some((without, photograph, light)) = composite {
+        let composed = compose(film, &without.beauty(), photograph, *light);
         let file = folder.join(format!("{name}-composite.exr"));
         let object = film.object_coverage();
         let mut further = vec![("object.A".to_owned(), object)];
