@@ -58,7 +58,7 @@ pub const READERS: [Reader; 20] = [
         |bytes| {
             let refuse = |_: &str| Ok(vec![0; 600]);
             if let Ok(contents) = gltf::parse(file(), bytes, &refuse) {
-                let _ = contents.geometry(file());
+                let _ = contents.geometry(file(), Default::default());
                 let _ = contents.cameras(file());
             }
         },

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
+use super::import;
 use super::layout::{Pane, Workspace};
 use super::leaving::{Then, go_on, leave};
 use super::project::{Focus, Project, Selection};
@@ -65,6 +66,7 @@ pub enum Action {
     FrameSelection,
     LookThrough(Option<usize>),
     Relight(Relight),
+    Import(import::Do),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
@@ -214,6 +216,7 @@ pub fn apply(state: &mut State, action: Action) {
             }
         }
         Action::Run => run(state),
+        Action::Cancel if state.is_importing() => import::apply(state, import::Do::Cancel),
         Action::Cancel => {
             if let Some(project) = &mut state.project {
                 state.jobs.cancel(project);
@@ -221,6 +224,7 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Workspace(workspace) => {
             state.layout.current = workspace;
+            import::apply(state, import::Do::Hide);
             let has_results =
                 state.project.as_ref().is_some_and(|project| project.products.solved.is_some());
             if workspace == Workspace::Relight && has_results {
@@ -243,6 +247,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
         Action::Relight(what) => relighting::apply(state, what),
+        Action::Import(what) => import::apply(state, what),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
         Action::ShowAbout => state.dialogs.about = true,

@@ -6,7 +6,7 @@ use eframe::egui;
 
 use super::actions::{self, Action};
 use super::state::State;
-use super::{Launch, commands, dialogs, files, jobs, panels};
+use super::{Launch, commands, dialogs, files, import, jobs, panels};
 
 /// The window.
 pub struct Studio {
@@ -31,7 +31,10 @@ impl Studio {
 
     /// Whether a job of any kind is under way.
     pub fn is_busy(&self) -> bool {
-        self.state.jobs.is_busy() || self.state.is_running()
+        let page = self.state.import.as_ref();
+        self.state.jobs.is_busy()
+            || self.state.is_running()
+            || page.is_some_and(|page| page.is_busy() || page.is_checking())
     }
 }
 
@@ -43,10 +46,11 @@ impl eframe::App for Studio {
         let mut actions = Vec::new();
 
         jobs::drain(state);
+        import::follow(state);
         dialogs::poll(state, &mut actions);
         files::autosave(state);
         files::found_recent(state);
-        dropped(&ctx, &mut actions);
+        dropped(&ctx, state, &mut actions);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();
         close_requested(&ctx, state, &mut last);
@@ -54,7 +58,9 @@ impl eframe::App for Studio {
 
         panels::menu::menu_ui(ui, state, &mut actions);
         panels::status::status_ui(ui, state, &mut actions);
-        if state.project.is_some() {
+        if let Some(page) = state.import.as_mut().filter(|page| page.is_shown) {
+            panels::import::import_ui(ui, page, &mut actions);
+        } else if state.project.is_some() {
             panels::workspace_ui(ui, state, &mut actions);
         } else {
             panels::start::start_ui(ui, state, &mut actions);
@@ -79,9 +85,15 @@ impl eframe::App for Studio {
 }
 
 /// Files and folders that were dropped onto the window.
-fn dropped(ctx: &egui::Context, actions: &mut Vec<Action>) {
+fn dropped(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let path = ctx.input(|input| input.raw.dropped_files.first().map(|f| f.path().to_owned()));
-    actions.extend(path.map(Action::Open));
+    actions.extend(path.map(|path| {
+        if state.is_importing() || crate::io::import::is_foreign(&path) {
+            Action::Import(import::Do::Show(Some(path)))
+        } else {
+            Action::Open(path)
+        }
+    }));
 }
 
 /// The window's own close button asks about unsaved work too.

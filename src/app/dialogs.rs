@@ -17,6 +17,7 @@ use rfd::AsyncFileDialog;
 
 use super::actions::{Action, Relight};
 use super::files::Opening;
+use super::import::{Do, Field};
 use super::leaving::Then;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
@@ -39,6 +40,11 @@ pub enum Asked {
     LoadEdits,
     SaveEdits,
     RenderTo,
+    ImportCameras,
+    ImportCameraFolder,
+    ImportImages,
+    ImportMesh,
+    ImportOut,
 }
 
 /// A project whose capture is not where it was.
@@ -105,6 +111,7 @@ impl Dialogs {
     pub fn forget_project(&mut self) {
         let of_project = |asked: Asked| {
             !matches!(asked, Asked::OpenCapture | Asked::OpenProject | Asked::Locate)
+                && asked.field().is_none()
         };
         self.picking.take_if(|picking| of_project(picking.asked));
         self.path.take_if(|field| of_project(field.asked));
@@ -127,12 +134,36 @@ impl Asked {
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
+            Self::ImportCameras => "File with cameras",
+            Self::ImportCameraFolder => "Folder with cameras",
+            Self::ImportImages => "Folder of the photographs",
+            Self::ImportMesh => "Mesh (OBJ, glTF, PLY, STL)",
+            Self::ImportOut => "Folder for the capture",
+        }
+    }
+
+    /// The field of the import page that it is for.
+    pub fn field(self) -> Option<Field> {
+        match self {
+            Self::ImportCameras | Self::ImportCameraFolder => Some(Field::Cameras),
+            Self::ImportImages => Some(Field::Images),
+            Self::ImportMesh => Some(Field::Mesh),
+            Self::ImportOut => Some(Field::Out),
+            _ => None,
         }
     }
 
     /// What to do with the path; `replace` where a file that is there may go.
     pub fn action(self, path: PathBuf, replace: bool) -> Action {
+        if let Some(field) = self.field() {
+            return Action::Import(Do::Choose(field, path));
+        }
         match self {
+            Self::ImportCameras
+            | Self::ImportCameraFolder
+            | Self::ImportImages
+            | Self::ImportMesh
+            | Self::ImportOut => Action::Import(Do::Show(None)),
             Self::OpenCapture | Self::OpenProject => Action::Open(path),
             Self::SaveAs => Action::SaveTo { file: path, replace },
             Self::Export => Action::ExportTo(path),
@@ -172,6 +203,7 @@ pub fn ask_path(state: &mut State, asked: Asked) {
         Asked::AddObject => ("Wavefront mesh", &["obj"]),
         Asked::AddDome => ("Light from all around", &["exr", "hdr"]),
         Asked::LoadEdits | Asked::SaveEdits => ("Edits", &["json"]),
+        Asked::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
         _ => ("", &[]),
     };
     if !kinds.is_empty() {
@@ -187,9 +219,12 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     let began = Instant::now();
     let wait = move || {
         let picked = match asked {
-            Asked::OpenProject | Asked::AddObject | Asked::AddDome | Asked::LoadEdits => {
-                block_on(dialog.pick_file())
-            }
+            Asked::OpenProject
+            | Asked::AddObject
+            | Asked::AddDome
+            | Asked::LoadEdits
+            | Asked::ImportCameras
+            | Asked::ImportMesh => block_on(dialog.pick_file()),
             Asked::SaveAs | Asked::SaveEdits => block_on(dialog.save_file()),
             _ => block_on(dialog.pick_folder()),
         };
@@ -238,7 +273,15 @@ fn suggestion(state: &State, asked: Asked) -> PathBuf {
     let recent =
         || state.settings.recent.first().and_then(|path| path.parent()).map(|path| path.join(""));
     let project = state.project.as_ref();
+    if let (Some(field), Some(page)) = (asked.field(), &state.import) {
+        return page.suggestion(field);
+    }
     match asked {
+        Asked::ImportCameras
+        | Asked::ImportCameraFolder
+        | Asked::ImportImages
+        | Asked::ImportMesh
+        | Asked::ImportOut => recent().unwrap_or_default(),
         Asked::OpenCapture | Asked::OpenProject => recent().unwrap_or_default(),
         Asked::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
             Some(file) => file.clone(),

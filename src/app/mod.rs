@@ -12,6 +12,7 @@ mod derived;
 mod dialogs;
 mod edit;
 mod files;
+mod import;
 mod jobs;
 mod layout;
 mod leaving;

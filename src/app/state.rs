@@ -6,11 +6,12 @@ use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-use eframe::egui;
+use eframe::{egui, egui_wgpu};
 
 use super::Launch;
 use super::dialogs::Dialogs;
 use super::edit::Edit;
+use super::import::ImportPage;
 use super::jobs::Jobs;
 use super::layout::Layout;
 use super::messages::Messages;
@@ -44,6 +45,9 @@ pub struct State {
     pub layout: Layout,
     pub panels: PanelState,
     pub viewport: Viewport,
+    /// The import page, once it was asked for.
+    pub import: Option<Box<ImportPage>>,
+    pub render: egui_wgpu::RenderState,
     pub example: Option<PathBuf>,
     /// The graphics adapter in use.
     pub adapter: String,
@@ -87,6 +91,8 @@ impl State {
             layout,
             panels: PanelState::default(),
             viewport: Viewport::new(render),
+            import: None,
+            render: render.clone(),
             example: example(),
             adapter: adapter(render),
             probe: Probe::default(),
@@ -100,6 +106,11 @@ impl State {
             None => Some("Open a capture first."),
             Some(project) => project.obstacle(),
         }
+    }
+
+    /// Whether the import page is on the screen.
+    pub fn is_importing(&self) -> bool {
+        self.import.as_ref().is_some_and(|page| page.is_shown)
     }
 
     pub fn is_running(&self) -> bool {

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use crate::exposures::MergeOptions;
 use crate::io::export::elsewhere::Format;
-use crate::io::import::{Axis, Unit};
+use crate::io::import::{Axis, Surfaces, Unit};
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, Kind, OptionError, OptionGroup, OptionValue};
 use crate::reconstruct::Options;
@@ -152,17 +152,7 @@ fn merge() -> Command {
             path("out", "Image to write (.exr); with several series, a folder for the images")
                 .required(true),
         )
-        .arg(
-            Arg::new("times")
-                .long("times")
-                .value_name("LIST|FILE")
-                .help("Exposure times in the order of the files (1/8,1,8), or a table file,seconds")
-                .long_help(
-                    "Exposure times in seconds: a list in the order of the files (1/8,1,8), or a \
-                     table with a row file,seconds for each [default: from EXIF, times what \
-                     aperture and sensitivity change]",
-                ),
-        )
+        .arg(times("Exposure times in the order of the files (1/8,1,8), or a table file,seconds"))
         .arg(switch("one", "All files are exposures of one view"))
         .arg(path("curve", "Also write the response as a table, and a drawing (.svg) beside it"))
         .arg(
@@ -175,6 +165,13 @@ fn merge() -> Command {
         )
         .arg(quiet());
     with_flags(command, &MergeOptions::default().declarations())
+}
+
+fn times(help: &'static str) -> Arg {
+    Arg::new("times").long("times").value_name("LIST|FILE").help(help).long_help(
+        "Exposure times in seconds: a list in the order of the files (1/8,1,8), or a table with a \
+         row file,seconds for each [default: from EXIF, times what aperture and sensitivity change]",
+    )
 }
 
 fn export() -> Command {
@@ -245,7 +242,7 @@ fn import() -> Command {
     let unit = |name: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name("UNIT").help(help).value_parser(units())
     };
-    Command::new("import")
+    let command = Command::new("import")
         .about("Make a capture of cameras, a mesh and photographs of other programs")
         .long_about(
             "Make a capture of cameras, a mesh and photographs of other programs: COLMAP models, \
@@ -272,12 +269,26 @@ fn import() -> Command {
         .arg(axis("up", "What is up in the source; it becomes z [default: z]"))
         .arg(axis("mesh-up", "What is up in the mesh [default: as in the source]"))
         .arg(number("weld", "METRES", "Join vertices no farther apart than this [default: 0]"))
-        .arg(switch("regions", "Make surfaces of planar regions even where the mesh names some"))
+        .arg(
+            Arg::new("surfaces")
+                .long("surfaces")
+                .value_name("BY")
+                .help("What surfaces are made of [default: auto]")
+                .long_help(
+                    "What surfaces are made of: materials, groups, objects, or connected planar \
+                     regions; auto takes the first of these that the mesh has",
+                )
+                .value_parser(PossibleValuesParser::new(Surfaces::NAMES.map(|(name, _)| name))),
+        )
+        .arg(switch("regions", "The same as --surfaces regions").conflicts_with("surfaces"))
         .arg(number("planar-angle", "DEGREES", "Largest angle within a region [default: 15]"))
         .arg(switch("undistorted", "The photographs are undistorted already: drop the lens terms"))
         .arg(switch("undo-applied-transform", "Take back nerfstudio's applied_transform"))
         .arg(switch("link", "Link the photographs instead of copying them"))
-        .arg(quiet())
+        .arg(switch("series", "Merge photographs that are exposures of one view to radiance"))
+        .arg(times("Exposure times of series without EXIF: a list (1/8,1,8), or a table"))
+        .arg(quiet());
+    with_flags(command, &MergeOptions::default().declarations())
 }
 
 fn score() -> Command {

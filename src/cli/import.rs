@@ -2,20 +2,22 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::ArgMatches;
 
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
-use crate::io::import::{self, Axis, Copying, Import, Options, Unit};
+use crate::exposures::MergeOptions;
+use crate::io::import::{self, Axis, Copying, Options, Surfaces, Unit, Writing};
 use crate::worker::{Command, Happening, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let source = arguments::required_path(matches, "source");
     let folder = arguments::required_path(matches, "out");
     let options = options(matches)?;
-    import::check_folder(&folder)?;
+    import::check_folder(&folder, false)?;
+    let merge = merging(matches)?;
     job::catch_interrupts()?;
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
@@ -24,17 +26,47 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let Happening::Imported(import) = job::wait(&mut worker, command, &mut display)? else {
         return Ok(());
     };
+    if merge.is_some() && import.series.is_empty() {
+        return Err(anyhow!(
+            "--series: no photograph is one of several exposures by its EXIF times. Give the times \
+             with --times, or leave out --series"
+        )
+        .into());
+    }
     display.stage("write");
     let copying = if matches.get_flag("link") { Copying::Link } else { Copying::Copy };
-    let command = Command::WriteCapture { import: import.clone(), folder: folder.clone(), copying };
-    job::wait(&mut worker, command, &mut display)?;
+    let writing = Box::new(Writing { copying, replace: false, merge });
+    let command = Command::WriteCapture { import: import.clone(), folder: folder.clone(), writing };
+    let written = match job::wait(&mut worker, command, &mut display)? {
+        Happening::CaptureWritten(_, written) => written,
+        // Somebody else has written there meanwhile.
+        _ => return Ok(import::check_folder(&folder, false)?),
+    };
     display.clear();
-    for warning in &import.warnings {
+    for warning in import.warnings.iter().chain(&written.warnings) {
         note_line!("warning: {warning}");
     }
-    report(&import);
+    for line in import.summary() {
+        say_line!("{line}");
+    }
+    let measured = import.shots.iter().any(|shot| shot.is_measurement);
+    let found = import.shots.iter().any(|shot| shot.image.is_some());
+    if found && !measured && written.found.is_none() {
+        note_line!("warning: {}", import::NOTHING_MEASURED);
+    }
     say_line!("written to {}", folder.display());
     Ok(())
+}
+
+/// How exposure series are merged, where that was asked for.
+fn merging(matches: &ArgMatches) -> anyhow::Result<Option<MergeOptions>> {
+    let mut options = MergeOptions::default();
+    arguments::apply_merge(matches, &mut options)?;
+    if !matches.get_flag("series") {
+        return Ok(None);
+    }
+    options.check_corners().map_err(|problem| anyhow!(problem))?;
+    Ok(Some(options))
 }
 
 fn options(matches: &ArgMatches) -> anyhow::Result<Options> {
@@ -66,44 +98,12 @@ fn options(matches: &ArgMatches) -> anyhow::Result<Options> {
         planar_angle: positive("planar-angle", default.planar_angle.to_degrees(), false)?
             .min(90.0)
             .to_radians(),
-        regions: matches.get_flag("regions"),
+        surfaces: match matches.get_flag("regions") {
+            true => Surfaces::Regions,
+            false => text("surfaces").and_then(Surfaces::of).unwrap_or_default(),
+        },
         undistorted: matches.get_flag("undistorted"),
         undo_applied: matches.get_flag("undo-applied-transform"),
+        times: text("times").map(str::to_owned),
     })
-}
-
-fn report(import: &Import) {
-    let shots = &import.shots;
-    let found = shots.iter().filter(|shot| shot.image.is_some()).count();
-    let measured = shots.iter().filter(|shot| shot.is_measurement).count();
-    say_line!(
-        "{}: {} cameras, {found} photographs, {measured} of them radiance",
-        import.format,
-        shots.len()
-    );
-    if let Some(geometry) = &import.geometry {
-        let (triangles, surfaces) = (geometry.mesh.triangles.len(), geometry.surfaces.len());
-        say_line!("mesh: {triangles} triangles in {surfaces} surfaces");
-        if let Some((low, high)) = geometry.mesh.bounds() {
-            let size = high - low;
-            say_line!("size: {:.3} × {:.3} × {:.3} m", size.x, size.y, size.z);
-        }
-    }
-    if let Some(check) = &import.reprojection {
-        say_line!(
-            "points: {} with {} observations, {:.3} px from them in the mean; against the model's \
-             own figures {:.4} px at most, {:.4} px for 99 %",
-            check.points,
-            check.observations,
-            check.mean_px,
-            check.disagreement_px,
-            check.disagreement_99_px
-        );
-    }
-    if found > 0 && measured == 0 {
-        note_line!(
-            "warning: no photograph is linear radiance (OpenEXR or .hdr), so nothing can be \
-             reconstructed from this capture yet"
-        );
-    }
 }

@@ -19,13 +19,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let out = arguments::required_path(matches, "out");
     let mut options = MergeOptions::default();
     arguments::apply_merge(matches, &mut options)?;
-    if options.vignetting().darkest() < io::capture::DARKEST_CORNER {
-        return Err(anyhow!(
-            "the vignetting leaves no light at the corners. Correct --merge.vignetting_a and \
-             --merge.vignetting_b: r is in half diagonals"
-        )
-        .into());
-    }
+    options.check_corners().map_err(|problem| anyhow!(problem))?;
     let times = matches.get_one::<String>("times");
     let times = times.map(|text| grouping::read_times(text)).transpose()?;
     let known = matches.get_one::<PathBuf>("response");

@@ -2,6 +2,10 @@
 
 use super::Vignetting;
 
+/// Below this share of light left, dividing the vignetting out would amplify noise and errors
+/// of the model beyond use.
+pub const DARKEST_CORNER: f64 = 0.02;
+
 crate::choices! {
     /// How codes stand for exposure.
     ResponseKind {
@@ -58,6 +62,15 @@ impl MergeOptions {
     pub fn usable(&self) -> (f32, f32) {
         let full = f64::from(super::FULL_SCALE);
         ((self.black * full) as f32, (self.saturation * full) as f32)
+    }
+
+    /// Whether the vignetting leaves light enough everywhere to divide it out.
+    pub fn check_corners(&self) -> Result<(), &'static str> {
+        if self.vignetting().darkest() < DARKEST_CORNER {
+            return Err("the vignetting leaves no light at the corners. Correct \
+                        --merge.vignetting_a and --merge.vignetting_b: r is in half diagonals");
+        }
+        Ok(())
     }
 
     pub fn vignetting(&self) -> Vignetting {

@@ -52,6 +52,18 @@ pub fn steps(series: &[Series]) -> u64 {
     series.iter().map(|series| series.files.len() as u64 + 1).sum()
 }
 
+/// Finds out about all series what they share, without merging: the response (`known`, or as
+/// the options say), the shifts, and whether times and pixels agree. `watch` counts the exposures.
+/// Memory as for [`merge_all`], but for the results.
+pub fn investigate(
+    series: &[Series],
+    known: Option<Response>,
+    options: &MergeOptions,
+    watch: &Watch,
+) -> Result<Found, Error> {
+    examine(series, known, options, watch, false).map(|(found, _)| found)
+}
+
 /// Merges each series, in order, all with one response (`known`, or as the options say) and so
 /// on one scale. `done` gets each with its index as soon as it is merged. `watch` is ticked
 /// [`steps`] times.
@@ -66,8 +78,36 @@ pub fn merge_all(
     watch: &Watch,
     mut done: impl FnMut(usize, Merged) -> Result<(), Error>,
 ) -> Result<Found, Error> {
+    let (found, kept) = examine(series, known, options, watch, true)?;
+    let mut kept = kept.into_iter();
+    for (index, one) in series.iter().enumerate() {
+        let exposures = match kept.next() {
+            Some(exposures) => exposures,
+            None => {
+                let mut exposures = decode(one, watch, false)?;
+                apply(&mut exposures, &found.shifts[index]);
+                exposures
+            }
+        };
+        let Checked { response, trusted, .. } = &found.checked;
+        let merged = merge(&exposures, &trusted[index], one.reference, response, options, watch)?;
+        drop(exposures);
+        watch.tick()?;
+        done(index, merged)?;
+    }
+    Ok(found)
+}
+
+/// What the series share, and their exposures where these fit into memory and are wanted.
+fn examine(
+    series: &[Series],
+    known: Option<Response>,
+    options: &MergeOptions,
+    watch: &Watch,
+    keep: bool,
+) -> Result<(Found, Vec<Vec<Exposure>>), Error> {
     let sizes: Vec<u64> = series.iter().map(check_files).collect::<Result<_, _>>()?;
-    let is_kept = sizes.iter().sum::<u64>() <= KEPT;
+    let is_kept = keep && sizes.iter().sum::<u64>() <= KEPT;
     let count = (options.pixels / series.len().max(1)).max(options.pixels.min(400));
     let mut kept = Vec::new();
     let mut shifts = Vec::with_capacity(series.len());
@@ -105,23 +145,7 @@ pub fn merge_all(
     let warnings = std::iter::zip(series, std::iter::zip(&checked.links, &checked.trusted))
         .flat_map(|(series, (links, trusted))| contradictions(series, links, trusted))
         .collect();
-    let mut kept = kept.into_iter();
-    for (index, one) in series.iter().enumerate() {
-        let exposures = match kept.next() {
-            Some(exposures) => exposures,
-            None => {
-                let mut exposures = decode(one, watch, false)?;
-                apply(&mut exposures, &shifts[index]);
-                exposures
-            }
-        };
-        let trusted = &checked.trusted[index];
-        let merged = merge(&exposures, trusted, one.reference, &checked.response, options, watch)?;
-        drop(exposures);
-        watch.tick()?;
-        done(index, merged)?;
-    }
-    Ok(Found { checked, shifts, warnings })
+    Ok((Found { checked, shifts, warnings }, kept))
 }
 
 fn apply(exposures: &mut [Exposure], shifts: &[[isize; 2]]) {

@@ -10,6 +10,7 @@ use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
 use super::{Error, Fault, brackets, mesh, photograph, tags};
+use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph};
 use crate::watch::Watch;
@@ -17,9 +18,6 @@ use crate::watch::Watch;
 const GEOMETRY: &str = "scene.obj";
 const CAMERAS: &str = "transforms.json";
 const TAGS: &str = "tags.json";
-/// Below this share of light left, dividing the vignetting out would amplify noise and errors
-/// of the model beyond use.
-pub const DARKEST_CORNER: f64 = 0.02;
 
 /// Loads a capture folder. `watch` counts the photographs.
 pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
@@ -245,7 +243,7 @@ fn nothing_measured(camera_file: &Path) -> String {
 }
 
 /// The exposures of a frame; the frame's own image is the reference if it is among them.
-fn series(frame: &Frame, image: &Path) -> Result<Series, Error> {
+pub(super) fn series(frame: &Frame, image: &Path) -> Result<Series, Error> {
     let mut seconds = Vec::with_capacity(frame.brackets.len());
     for bracket in &frame.brackets {
         let time = match bracket.exposure_secs {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::brackets::{Series, relative_exposure};
 use super::photograph::{self, Shot};
 use super::{Error, Fault, error};
+use crate::watch::Watch;
 
 /// Photographs taken with more than this between them, in seconds, are of different views.
 const LONGEST_PAUSE_SECS: f64 = 30.0;
@@ -38,9 +39,34 @@ pub fn group(files: &[PathBuf], times: Option<&Times>, is_one: bool) -> Result<V
         };
         candidates.push(Candidate { file: file.clone(), shot, seconds });
     }
-    if is_one {
-        return Ok(vec![series(candidates)]);
+    Ok(if is_one { vec![series(candidates)] } else { grouped(candidates) })
+}
+
+/// Finds the series of two exposures or more among files of which many may be none: those that do
+/// not say their time, and are not in `times`, are passed over. `watch` counts the files.
+pub fn find(files: &[PathBuf], times: Option<&Times>, watch: &Watch) -> Result<Vec<Series>, Error> {
+    watch.begin(files.len() as u64);
+    let mut first = None;
+    let mut candidates = Vec::new();
+    for (index, file) in files.iter().enumerate() {
+        watch.tick()?;
+        // What cannot be read is no exposure.
+        let Ok(shot) = photograph::shot(file) else { continue };
+        let seconds = match times {
+            Some(times) => times.of(file, index).ok(),
+            None if shot.exposure_secs.is_some() => {
+                relative_exposure(&shot, first.get_or_insert(shot))
+            }
+            None => None,
+        };
+        candidates.extend(seconds.map(|seconds| Candidate { file: file.clone(), shot, seconds }));
     }
+    let mut series = grouped(candidates);
+    series.retain(|series| series.files.len() > 1);
+    Ok(series)
+}
+
+fn grouped(mut candidates: Vec<Candidate>) -> Vec<Series> {
     let is_timed = candidates.iter().all(|one| one.shot.taken_secs.is_some());
     candidates.sort_by(|a, b| {
         let place = a.file.parent().cmp(&b.file.parent());
@@ -57,8 +83,7 @@ pub fn group(files: &[PathBuf], times: Option<&Times>, is_one: bool) -> Result<V
     } else {
         groups
     };
-    let groups = groups.into_iter().flat_map(split_where_repeated);
-    Ok(groups.map(series).collect())
+    groups.into_iter().flat_map(split_where_repeated).map(series).collect()
 }
 
 fn series(candidates: Vec<Candidate>) -> Series {

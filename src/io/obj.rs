@@ -14,6 +14,7 @@ use std::path::Path;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::error::read_bounded;
+use super::mesh::SurfacesBy;
 use super::obj_text::{Digest, Tally, broken_vertex, digest, is_usable, locate};
 use super::polygon::{self, Shape};
 use super::{Error, Fault};
@@ -43,11 +44,20 @@ pub struct Geometry {
 
 /// Reads a mesh and the material libraries it names.
 pub fn load(file: &Path) -> Result<Geometry, Error> {
-    parse(file, &read_bounded(file, LARGEST)?)
+    read(file, SurfacesBy::default())
+}
+
+/// Reads a mesh whose surfaces are told apart as the caller wishes.
+pub fn read(file: &Path, by: SurfacesBy) -> Result<Geometry, Error> {
+    parse_by(file, &read_bounded(file, LARGEST)?, by)
 }
 
 /// Reads the bytes of a mesh; `file` is for messages, and libraries are looked for beside it.
 pub fn parse(file: &Path, bytes: &[u8]) -> Result<Geometry, Error> {
+    parse_by(file, bytes, SurfacesBy::default())
+}
+
+fn parse_by(file: &Path, bytes: &[u8], by: SurfacesBy) -> Result<Geometry, Error> {
     if bytes.starts_with(&[0xFE, 0xFF])
         || bytes.starts_with(&[0xFF, 0xFE])
         || bytes.iter().take(4096).any(|&byte| byte == 0)
@@ -60,7 +70,7 @@ pub fn parse(file: &Path, bytes: &[u8]) -> Result<Geometry, Error> {
         )));
     }
     let text = String::from_utf8_lossy(bytes);
-    let digest = digest(&text);
+    let digest = digest(&text, by);
     if digest.face_lines.is_empty() {
         return Err(no_faces(file, &digest));
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
+use super::mesh::SurfacesBy;
 use super::mtl::split_keyword;
 use super::{Error, Fault};
 
@@ -49,12 +50,14 @@ impl Tally {
     }
 }
 
-pub(super) fn digest(text: &str) -> Digest {
+pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
     let mut digest = Digest { text: String::with_capacity(text.len()), ..Default::default() };
     // The library is ours: it names every surface by its index.
     digest.text += "mtllib surfaces\n";
     let mut known: HashMap<String, usize> = HashMap::new();
-    let (mut material, mut object) = (String::new(), String::new());
+    let (mut material, mut group, mut object) = (String::new(), String::new(), String::new());
+    // Of groups and objects the one that the text named last.
+    let mut last = String::new();
     // The surface that the next face belongs to, and the one the text last named.
     let (mut current, mut written): (Option<usize>, Option<usize>) = (None, None);
     for_each_line(text, |number, line| {
@@ -91,8 +94,15 @@ pub(super) fn digest(text: &str) -> Digest {
                     return;
                 }
                 let surface = *current.get_or_insert_with(|| {
-                    let name = [material.as_str(), object.as_str(), "default"]
+                    let names = match by {
+                        SurfacesBy::Materials => [&material, &last, &last],
+                        SurfacesBy::Groups => [&group, &object, &material],
+                        SurfacesBy::Objects => [&object, &group, &material],
+                    };
+                    let name = names
+                        .map(String::as_str)
                         .into_iter()
+                        .chain(["default"])
                         .find(|name| !name.is_empty())
                         .unwrap_or_default();
                     *known.entry(name.to_owned()).or_insert_with(|| {
@@ -115,7 +125,8 @@ pub(super) fn digest(text: &str) -> Digest {
                 current = None;
             }
             "o" | "g" => {
-                object = rest.to_owned();
+                last = rest.to_owned();
+                *(if keyword == "o" { &mut object } else { &mut group }) = last.clone();
                 current = None;
             }
             "mtllib" => digest.libraries.push(rest.to_owned()),

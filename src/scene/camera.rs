@@ -144,8 +144,17 @@ impl Camera {
     /// Where a world point appears, in pixels, and its distance from the camera in metres;
     /// `None` behind the camera, outside the image, or beyond the lens model's reach.
     pub fn project(&self, point: DVec3) -> Option<(DVec2, f64)> {
-        let offset = point - self.position;
-        let local = self.world_from_camera.transpose() * offset;
+        let pixel = self.place(point)?;
+        let inside = pixel.x >= 0.0
+            && pixel.y >= 0.0
+            && pixel.x < self.width as f64
+            && pixel.y < self.height as f64;
+        inside.then(|| (pixel, (point - self.position).length()))
+    }
+
+    /// The same for the pixel alone, which may lie outside of the image.
+    pub fn place(&self, point: DVec3) -> Option<DVec2> {
+        let local = self.world_from_camera.transpose() * (point - self.position);
         if local.z >= 0.0 {
             return None;
         }
@@ -159,12 +168,7 @@ impl Camera {
             }
             self.distortion.apply(undistorted)
         };
-        let pixel = distorted * self.focal_px + self.principal_px;
-        let inside = pixel.x >= 0.0
-            && pixel.y >= 0.0
-            && pixel.x < self.width as f64
-            && pixel.y < self.height as f64;
-        inside.then(|| (pixel, offset.length()))
+        Some(distorted * self.focal_px + self.principal_px)
     }
 
     /// The unit world direction in which a pixel position looks; `None` where the distortion

@@ -6,6 +6,7 @@ pub mod dome;
 pub mod emitter;
 pub mod image;
 pub mod views;
+pub mod wireframe;
 
 pub use camera::{Camera, Distortion};
 pub use capture::{

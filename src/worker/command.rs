@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::exposures::MergeOptions;
 use crate::geometry::bvh::RayCaster;
 use crate::io;
-use crate::io::import::{self, Copying, Import};
+use crate::io::brackets::{self, Series};
+use crate::io::import::{self, Holds, Import, Survey, Writing};
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
@@ -26,7 +28,13 @@ pub enum Command {
     /// Read cameras and mesh of other programs; nothing is written.
     Import { source: PathBuf, options: Box<import::Options> },
     /// Write what was imported as a capture.
-    WriteCapture { import: Arc<Import>, folder: PathBuf, copying: Copying },
+    WriteCapture { import: Arc<Import>, folder: PathBuf, writing: Box<Writing> },
+    /// Prepare to hold what was imported against its photographs.
+    Survey { import: Arc<Import> },
+    /// Hold one of the photographs against what was imported.
+    CheckShot { survey: Arc<Survey>, shot: usize },
+    /// Find what exposure series share: the response, shifts, whether their times are right.
+    Investigate { series: Vec<Series>, options: Box<MergeOptions> },
     /// Reconstruct a loaded capture.
     Reconstruct { capture: Arc<Capture>, options: Box<Options> },
     /// Write a reconstruction into a folder, each file whole or not at all.
@@ -83,9 +91,30 @@ impl Command {
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),
             },
-            Self::WriteCapture { import, folder, copying } => {
-                match import::write(&import, &folder, copying, watch) {
-                    Ok(()) => Happening::Exported(folder),
+            Self::WriteCapture { import, folder, writing } => {
+                // A capture in the way is for whoever asked to decide on.
+                if !writing.replace && import::holds(&folder).is_ok_and(|own| own == Holds::Capture)
+                {
+                    return Happening::Occupied(folder);
+                }
+                match import::write(&import, &folder, &writing, watch) {
+                    Ok(written) => Happening::CaptureWritten(folder, Arc::new(written)),
+                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                    Err(error) => Happening::Failed(error.to_string()),
+                }
+            }
+            Self::Survey { import } => match import::survey(import, watch) {
+                Ok(survey) => Happening::Surveyed(Arc::new(survey)),
+                Err(Cancelled) => Happening::Cancelled,
+            },
+            Self::CheckShot { survey, shot } => match import::check_shot(&survey, shot, watch) {
+                Ok(check) => Happening::Checked(Arc::new(check)),
+                Err(Cancelled) => Happening::Cancelled,
+            },
+            Self::Investigate { series, options } => {
+                watch.begin(brackets::steps(&series) - series.len() as u64);
+                match brackets::investigate(&series, None, &options, watch) {
+                    Ok(found) => Happening::Investigated(Arc::new(found)),
                     Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                     Err(error) => Happening::Failed(error.to_string()),
                 }

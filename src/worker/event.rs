@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::io::import::Import;
+use crate::io::brackets::Found;
+use crate::io::import::{Import, ShotCheck, Survey, Written};
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::edits::Edits;
@@ -31,6 +32,13 @@ pub enum Happening {
     Update(Update),
     Loaded(Arc<Capture>),
     Imported(Arc<Import>),
+    /// What was imported stands in its folder.
+    CaptureWritten(PathBuf, Arc<Written>),
+    /// Nothing was written: a capture is in the folder already.
+    Occupied(PathBuf),
+    Surveyed(Arc<Survey>),
+    Checked(Arc<ShotCheck>),
+    Investigated(Arc<Found>),
     Reconstructed(Arc<Reconstruction>),
     Exported(PathBuf),
     /// One mask per light; `None` for those that are no disc of the sphere.

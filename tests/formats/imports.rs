@@ -2,9 +2,14 @@
 //! really bring. The sources and their projections are made by `tests/golden/import/make.py`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use lobelia::io::import::{Axis, Copying, Import, Options, Shot, Unit, read, write};
+use lobelia::exposures::MergeOptions;
+use lobelia::io::import::{
+    Axis, Copying, Holds, Import, Options, Shot, Surfaces, Tidied, Unit, Writing, check_shot,
+    holds, read, survey, write,
+};
 use lobelia::io::{Error, capture, exr, mesh};
 use lobelia::scene::{Camera, Distortion};
 use lobelia::watch::Watch;
@@ -170,6 +175,219 @@ fn colmaps_points_fall_on_their_observations() {
 }
 
 #[test]
+fn photographs_know_what_colmap_observed_in_them() {
+    let photos = folder();
+    let case = case("COLMAP text");
+    photographs(photos.path(), &case);
+    // One is half as large as its camera was.
+    let half = photos.path().join("sub folder/4 ä.exr");
+    exr::write_rgb(&half, 80, 60, &vec![[1.0; 3]; 80 * 60]).unwrap();
+    let options =
+        Options { unit: Unit::of("cm").unwrap(), up: Axis::MinusY, ..with_images(photos.path()) };
+    let import = import(&data("import/colmap_text"), &options).unwrap();
+    assert_eq!((import.shots.len(), import.points.len()), (6, 12));
+    let survey = survey(Arc::new(import), &Watch::new()).unwrap();
+    assert!(survey.caster.is_none() && survey.edges.is_empty());
+    for (shot, own) in survey.import.shots.iter().enumerate() {
+        assert_eq!(own.observations.len(), 12);
+        let check = check_shot(&survey, shot, &Watch::new()).unwrap();
+        let shown = check.picture.unwrap().unwrap();
+        assert_eq!(shown.width, own.camera.width);
+        // Noise of 0.4 px a coordinate, in pixels of the photograph as it is.
+        let factor = own.camera.width as f64 / 160.0;
+        assert!((0.1 * factor..0.9 * factor).contains(&check.median_px), "{}", check.median_px);
+        assert!(check.worst_px >= check.median_px && check.worst_px < 2.0 * factor);
+    }
+}
+
+#[test]
+fn the_edges_of_the_mesh_fall_where_its_camera_sees_them() {
+    let photos = folder();
+    let case = case("Metashape");
+    photographs(photos.path(), &case);
+    let options =
+        Options { mesh: Some(data("import/boxes_little.ply")), ..with_images(photos.path()) };
+    let import = import(&data("import/metashape.xml"), &options).unwrap();
+    let survey = survey(Arc::new(import), &Watch::new()).unwrap();
+    assert_eq!(survey.edges.len(), 24, "two boxes, and no diagonals");
+    for shot in 0..survey.import.shots.len() {
+        let camera = &survey.import.shots[shot].camera;
+        assert!(!camera.distortion.is_none());
+        let check = check_shot(&survey, shot, &Watch::new()).unwrap();
+        let ends: Vec<DVec2> = survey
+            .edges
+            .iter()
+            .flatten()
+            .filter_map(|end| Some(camera.project(end.as_dvec3())?.0))
+            .collect();
+        // Every corner that is seen ends a stroke, hidden or not.
+        for end in ends {
+            let strokes = check.strokes.iter().flat_map(|stroke| &stroke.points);
+            let nearest = strokes.map(|p| f64::from(p.distance(end.as_vec2()))).fold(9.0, f64::min);
+            assert!(nearest < 1e-3, "{end}: {nearest} px");
+        }
+    }
+}
+
+#[test]
+fn surfaces_are_what_is_asked_for() {
+    let folder = folder();
+    let quad = |z: i32| format!("v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nv 0 1 {z}\n");
+    let text = format!(
+        "{}{}{}o table\ng top\nusemtl wood\nf 1 2 3 4\ng leg\nf 5 6 7 8\no lamp\ng shade\n\
+         usemtl cloth\nf 9 10 11\nf 9 9 10\n",
+        quad(0),
+        quad(1),
+        quad(2)
+    );
+    let file = put(folder.path(), "room.obj", text.as_bytes());
+    for (surfaces, names) in [
+        (Surfaces::Auto, vec!["wood", "cloth"]),
+        (Surfaces::Materials, vec!["wood", "cloth"]),
+        (Surfaces::Groups, vec!["top", "leg", "shade"]),
+        (Surfaces::Objects, vec!["table", "lamp"]),
+        (Surfaces::Regions, vec!["plane_1", "plane_2", "plane_3"]),
+    ] {
+        let options = Options { surfaces, ..Default::default() };
+        let import = import(&file, &options).unwrap();
+        let geometry = import.geometry.unwrap();
+        let found: Vec<&str> = geometry.surfaces.iter().map(|own| own.name.as_str()).collect();
+        assert_eq!(found, names, "{surfaces:?}");
+    }
+    // A single mesh of glTF tells no surfaces apart, but is one object.
+    let of = |surfaces| {
+        let options = Options { surfaces, ..Default::default() };
+        import(&data("import/boxes_scene.glb"), &options).unwrap().geometry.unwrap().surfaces
+    };
+    assert_eq!((of(Surfaces::Objects).len(), of(Surfaces::Auto).len()), (1, 12));
+}
+
+#[test]
+fn what_is_joined_and_left_out_is_counted() {
+    let folder = folder();
+    // Two triangles with their own vertices, of which one edge is the same, and a sliver.
+    let facet = |p: [[f32; 3]; 3]| {
+        let line = |v: [f32; 3]| format!("vertex {} {} {}\n", v[0], v[1], v[2]);
+        format!("facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n", p.map(line).concat())
+    };
+    let text = [
+        "solid a\n".to_owned(),
+        facet([[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]),
+        facet([[1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]),
+        facet([[1., 1., 0.], [1.0001, 1., 0.], [1., 1.0001, 0.]]),
+        "endsolid a\n".to_owned(),
+    ];
+    let file = put(folder.path(), "a.stl", text.concat().as_bytes());
+    let plain = import(&file, &Options::default()).unwrap().tidied;
+    assert_eq!(plain, Tidied { vertices: 9, joined: 3, degenerate: 0 });
+    let welded = import(&file, &Options { weld_m: 0.001, ..Default::default() }).unwrap().tidied;
+    assert_eq!(welded, Tidied { vertices: 9, joined: 5, degenerate: 1 });
+}
+
+/// Photographs whose names and times say that they are exposures, with cameras at `places`.
+fn exposures(folder: &Path, places: &[(&str, f64)]) -> PathBuf {
+    let frames: Vec<Value> = places
+        .iter()
+        .map(|(name, x)| {
+            serde_json::json!({
+                "file_path": name,
+                "transform_matrix": [[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 3], [0, 0, 0, 1]],
+            })
+        })
+        .collect();
+    let cameras = serde_json::json!({
+        "camera_model": "PINHOLE", "w": 16, "h": 12, "fl_x": 16, "fl_y": 16, "cx": 8, "cy": 6,
+        "frames": frames,
+    });
+    put(folder, "transforms.json", cameras.to_string().as_bytes())
+}
+
+#[test]
+fn exposures_of_a_view_are_found_and_merged() {
+    let folder = folder();
+    let mut table = String::new();
+    for view in ["a", "b"] {
+        for (index, time) in [0.1, 0.4, 1.6].into_iter().enumerate() {
+            let picture = image::RgbImage::from_fn(16, 12, |x, y| {
+                let light = (-2.5 + 0.3 * f64::from(x) + 0.1 * f64::from(y)).exp();
+                image::Rgb([(255.0 * (light * time).sqrt()).round().min(255.0) as u8; 3])
+            });
+            let name = format!("{view}_{index}.png");
+            picture.save(folder.path().join(&name)).unwrap();
+            table += &format!("{name},{time}\n");
+        }
+    }
+    let times = put(folder.path(), "times.csv", table.as_bytes());
+    // Both views have a camera; the first has three, of which one is enough.
+    let source = exposures(
+        folder.path(),
+        &[("a_0.png", 0.0), ("a_1.png", 0.001), ("a_2.png", 0.0), ("b_2.png", 2.0)],
+    );
+    let times = Some(times.display().to_string());
+    let options = Options { times, ..Default::default() };
+    let import = import(&source, &options).unwrap();
+    let views: Vec<(usize, Vec<usize>)> =
+        import.series.iter().map(|view| (view.shot, view.others.clone())).collect();
+    assert_eq!(views, [(1, vec![0, 2]), (3, vec![])]);
+    assert_eq!(import.series[1].series.reference, 2, "the camera was found on the longest");
+    let out = folder.path().join("made");
+    let merge = MergeOptions { align: false, ..Default::default() };
+    let writing = Writing { merge: Some(merge), ..Default::default() };
+    let written = write(&import, &out, &writing, &Watch::new()).unwrap();
+    assert!(written.found.is_some());
+    assert!(written.warnings.iter().any(|warning| warning.contains("2 cameras")));
+    let names = ["a_1", "b_2"].map(|name| out.join(format!("images/{name}.exr")));
+    let [a, b] = names.map(|file| exr::read(&file).unwrap().pixels);
+    assert_eq!(a.len(), 192);
+    let same = a.iter().zip(&b).filter(|(a, b)| (a[1] / b[1] - 1.0).abs() < 1e-3).count();
+    assert!(same > 150, "{same} of 192 pixels agree");
+    let text = std::fs::read_to_string(out.join("transforms.json")).unwrap();
+    assert!(text.contains("a_1.exr") && !text.contains("hdr") && !text.contains("a_0"));
+    // Without merging all cameras are written as they are, and a word says so.
+    let out = folder.path().join("plain");
+    let written = write(&import, &out, &Writing::default(), &Watch::new()).unwrap();
+    assert!(written.warnings[0].contains("--series"), "{:?}", written.warnings);
+    assert!(out.join("images/a_0.png").is_file());
+}
+
+#[test]
+fn views_with_times_of_their_own_are_no_series() {
+    let folder = folder();
+    for name in ["p_1", "p_2", "p_3"] {
+        let picture = image::RgbImage::from_pixel(16, 12, image::Rgb([90; 3]));
+        picture.save(folder.path().join(format!("{name}.png"))).unwrap();
+    }
+    let times = put(folder.path(), "times.csv", b"p_1.png,0.1\np_2.png,0.2\np_3.png,0.3\n");
+    let places = [("p_1.png", 0.0), ("p_2.png", 1.0), ("p_3.png", 2.0)];
+    let source = exposures(folder.path(), &places);
+    let times = Some(times.display().to_string());
+    let options = Options { times, ..Default::default() };
+    message(import(&source, &options).map(drop), &["p_1.png", "exposures"]);
+}
+
+#[test]
+fn a_capture_is_replaced_only_on_request_and_nothing_else_is() {
+    let folder = folder();
+    let import = import(&data("import/boxes_little.ply"), &Options::default()).unwrap();
+    let out = folder.path().join("made");
+    let replace = Writing { replace: true, ..Default::default() };
+    let save = |writing: &Writing| write(&import, &out, writing, &Watch::new()).map(drop);
+    assert_eq!(holds(&out).unwrap(), Holds::Nothing);
+    save(&Writing::default()).unwrap();
+    assert_eq!(holds(&out).unwrap(), Holds::Capture);
+    message(save(&Writing::default()), &["made", "not empty"]);
+    put(&out, "tags.json", b"{}");
+    save(&replace).unwrap();
+    assert!(!out.join("tags.json").exists());
+    put(&out, "novel.txt", b"chapter one");
+    assert_eq!(holds(&out).unwrap(), Holds::Other);
+    message(save(&replace), &["made", "other things"]);
+    assert!(out.join("novel.txt").is_file());
+    let beside = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(beside, 1, "nothing is left of what was replaced");
+}
+
+#[test]
 fn an_import_is_a_capture() {
     let (photos, made) = (folder(), folder());
     let case = case("COLMAP binary");
@@ -195,7 +413,8 @@ fn an_import_is_a_capture() {
     }
     for (name, copying) in [("copied", Copying::Copy), ("linked", Copying::Link)] {
         let out = made.path().join(name);
-        write(&import, &out, copying, &Watch::new()).unwrap();
+        let writing = Writing { copying, ..Writing::default() };
+        write(&import, &out, &writing, &Watch::new()).unwrap();
         let capture = capture::load(&out, &Watch::new()).unwrap();
         assert_eq!(capture.photographs.len(), 5, "{:?}", capture.warnings);
         assert_eq!(capture.measurements().count(), 4);
@@ -216,7 +435,7 @@ fn an_import_is_a_capture() {
         let size = high - low;
         assert!((size - glam::Vec3::new(0.0425, 0.01, 0.03)).length() < 1e-6, "{size}");
         assert_eq!(capture.surfaces.len(), 12);
-        message(write(&import, &out, copying, &Watch::new()), &[name, "not empty"]);
+        message(write(&import, &out, &writing, &Watch::new()), &[name, "not empty"]);
     }
     // Halving pixels halves the lens about the corner.
     let (whole, halved) = (&import.shots[0].camera, &import.shots[2].camera);
@@ -334,7 +553,7 @@ fn polygons_and_unwraps_survive_being_written() {
     let file = put(folder.path(), "scene.obj", obj);
     let import = import(&file, &Options::default()).unwrap();
     let written = out.path().join("capture");
-    write(&import, &written, Copying::Copy, &Watch::new()).unwrap();
+    write(&import, &written, &Writing::default(), &Watch::new()).unwrap();
     let (before, after) =
         (mesh::load(&file).unwrap(), mesh::load(&written.join("scene.obj")).unwrap());
     assert_eq!(before.surfaces, after.surfaces);

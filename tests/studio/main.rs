@@ -3,6 +3,7 @@
 #![cfg(feature = "studio")]
 
 mod hand; // mouse and keys in the 3D view
+mod importing; // the import page
 mod projects; // save, reopen, recovery, a moved capture
 mod relighting; // lights and objects that are set into the scene
 mod runs; // run to the end, cancel

@@ -5,6 +5,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 use super::{Command, Menu};
 use crate::app::actions::{Action, Select};
 use crate::app::dialogs::Asked;
+use crate::app::import::Do;
 use crate::app::layout::{Pane, Workspace};
 use crate::app::relight::NewLight;
 
@@ -49,6 +50,14 @@ fn file(list: &mut Vec<Command>) {
         None,
         Action::OpenExample,
         "Open the shipped example: the corner of a room with three boxes",
+    );
+    add(
+        list,
+        File,
+        "Import…",
+        key(COMMAND, Key::I),
+        Action::Import(Do::Show(None)),
+        "Make a capture of cameras, a mesh and photographs of other programs, or of exposure series",
     );
     group(
         list,

@@ -58,9 +58,21 @@ impl Command {
         step.map_or_else(|| self.name.to_owned(), |step| format!("{} {step}", self.name))
     }
 
+    /// Whether it is of use on the import page, where no project is seen.
+    fn is_of_the_window(&self) -> bool {
+        match &self.action {
+            Action::Theme(_) | Action::Scale(_) | Action::Workspace(_) | Action::Cancel => true,
+            Action::Ask(Asked::Export) => false,
+            _ => matches!(self.menu, Menu::File | Menu::Help),
+        }
+    }
+
     /// Whether it would do anything now.
     pub fn is_enabled(&self, state: &State) -> bool {
         let project = state.project.as_ref();
+        if state.is_importing() && !self.is_of_the_window() {
+            return false;
+        }
         match &self.action {
             Action::OpenExample => state.example.is_some(),
             Action::Save | Action::Ask(Asked::SaveAs) | Action::Close => project.is_some(),
@@ -84,6 +96,9 @@ impl Command {
                 project.is_some_and(|p| !p.selection.surfaces.is_empty())
             }
             Action::Run => state.obstacle_to_run().is_none(),
+            Action::Cancel if state.is_importing() => {
+                state.import.as_ref().is_some_and(|page| page.is_busy())
+            }
             Action::Cancel => state.is_running(),
             Action::Workspace(_)
             | Action::ResetLayout
@@ -99,7 +114,8 @@ impl Command {
 /// The actions whose keys were pressed. Letters are left to text fields and dialogs.
 pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let typing = ctx.text_edit_focused();
-    let dialog = state.dialogs.is_open();
+    let asks = state.import.as_ref().is_some_and(|page| page.is_shown && page.replace.is_some());
+    let dialog = state.dialogs.is_open() || asks;
     // The viewport flies with letters while the right button is held.
     let flying = ctx.input(|input| input.pointer.secondary_down());
     // It takes axes and numbers while something is moved there.

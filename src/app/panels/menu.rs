@@ -37,7 +37,7 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             if let Some(project) = &state.project {
                 ui.separator();
                 for workspace in Workspace::ALL {
-                    let current = state.layout.current == workspace;
+                    let current = state.layout.current == workspace && !state.is_importing();
                     let tab = egui::Button::selectable(current, workspace.name());
                     if ui.add(tab).on_hover_text(workspace.help()).clicked() {
                         actions.push(Action::Workspace(workspace));

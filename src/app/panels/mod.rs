@@ -4,6 +4,7 @@ pub mod cards;
 mod compare;
 mod convergence;
 mod fields;
+pub mod import;
 mod inspect_light;
 mod inspect_sample;
 mod inspector;

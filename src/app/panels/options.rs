@@ -44,13 +44,18 @@ pub fn option_ui(
 ) {
     let Declaration { section, name, .. } = *declaration;
     let Some(text) = project.edit().options.get(section, name) else { return };
-    let changed = text != declaration.default;
-    let set = |actions: &mut Vec<Action>, text: String| {
+    if let Some(text) = choice_row(ui, declaration, &text) {
         actions.push(Action::Change(Change::Option { section, name, text }));
-    };
+    }
+}
+
+/// The row of one option whose value is `text`; the new value where it was changed.
+pub fn choice_row(ui: &mut egui::Ui, declaration: &Declaration, text: &str) -> Option<String> {
+    let changed = text != declaration.default;
+    let mut new = None;
     let help = help(declaration);
     ui.horizontal(|ui| {
-        let title = title(name);
+        let title = title(declaration.name);
         let mark = if changed {
             egui::RichText::new(format!("{title} *")).strong()
         } else {
@@ -64,7 +69,7 @@ pub fn option_ui(
             ui.add(egui::Label::new(mark).truncate()).on_hover_text(&help)
         });
         let label = label.inner;
-        let response = control(ui, declaration, &text, actions, &set);
+        let response = control(ui, declaration, text, &mut new);
         if let Some(response) = response {
             response.on_hover_text(&help).labelled_by(label.id);
         }
@@ -76,25 +81,25 @@ pub fn option_ui(
             let reset =
                 ui.small_button("Reset").on_hover_text(format!("Reset {title} to {default}"));
             if named(reset, format!("Reset {title}")).clicked() {
-                set(actions, default.clone());
+                new = Some(default.clone());
             }
         }
     });
+    new
 }
 
 fn control(
     ui: &mut egui::Ui,
     declaration: &Declaration,
     text: &str,
-    actions: &mut Vec<Action>,
-    set: &impl Fn(&mut Vec<Action>, String),
+    new: &mut Option<String>,
 ) -> Option<egui::Response> {
     match declaration.kind {
         Kind::Switch => {
             let mut on = text == "true";
             let response = ui.add(egui::Checkbox::without_text(&mut on));
             if response.changed() {
-                set(actions, on.to_string());
+                *new = Some(on.to_string());
             }
             Some(response)
         }
@@ -105,7 +110,7 @@ fn control(
                 |ui| {
                     for name in names {
                         if ui.selectable_label(text == *name, *name).clicked() && text != *name {
-                            set(actions, (*name).to_owned());
+                            *new = Some((*name).to_owned());
                         }
                     }
                 },
@@ -115,14 +120,14 @@ fn control(
         Kind::Integer => {
             let response = number(ui, declaration, text, true)?;
             if let Some(value) = response.1 {
-                set(actions, format!("{:.0}", value));
+                *new = Some(format!("{value:.0}"));
             }
             Some(response.0)
         }
         Kind::Number => {
             let response = number(ui, declaration, text, false)?;
             if let Some(value) = response.1 {
-                set(actions, value.to_string());
+                *new = Some(value.to_string());
             }
             Some(response.0)
         }
@@ -136,14 +141,14 @@ fn control(
             if switch.changed() {
                 let (low, high) = declaration.range.unwrap_or((0.0, 1.0));
                 let value = if low <= 0.1 && 0.1 <= high { 0.1 } else { low };
-                set(actions, if auto { "auto".to_owned() } else { value.to_string() });
+                *new = Some(if auto { "auto".to_owned() } else { value.to_string() });
             }
             if text == "auto" {
                 return None;
             }
             let response = number(ui, declaration, text, false)?;
             if let Some(value) = response.1 {
-                set(actions, value.to_string());
+                *new = Some(value.to_string());
             }
             Some(response.0)
         }

@@ -36,7 +36,7 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
 }
 
 /// A window in front of all others; gives whether it was left by Escape or a click beside it.
-fn ask<T>(
+pub(super) fn ask<T>(
     ctx: &egui::Context,
     name: &str,
     width: f32,
@@ -103,11 +103,16 @@ fn accept(asked: Asked) -> &'static str {
         Asked::LoadEdits => "Load",
         Asked::SaveEdits => "Save",
         Asked::RenderTo => "Render",
+        Asked::ImportCameras
+        | Asked::ImportCameraFolder
+        | Asked::ImportImages
+        | Asked::ImportMesh
+        | Asked::ImportOut => "Choose",
     }
 }
 
 /// The button that accepts and the one that does not; what was answered.
-fn buttons(
+pub(super) fn buttons(
     ui: &mut egui::Ui,
     (accept, help): (&str, &str),
     enabled: bool,

@@ -6,6 +6,7 @@ use super::cards::left_behind_ui;
 use super::numbers::named;
 use crate::app::actions::Action;
 use crate::app::dialogs::Asked;
+use crate::app::import::Do;
 use crate::app::state::State;
 use crate::io::project;
 
@@ -58,6 +59,12 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             Action::Ask(Asked::OpenCapture),
         );
         choice("Open project…", "A .lobelia file (Ctrl+Shift+O)", Action::Ask(Asked::OpenProject));
+        choice(
+            "Import…",
+            "Cameras, mesh and photographs of other programs: COLMAP, Meshroom, Metashape, \
+             RealityCapture, glTF and more (Ctrl+I)",
+            Action::Import(Do::Show(None)),
+        );
         if state.example.is_some() {
             choice(
                 "Open example",
@@ -67,7 +74,7 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         }
     });
     ui.add_space(4.0);
-    ui.weak("Or drop a folder or a project file onto this window.");
+    ui.weak("Or drop a capture, a project, or the cameras of another program onto this window.");
     ui.add_space(20.0);
     recent(ui, state, actions);
 }

@@ -73,6 +73,8 @@ pub struct Viewport {
     placed: bool,
     boxing: Boxing,
     pub gizmo: Gizmo,
+    /// Shown without its bar and legend.
+    pub is_preview: bool,
     /// The camera that the view was last seen by, where it has perspective.
     seen_by: Option<Camera>,
     scene: Scene,
@@ -111,6 +113,7 @@ impl Viewport {
             placed: false,
             boxing: Boxing::Off,
             gizmo: Gizmo::default(),
+            is_preview: false,
             seen_by: None,
             scene,
             targets: None,
@@ -346,8 +349,10 @@ impl Viewport {
         before::show(self, ui, response);
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
         if has_toolbar_room {
-            toolbar::show(self, ui, rect, content);
-            legend::show(self, ui, rect, content);
+            if !self.is_preview {
+                toolbar::show(self, ui, rect, content);
+                legend::show(self, ui, rect, content);
+            }
             if let Some(side) = axes::show(ui, rect, p) {
                 input::leave_photograph(self, content);
                 self.camera.turn_to(side);

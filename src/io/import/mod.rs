@@ -21,14 +21,23 @@
 
 pub mod alicevision;
 pub mod bundler;
+mod check;
 pub mod colmap;
+mod figure;
+mod files;
+mod fit;
+mod geometry;
 pub mod metashape;
+mod notes;
 pub mod opensfm;
 mod options;
+mod own;
 mod photographs;
 mod read;
 pub mod reality_capture;
 mod reprojection;
+mod series;
+mod shown;
 mod source;
 mod world;
 mod write;
@@ -37,15 +46,24 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::brackets::Series;
 use super::obj::Geometry;
 use super::pose::{self, NoRotation};
 use super::{Error, Fault};
 use crate::scene::{Camera, Distortion};
 
-pub use options::{Axis, Options, Unit};
+pub use check::{Mark, ShotCheck, Survey, check_shot, survey};
+pub use geometry::Tidied;
+pub use options::{Axis, Options, Surfaces, Unit};
 pub use read::read;
-pub use reprojection::Reprojection;
-pub use write::{Copying, check_folder, write};
+pub use reprojection::{Observation, Reprojection};
+pub use shown::Shown;
+pub use source::is_foreign;
+pub use write::{Copying, Holds, Writing, Written, check_folder, holds, write};
+
+/// What is to be said where no photograph measures anything.
+pub const NOTHING_MEASURED: &str = "no photograph is linear radiance (OpenEXR or .hdr), so nothing \
+                                    can be reconstructed from this capture yet";
 
 /// What an import has read, before anything is written.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +72,12 @@ pub struct Import {
     pub format: &'static str,
     pub shots: Vec<Shot>,
     pub geometry: Option<Geometry>,
+    /// What was done to the mesh.
+    pub tidied: Tidied,
+    /// The points of a COLMAP model, in metres.
+    pub points: Vec<DVec3>,
+    /// Photographs that are exposures of series, in the order of their cameras.
+    pub series: Vec<ShotSeries>,
     /// How well the points of a COLMAP model fall on their observations by these cameras.
     pub reprojection: Option<Reprojection>,
     pub warnings: Vec<String>,
@@ -69,6 +93,67 @@ pub struct Shot {
     pub image: Option<PathBuf>,
     /// Linear radiance, and not for geometry only.
     pub is_measurement: bool,
+    /// What a COLMAP model observed in it.
+    pub observations: Vec<Observation>,
+}
+
+/// The exposures that a camera's photograph belongs to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShotSeries {
+    /// An index into `Import::shots`.
+    pub shot: usize,
+    /// Cameras of other exposures of the same view; merging leaves them out.
+    pub others: Vec<usize>,
+    /// Its reference is the camera's photograph.
+    pub series: Series,
+}
+
+impl Import {
+    /// What was found, a line each, for a person.
+    pub fn summary(&self) -> Vec<String> {
+        let found = self.shots.iter().filter(|shot| shot.image.is_some()).count();
+        let measured = self.shots.iter().filter(|shot| shot.is_measurement).count();
+        let mut lines = vec![format!(
+            "{}: {} cameras, {found} photographs, {measured} of them radiance",
+            self.format,
+            self.shots.len()
+        )];
+        if let Some(geometry) = &self.geometry {
+            let (triangles, surfaces) = (geometry.mesh.triangles.len(), geometry.surfaces.len());
+            lines.push(format!("mesh: {triangles} triangles in {surfaces} surfaces"));
+            let Tidied { vertices, joined, degenerate } = self.tidied;
+            lines.push(format!(
+                "vertices: {vertices}, {joined} of them joined to others; {degenerate} triangles \
+                 without area left out"
+            ));
+            if let Some((low, high)) = geometry.mesh.bounds() {
+                let size = high - low;
+                lines.push(format!("size: {:.3} × {:.3} × {:.3} m", size.x, size.y, size.z));
+            }
+        }
+        if let Some(check) = &self.reprojection {
+            lines.push(format!(
+                "points: {} with {} observations, {:.3} px from them in the mean, {:.3} px in the \
+                 median, {:.3} px at most; against the model's own figures {:.4} px at most, \
+                 {:.4} px for 99 %",
+                check.points,
+                check.observations,
+                check.mean_px,
+                check.median_px,
+                check.worst_px,
+                check.disagreement_px,
+                check.disagreement_99_px
+            ));
+        }
+        let exposures = || self.series.iter().map(|view| view.series.files.len());
+        if let (Some(fewest), Some(most)) = (exposures().min(), exposures().max()) {
+            let count = self.series.len();
+            let each =
+                if fewest == most { format!("{most}") } else { format!("{fewest} to {most}") };
+            lines.push(format!("exposure series: {count}, of {each} exposures"));
+        }
+        lines
+    }
 }
 
 /// What a reader gives.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};
 
+use crate::io::mesh::SurfacesBy;
+
 /// What a user may say about the files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -24,12 +26,49 @@ pub struct Options {
     pub weld_m: f64,
     /// Largest angle within a planar region, in radians, where surfaces are made of regions.
     pub planar_angle: f64,
-    /// Surfaces are made of planar regions even where the mesh names its own.
-    pub regions: bool,
+    pub surfaces: Surfaces,
     /// The photographs are undistorted already: the lens's distortion is left out.
     pub undistorted: bool,
     /// Undo nerfstudio's `applied_transform` and `applied_scale`.
     pub undo_applied: bool,
+    /// Exposure times of series, where EXIF does not say them: a list, or the name of a table
+    /// (see [`crate::io::grouping::read_times`]).
+    pub times: Option<String>,
+}
+
+/// What the surfaces of the capture are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Surfaces {
+    /// Materials, or else groups or objects, or else planar regions.
+    #[default]
+    Auto,
+    Materials,
+    Groups,
+    Objects,
+    /// Connected planar regions, even where the mesh names its own.
+    Regions,
+}
+
+impl Surfaces {
+    pub const NAMES: [(&'static str, Self); 5] = [
+        ("auto", Self::Auto),
+        ("materials", Self::Materials),
+        ("groups", Self::Groups),
+        ("objects", Self::Objects),
+        ("regions", Self::Regions),
+    ];
+
+    pub fn of(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(own, _)| *own == name).map(|(_, surfaces)| *surfaces)
+    }
+
+    pub(super) fn by(self) -> SurfacesBy {
+        match self {
+            Self::Auto | Self::Materials | Self::Regions => SurfacesBy::Materials,
+            Self::Groups => SurfacesBy::Groups,
+            Self::Objects => SurfacesBy::Objects,
+        }
+    }
 }
 
 impl Default for Options {
@@ -44,9 +83,10 @@ impl Default for Options {
             mesh_up: None,
             weld_m: 0.0,
             planar_angle: 15_f64.to_radians(),
-            regions: false,
+            surfaces: Surfaces::default(),
             undistorted: false,
             undo_applied: false,
+            times: None,
         }
     }
 }

@@ -4,8 +4,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use glam::{DVec2, DVec3, Vec2};
+
 use super::colmap::Reconstruction;
-use super::{Parsed, View};
+use super::{Parsed, Shot, View};
 use crate::io::Error;
 use crate::scene::Camera;
 
@@ -21,6 +23,8 @@ pub struct Reprojection {
     pub mean_px: f64,
     /// Root of the mean square of these.
     pub rms_px: f64,
+    pub median_px: f64,
+    pub worst_px: f64,
     /// Largest difference between a point's mean distance here and the one in the model, in
     /// pixels, over the points.
     pub disagreement_px: f64,
@@ -45,6 +49,7 @@ pub(super) fn check(
     }
     let mut result = Reprojection::default();
     let (mut sum, mut squares, mut differences) = (0.0, 0.0, Vec::new());
+    let mut distances = Vec::new();
     for point in &model.points {
         let (mut whole, mut own, mut count) = (true, 0.0, 0);
         for (image, number) in &point.track {
@@ -62,6 +67,7 @@ pub(super) fn check(
                 continue;
             };
             sum += distance;
+            distances.push(distance);
             squares += distance * distance;
             own += distance;
             count += 1;
@@ -77,6 +83,7 @@ pub(super) fn check(
     }
     result.mean_px = sum / result.observations as f64;
     result.rms_px = (squares / result.observations as f64).sqrt();
+    (result.median_px, result.worst_px) = median_and_worst(distances);
     differences.sort_by(f64::total_cmp);
     let at = |share: f64| {
         let index = (share * differences.len() as f64).ceil() as usize;
@@ -84,4 +91,60 @@ pub(super) fn check(
     };
     (result.disagreement_px, result.disagreement_99_px) = (at(1.0), at(0.99));
     Ok(Some(result))
+}
+
+/// Where a photograph shows a point of the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// In pixels of the photograph as it is.
+    pub pixel: Vec2,
+    /// An index into `Import::points`.
+    pub point: u32,
+}
+
+/// Gives the photographs what the model observed in them, and the points, each brought to its
+/// `place` in the capture.
+pub(super) fn observe(
+    model: &Reconstruction,
+    shots: &mut [Shot],
+    place: impl Fn(DVec3) -> DVec3,
+) -> Vec<DVec3> {
+    let named: HashMap<&str, usize> =
+        model.images.iter().enumerate().map(|(i, image)| (image.name.as_str(), i)).collect();
+    let numbers: HashMap<i64, usize> =
+        model.images.iter().enumerate().map(|(i, image)| (image.id, i)).collect();
+    let mut seen: Vec<Vec<Observation>> = vec![Vec::new(); model.images.len()];
+    for (point, record) in model.points.iter().enumerate() {
+        for (image, number) in &record.track {
+            let Some(&image) = numbers.get(image) else { continue };
+            let observations = &model.images[image].observations;
+            let pixel = usize::try_from(*number).ok().and_then(|own| observations.get(own));
+            if let Some(pixel) = pixel.filter(|pixel| pixel.is_finite()) {
+                seen[image].push(Observation { pixel: pixel.as_vec2(), point: point as u32 });
+            }
+        }
+    }
+    for shot in shots {
+        let Some(&image) = named.get(shot.name.as_str()) else { continue };
+        let Some(record) = model.cameras.get(&model.images[image].camera) else { continue };
+        // The photograph may have been scaled since.
+        let own = DVec2::new(shot.camera.width as f64, shot.camera.height as f64);
+        let factor = own / DVec2::new(record.size.0 as f64, record.size.1 as f64);
+        shot.observations = std::mem::take(&mut seen[image]);
+        for observation in &mut shot.observations {
+            observation.pixel *= factor.as_vec2();
+        }
+    }
+    model.points.iter().map(|point| place(point.position)).collect()
+}
+
+/// The median of distances, the mean of the middle two where they are even in number, and the
+/// largest; zero of none.
+pub fn median_and_worst(mut distances: Vec<f64>) -> (f64, f64) {
+    distances.sort_by(f64::total_cmp);
+    let count = distances.len();
+    match count {
+        0 => (0.0, 0.0),
+        _ => (0.5 * (distances[(count - 1) / 2] + distances[count / 2]), distances[count - 1]),
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{alicevision, colmap, metashape, opensfm, reality_capture};
 use crate::io::error::read_bounded;
 use crate::io::mesh::{self, extension};
-use crate::io::{Error, Fault, json};
+use crate::io::{Error, Fault, capture, json};
 
 /// Camera files are smaller, but for the points that some hold.
 pub(super) const LARGEST: u64 = 1 << 30;
@@ -24,6 +24,10 @@ pub(super) enum Source {
     Mesh(PathBuf),
 }
 
+/// Where a COLMAP model lies in a folder.
+const MODELS: [&str; 6] =
+    ["", "sparse/0", "sparse", "colmap/sparse/0", "dense/0/sparse", "dense/sparse"];
+
 /// Formats that are known by name and not read, with what to do instead.
 const FOREIGN: [(&str, &str, &str); 8] = [
     ("abc", "Alembic", "Export cameras.sfm (Meshroom: ConvertSfMFormat to sfm or json)"),
@@ -41,6 +45,49 @@ pub(super) fn detect(path: &Path) -> Result<Source, Error> {
     let metadata =
         std::fs::metadata(path).map_err(|source| Error::Read { file: path.to_owned(), source })?;
     if metadata.is_dir() { in_folder(path) } else { of_file(path) }
+}
+
+/// Whether a path looks like something to import rather than to open: by names alone, so that it is
+/// known at once.
+pub fn is_foreign(path: &Path) -> bool {
+    let name = |path: &Path| path.file_name().map(|own| own.to_string_lossy().into_owned());
+    let is_source = |path: &Path| {
+        let is_capture = ["scene.obj", "tags.json", "transforms.json"]
+            .iter()
+            .any(|own| name(path).as_deref() == Some(own));
+        !is_capture && of_kind(path)
+    };
+    let has_mesh = |folder: &Path| capture::find_geometry(folder).is_ok();
+    if path.is_file() {
+        if name(path).as_deref() == Some("transforms.json") {
+            return !path.parent().is_some_and(has_mesh);
+        }
+        return is_source(path);
+    }
+    if path.join("transforms.json").is_file() {
+        return !has_mesh(path);
+    }
+    if MODELS.iter().any(|place| colmap::is_model(&path.join(place))) {
+        return true;
+    }
+    let entries = std::fs::read_dir(path).into_iter().flatten();
+    entries.flatten().map(|entry| entry.path()).any(|file| {
+        file.is_file()
+            && is_source(&file)
+            && (!mesh::is_mesh(&file) || ["glb", "gltf"].contains(&extension(&file).as_str()))
+    })
+}
+
+/// Whether a file's name is one that cameras or meshes of other programs have.
+fn of_kind(file: &Path) -> bool {
+    let stem =
+        file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    match extension(file).as_str() {
+        "glb" | "gltf" | "obj" | "ply" | "stl" | "out" | "sfm" | "csv" | "xml" => true,
+        "json" => stem.starts_with("transforms") || stem == "reconstruction",
+        "bin" | "txt" => ["cameras", "images", "points3D"].contains(&stem.as_str()),
+        own => FOREIGN.iter().any(|(foreign, ..)| *foreign == own),
+    }
 }
 
 fn of_file(file: &Path) -> Result<Source, Error> {
@@ -100,7 +147,7 @@ fn unknown(path: &Path, what: &str) -> Error {
 
 /// The first kind of source that a folder holds.
 fn in_folder(folder: &Path) -> Result<Source, Error> {
-    for place in ["", "sparse/0", "sparse", "colmap/sparse/0", "dense/0/sparse", "dense/sparse"] {
+    for place in MODELS {
         let model = if place.is_empty() { folder.to_owned() } else { folder.join(place) };
         if colmap::is_model(&model) {
             return Ok(Source::Colmap(model));

@@ -26,8 +26,12 @@ impl Change {
     }
 
     pub fn shot(&self, shot: &mut Shot) {
-        let position = self.scale * (self.rotation * shot.camera.position);
+        let position = self.point(shot.camera.position);
         shot.camera = moved(&shot.camera, self.rotation * shot.camera.world_from_camera, position);
+    }
+
+    pub fn point(&self, point: DVec3) -> DVec3 {
+        self.scale * (self.rotation * point)
     }
 
     pub fn mesh(&self, mesh: &mut Mesh) {
@@ -36,7 +40,7 @@ impl Change {
             return;
         }
         for position in &mut mesh.positions {
-            *position = (self.scale * (self.rotation * position.as_dvec3())).as_vec3();
+            *position = self.point(position.as_dvec3()).as_vec3();
         }
     }
 }

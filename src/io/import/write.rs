@@ -3,19 +3,18 @@
 //! Everything is made in a folder beside and renamed at the end, so that a capture is there whole
 //! or not at all.
 
-use std::collections::{HashMap, HashSet};
-use std::fmt::Write as _;
+use std::collections::HashSet;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
-
-use super::{Import, Shot};
-use crate::geometry::mesh::Mesh;
-use crate::io::obj::Geometry;
-use crate::io::{Error, Fault, atomic, inside};
-use crate::scene::Camera;
+use super::{Import, Shot, ShotSeries, files};
+use crate::exposures::MergeOptions;
+use crate::io::brackets::{self, Found, Series};
+use crate::io::{Error, Fault, atomic, exr};
 use crate::watch::Watch;
+
+/// What a capture consists of: a folder with anything else in it is not replaced.
+const PARTS: [&str; 5] = ["images", "scene.obj", "scene.mtl", "transforms.json", "tags.json"];
 
 /// How photographs come into the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,9 +25,42 @@ pub enum Copying {
     Link,
 }
 
-/// Writes the capture. The folder must be new or empty. `watch` counts the photographs.
-pub fn write(import: &Import, folder: &Path, copying: Copying, watch: &Watch) -> Result<(), Error> {
-    check_folder(folder)?;
+/// How a capture is written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Writing {
+    pub copying: Copying,
+    /// A capture that is in the folder already may go.
+    pub replace: bool,
+    /// Merge exposure series to images of radiance.
+    pub merge: Option<MergeOptions>,
+}
+
+/// What was found out while a capture was written.
+#[derive(Clone, Debug, Default)]
+pub struct Written {
+    /// Of the merged series, in the order of `Import::series`.
+    pub found: Option<Found>,
+    pub warnings: Vec<String>,
+}
+
+/// What a folder holds that is to become a capture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    Nothing,
+    /// A capture and nothing else: it may be replaced.
+    Capture,
+    Other,
+}
+
+/// Writes the capture. The folder must be new or empty, or hold a capture that may be replaced.
+/// `watch` counts the photographs, and the exposures that are merged.
+pub fn write(
+    import: &Import,
+    folder: &Path,
+    writing: &Writing,
+    watch: &Watch,
+) -> Result<Written, Error> {
+    check_folder(folder, writing.replace)?;
     let failed = |file: &Path| {
         let file = file.to_owned();
         move |source| Error::Write { file, source }
@@ -38,53 +70,142 @@ pub fn write(import: &Import, folder: &Path, copying: Copying, watch: &Watch) ->
         _ => Path::new("."),
     };
     std::fs::create_dir_all(parent).map_err(failed(parent))?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".lobelia-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o777));
+    let beside = || {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".lobelia-").suffix(".part");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o777));
+        }
+        builder.tempdir_in(parent).map_err(failed(folder))
+    };
+    let made = beside()?;
+    let series = writing.merge.as_ref().map_or(&[][..], |_| &import.series);
+    let kept = kept(import, series);
+    let shots: Vec<Shot> = kept.iter().map(|&index| as_written(import, series, index)).collect();
+    let names = files::names(&shots);
+    let exposures: Vec<Series> = series.iter().map(|view| view.series.clone()).collect();
+    watch.begin(names.len() as u64 + brackets::steps(&exposures));
+    let mut written = Written::default();
+    if let Some(options) = writing.merge.as_ref().filter(|_| !exposures.is_empty()) {
+        let places: Vec<PathBuf> = series
+            .iter()
+            .filter_map(|view| kept.iter().position(|own| *own == view.shot))
+            .map(|own| made.path().join(&names[own]))
+            .collect();
+        let found = brackets::merge_all(&exposures, None, options, watch, |index, merged| {
+            let place = &places[index];
+            if let Some(folder) = place.parent() {
+                std::fs::create_dir_all(folder).map_err(failed(folder))?;
+            }
+            exr::write_rgb(place, merged.width, merged.height, &merged.pixels)
+        })?;
+        written.warnings.clone_from(&found.warnings);
+        written.found = Some(found);
+        let others = import.shots.len() - kept.len();
+        if others > 0 {
+            written.warnings.push(format!(
+                "{others} cameras are of exposures that were merged into another's: left out."
+            ));
+        }
+    } else if writing.merge.is_none() && !import.series.is_empty() {
+        written.warnings.push(format!(
+            "{} photographs are exposures of series, which are not merged: --series does that.",
+            import.series.len()
+        ));
     }
-    let made = builder.tempdir_in(parent).map_err(failed(folder))?;
-    let names = names(&import.shots);
-    watch.begin(names.len() as u64);
-    for (shot, name) in import.shots.iter().zip(&names) {
-        if let Some(image) = &shot.image {
-            bring(image, &made.path().join(name), copying)?;
+    for (shot, name) in shots.iter().zip(&names) {
+        let place = made.path().join(name);
+        if let Some(image) = shot.image.as_ref().filter(|_| !place.exists()) {
+            bring(image, &place, writing.copying)?;
         }
         watch.tick()?;
     }
     if let Some(geometry) = &import.geometry {
-        write_mesh(made.path(), geometry)?;
+        files::write_mesh(made.path(), geometry)?;
     }
-    if !import.shots.is_empty() {
-        let text = serde_json::to_string_pretty(&cameras(&import.shots, &names));
+    if !shots.is_empty() {
+        let text = serde_json::to_string_pretty(&files::cameras(&shots, &names));
         let text = text.map_err(|failure| failed(folder)(failure.into()))? + "\n";
         atomic::write_bytes(&made.path().join("transforms.json"), text.as_bytes())?;
     }
     watch.check()?;
-    if folder.exists() {
-        std::fs::remove_dir(folder).map_err(failed(folder))?;
+    // What was there goes only once the new capture stands in its place.
+    let mut old = None;
+    match holds(folder) {
+        Ok(Holds::Capture) => {
+            let aside = beside()?;
+            std::fs::rename(folder, aside.path().join("old")).map_err(failed(folder))?;
+            old = Some(aside);
+        }
+        Ok(Holds::Nothing) if folder.exists() => {
+            std::fs::remove_dir(folder).map_err(failed(folder))?;
+        }
+        _ => {}
     }
-    std::fs::rename(made.path(), folder).map_err(failed(folder))?;
+    if let Err(source) = std::fs::rename(made.path(), folder) {
+        if let Some(aside) = old {
+            // Whatever comes of it, the first failure is the one to tell.
+            let _ = std::fs::rename(aside.path().join("old"), folder);
+        }
+        return Err(failed(folder)(source));
+    }
     // It is where it belongs: nothing is left to be cleaned up.
     let _ = made.keep();
-    Ok(())
+    Ok(written)
 }
 
 /// Refuses a folder that holds something, before work is done for nothing.
-pub fn check_folder(folder: &Path) -> Result<(), Error> {
-    match std::fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
-        Ok(true) => Ok(()),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        Ok(false) => Err(Error::Invalid(Fault::new(
-            folder,
-            "",
-            "the folder is not empty",
-            "Give a new folder for the capture, or empty this one",
-        ))),
-        Err(source) => Err(Error::Write { file: folder.to_owned(), source }),
+pub fn check_folder(folder: &Path, replace: bool) -> Result<(), Error> {
+    let occupied = |problem: &str| {
+        let remedy = "Give a new folder for the capture, or empty this one";
+        Err(Error::Invalid(Fault::new(folder, "", problem, remedy)))
+    };
+    match holds(folder)? {
+        Holds::Nothing => Ok(()),
+        Holds::Capture if replace => Ok(()),
+        Holds::Other if replace => occupied("the folder holds other things than a capture"),
+        Holds::Capture | Holds::Other => occupied("the folder is not empty"),
     }
+}
+
+/// Looks into a folder, which need not exist.
+pub fn holds(folder: &Path) -> Result<Holds, Error> {
+    let unusable = |source| Error::Write { file: folder.to_owned(), source };
+    let entries = match std::fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Holds::Nothing),
+        Err(source) => return Err(unusable(source)),
+    };
+    let (mut is_empty, mut is_capture) = (true, true);
+    for entry in entries {
+        let entry = entry.map_err(unusable)?;
+        is_empty = false;
+        is_capture &= entry.file_name().to_str().is_some_and(|own| PARTS.contains(&own));
+    }
+    Ok(match (is_empty, is_capture) {
+        (true, _) => Holds::Nothing,
+        (false, true) => Holds::Capture,
+        (false, false) => Holds::Other,
+    })
+}
+
+/// The cameras that stay: merging makes one photograph of those of a view.
+fn kept(import: &Import, series: &[ShotSeries]) -> Vec<usize> {
+    let gone: HashSet<usize> = series.iter().flat_map(|view| view.others.iter().copied()).collect();
+    (0..import.shots.len()).filter(|index| !gone.contains(index)).collect()
+}
+
+/// A photograph as it will be: radiance where it is merged.
+fn as_written(import: &Import, series: &[ShotSeries], index: usize) -> Shot {
+    // The observations are of no use to a capture.
+    let mut shot = Shot { observations: Vec::new(), ..import.shots[index].clone() };
+    if series.iter().any(|view| view.shot == index) {
+        shot.is_measurement = true;
+        shot.image = shot.image.map(|image| image.with_extension("exr"));
+    }
+    shot
 }
 
 fn bring(image: &Path, to: &Path, copying: Copying) -> Result<(), Error> {
@@ -103,219 +224,4 @@ fn bring(image: &Path, to: &Path, copying: Copying) -> Result<(), Error> {
     let mut into = std::fs::File::create(to).map_err(failed)?;
     std::io::copy(&mut from, &mut into).map_err(failed)?;
     into.flush().map_err(failed)
-}
-
-/// A path below `images` for each shot, all different also where case does not count.
-fn names(shots: &[Shot]) -> Vec<String> {
-    let mut taken = HashSet::new();
-    shots
-        .iter()
-        .map(|shot| {
-            let tail = inside::tail(&shot.name);
-            let tail = tail.strip_prefix("images/").unwrap_or(&tail);
-            let (stem, own) = match tail.rsplit_once('.') {
-                Some((stem, own)) if !stem.is_empty() && !own.contains('/') && own.len() <= 4 => {
-                    (stem, own)
-                }
-                _ => (tail, ""),
-            };
-            let stem = if stem.is_empty() { "image" } else { stem };
-            let actual = shot.image.as_deref().and_then(Path::extension);
-            let extension = actual.map_or(own.into(), |own| own.to_string_lossy());
-            // "img.001" found as img.001.png keeps its dot.
-            let is_image = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"]
-                .contains(&own.to_lowercase().as_str());
-            let stem = if is_image || own.is_empty() { stem.to_owned() } else { tail.to_owned() };
-            let whole = |number: usize| {
-                let number = if number == 1 { String::new() } else { format!("_{number}") };
-                let dot = if extension.is_empty() { "" } else { "." };
-                format!("images/{stem}{number}{dot}{extension}")
-            };
-            let free = (1..).map(whole).find(|name| taken.insert(name.to_lowercase()));
-            free.unwrap_or_default()
-        })
-        .collect()
-}
-
-fn cameras(shots: &[Shot], names: &[String]) -> Value {
-    let first = lens(&shots[0].camera);
-    let is_shared = shots.iter().all(|shot| lens(&shot.camera) == first);
-    let mut root = if is_shared { first } else { Map::new() };
-    let frames = shots.iter().zip(names).map(|(shot, name)| {
-        let mut frame = if is_shared { Map::new() } else { lens(&shot.camera) };
-        frame.insert("file_path".into(), json!(name));
-        let is_shown = shot.image.is_some() && !shot.is_measurement;
-        let looks_shown = shot.image.is_none()
-            && !name.to_lowercase().ends_with(".exr")
-            && !name.to_lowercase().ends_with(".hdr");
-        if is_shown || looks_shown {
-            frame.insert("hdr".into(), json!(false));
-        }
-        let (rotation, position) = (shot.camera.world_from_camera, shot.camera.position);
-        let row = |row: usize| {
-            let axes = rotation.row(row);
-            json!([axes.x, axes.y, axes.z, position[row]])
-        };
-        let matrix = json!([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]);
-        frame.insert("transform_matrix".into(), matrix);
-        Value::Object(frame)
-    });
-    root.insert("frames".into(), frames.collect());
-    Value::Object(root)
-}
-
-/// Size, focal lengths, principal point and distortion in nerfstudio's words.
-fn lens(camera: &Camera) -> Map<String, Value> {
-    let distortion = &camera.distortion;
-    let mut map = Map::new();
-    let mut put = |key: &str, value: Value| drop(map.insert(key.to_owned(), value));
-    let is_rational = distortion.denominator != [0.0; 3];
-    let model = match (distortion.is_none(), is_rational) {
-        (true, _) => "PINHOLE",
-        (false, true) => "FULL_OPENCV",
-        (false, false) => "OPENCV",
-    };
-    put("camera_model", json!(model));
-    put("w", json!(camera.width));
-    put("h", json!(camera.height));
-    put("fl_x", json!(camera.focal_px.x));
-    put("fl_y", json!(camera.focal_px.y));
-    put("cx", json!(camera.principal_px.x));
-    put("cy", json!(camera.principal_px.y));
-    if !distortion.is_none() {
-        let [k1, k2, k3, k4] = distortion.radial;
-        let [p1, p2] = distortion.tangential;
-        let [d4, d5, d6] = distortion.denominator;
-        let terms = [("k1", k1), ("k2", k2), ("p1", p1), ("p2", p2), ("k3", k3)];
-        terms.into_iter().for_each(|(key, value)| put(key, json!(value)));
-        // OpenCV numbers the divisor on from k3; polynomial models have a fourth term instead.
-        if is_rational {
-            let divisor = [("k4", d4), ("k5", d5), ("k6", d6)];
-            divisor.into_iter().for_each(|(key, value)| put(key, json!(value)));
-        } else if k4 != 0.0 {
-            put("k4", json!(k4));
-        }
-    }
-    map
-}
-
-fn write_mesh(folder: &Path, geometry: &Geometry) -> Result<(), Error> {
-    let names: Vec<String> = unique(geometry.surfaces.iter().map(|surface| surface.name.as_str()));
-    let mut library = String::new();
-    for (name, is_specular) in names.iter().zip(&geometry.specular) {
-        let shine = if *is_specular { "illum 2\nKs 0.2 0.2 0.2\nNs 50\n" } else { "illum 1\n" };
-        let _ = write!(library, "newmtl {name}\nKd 0.5 0.5 0.5\n{shine}\n");
-    }
-    atomic::write_bytes(&folder.join("scene.mtl"), library.as_bytes())?;
-    let mesh = &geometry.mesh;
-    atomic::write(&folder.join("scene.obj"), |out| {
-        writeln!(out, "mtllib scene.mtl")?;
-        for p in &mesh.positions {
-            writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
-        }
-        let mut number = 0;
-        for (surface, name) in names.iter().enumerate() {
-            let textured = geometry.surfaces[surface].has_texcoords && !mesh.texcoords.is_empty();
-            writeln!(out, "usemtl {name}")?;
-            for polygon in polygons(mesh, surface as u32) {
-                let mut line = String::from("f");
-                for (triangle, corner) in polygon {
-                    let vertex = mesh.triangles[triangle][corner] + 1;
-                    if textured {
-                        let texcoord = mesh.texcoords[triangle][corner];
-                        writeln!(out, "vt {} {}", texcoord.x, texcoord.y)?;
-                        number += 1;
-                        let _ = write!(line, " {vertex}/{number}");
-                    } else {
-                        let _ = write!(line, " {vertex}");
-                    }
-                }
-                writeln!(out, "{line}")?;
-            }
-        }
-        Ok(())
-    })
-}
-
-/// Names that an OBJ file can hold, all different.
-fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut taken = HashSet::new();
-    names
-        .map(|name| {
-            let plain: String =
-                name.chars().map(|c| if c.is_control() || c == '\\' { '_' } else { c }).collect();
-            let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
-            let plain = if plain.is_empty() { "surface".to_owned() } else { plain };
-            let numbered = |number: usize| match number {
-                1 => plain.clone(),
-                number => format!("{plain}_{number}"),
-            };
-            let free = (1..).map(numbered).find(|name| taken.insert(name.clone()));
-            free.unwrap_or_default()
-        })
-        .collect()
-}
-
-/// The outlines of a surface's polygons as triangles and their corners: one outline a polygon
-/// where its triangles make a simple one, else a triangle each.
-fn polygons(mesh: &Mesh, surface: u32) -> Vec<Vec<(usize, usize)>> {
-    let own: Vec<usize> =
-        (0..mesh.triangles.len()).filter(|&t| mesh.surface[t] == surface).collect();
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for triangle in own {
-        match groups.last_mut() {
-            Some(group) if mesh.polygon[group[0]] == mesh.polygon[triangle] => group.push(triangle),
-            _ => groups.push(vec![triangle]),
-        }
-    }
-    let each = |group: &[usize]| -> Vec<Vec<(usize, usize)>> {
-        group.iter().map(|&triangle| (0..3).map(|corner| (triangle, corner)).collect()).collect()
-    };
-    groups
-        .iter()
-        .flat_map(|group| match group.len() {
-            1 => each(group),
-            _ => outline(mesh, group).map_or_else(|| each(group), |outline| vec![outline]),
-        })
-        .collect()
-}
-
-/// The corners around some triangles, if each is passed once and texture coordinates agree.
-fn outline(mesh: &Mesh, group: &[usize]) -> Option<Vec<(usize, usize)>> {
-    let corners =
-        || group.iter().flat_map(|&triangle| (0..3).map(move |corner| (triangle, corner)));
-    let vertex = |(triangle, corner): (usize, usize)| mesh.triangles[triangle][corner];
-    let after = |(triangle, corner): (usize, usize)| (triangle, (corner + 1) % 3);
-    let edges: HashSet<(u32, u32)> =
-        corners().map(|corner| (vertex(corner), vertex(after(corner)))).collect();
-    let mut next: HashMap<u32, (usize, usize)> = HashMap::new();
-    for corner in corners() {
-        let (from, to) = (vertex(corner), vertex(after(corner)));
-        if !edges.contains(&(to, from)) && next.insert(from, corner).is_some() {
-            return None;
-        }
-    }
-    // Corners inside would be lost, and so would seams of the unwrap.
-    let mut coordinates = HashMap::new();
-    for corner in corners() {
-        let texcoord = mesh.texcoords.get(corner.0).map(|own| own[corner.1]);
-        next.get(&vertex(corner))?;
-        if *coordinates.entry(vertex(corner)).or_insert(texcoord) != texcoord {
-            return None;
-        }
-    }
-    let start = vertex((group[0], 0));
-    let (mut outline, mut at) = (Vec::new(), start);
-    loop {
-        let corner = *next.get(&at)?;
-        outline.push(corner);
-        at = vertex(after(corner));
-        if at == start {
-            return (outline.len() == next.len() && outline.len() == group.len() + 2)
-                .then_some(outline);
-        }
-        if outline.len() > next.len() {
-            return None;
-        }
-    }
 }

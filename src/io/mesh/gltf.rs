@@ -2,7 +2,7 @@
 //!
 //! The `gltf` crate reads and validates the document. The numbers of accessors are taken from the
 //! buffers here, checked, since the crate panics where a range is wrong. Surfaces are the
-//! materials, or else the meshes. Not read: compressed buffers, skins, morph targets.
+//! materials, or else the meshes, or as the caller wishes. Not read: compressed buffers, skins, morph targets.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -14,7 +14,7 @@ use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Gltf, Node, Semantic};
 
 use super::assemble::{Assembly, NAMELESS};
-use super::{LARGEST, extension};
+use super::{LARGEST, SurfacesBy, extension};
 use crate::io::error::read_bounded;
 use crate::io::obj::Geometry;
 use crate::io::{Error, Fault, inside};
@@ -139,10 +139,11 @@ fn caught<T>(file: &Path, work: impl FnOnce() -> Result<T, Error>) -> Result<T, 
 
 impl File {
     /// The triangles of all meshes of the scene.
-    pub fn geometry(&self, file: &Path) -> Result<Geometry, Error> {
+    pub fn geometry(&self, file: &Path, by: SurfacesBy) -> Result<Geometry, Error> {
         caught(file, || {
             let is_single = self.document.meshes().len() == 1;
-            let mut reader = Reader { file, buffers: &self.buffers, is_single, notes: Vec::new() };
+            let mut reader =
+                Reader { file, buffers: &self.buffers, by, is_single, notes: Vec::new() };
             let mut assembly = Assembly::new(Vec::new());
             let is_named = self
                 .document
@@ -233,6 +234,7 @@ impl File {
 struct Reader<'a> {
     file: &'a Path,
     buffers: &'a [Vec<u8>],
+    by: SurfacesBy,
     is_single: bool,
     notes: Vec<String>,
 }
@@ -299,6 +301,16 @@ impl Reader<'_> {
     }
 
     fn name(&self, primitive: &gltf::Primitive, node: &Node, is_named: bool) -> String {
+        let mesh = node.mesh();
+        let mesh = mesh.as_ref().and_then(gltf::Mesh::name);
+        let own = match self.by {
+            SurfacesBy::Materials => None,
+            SurfacesBy::Groups => mesh.or(node.name()),
+            SurfacesBy::Objects => node.name().or(mesh),
+        };
+        if let Some(own) = own {
+            return own.to_owned();
+        }
         let material = primitive.material();
         if let Some(index) = material.index() {
             return material.name().map_or_else(|| format!("material_{index}"), str::to_owned);
@@ -310,9 +322,7 @@ impl Reader<'_> {
         if self.is_single {
             return NAMELESS.to_owned();
         }
-        let mesh = node.mesh();
-        let meshes = mesh.as_ref().and_then(gltf::Mesh::name).or(node.name());
-        meshes.map_or_else(|| NAMELESS.to_owned(), str::to_owned)
+        mesh.or(node.name()).map_or_else(|| NAMELESS.to_owned(), str::to_owned)
     }
 
     /// The vectors of an accessor; only those that the buffer holds.

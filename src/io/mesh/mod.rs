@@ -30,27 +30,45 @@ pub(super) fn extension(file: &Path) -> String {
     file.extension().map_or_else(String::new, |own| own.to_string_lossy().to_lowercase())
 }
 
+/// What tells surfaces apart, of what a file may say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SurfacesBy {
+    /// Materials, or else groups or objects.
+    #[default]
+    Materials,
+    /// `g` of OBJ, meshes of glTF, solids of STL, or else what there is.
+    Groups,
+    /// `o` of OBJ, nodes of glTF, solids of STL, or else what there is.
+    Objects,
+}
+
 /// Reads a mesh, in whatever format its name or its first bytes say.
 pub fn load(file: &Path) -> Result<Geometry, Error> {
-    let mut geometry = match extension(file).as_str() {
-        "obj" => return obj::load(file),
-        "ply" => ply::parse(file, &read_bounded(file, LARGEST)?)?,
-        "stl" => stl::parse(file, &read_bounded(file, LARGEST)?)?,
-        "glb" | "gltf" => gltf::load(file)?.geometry(file)?,
-        _ => {
-            return Err(Error::Unsupported(Fault::new(
-                file,
-                "",
-                "meshes of this format are not read",
-                "Export the geometry as OBJ, glTF, PLY or STL",
-            )));
-        }
-    };
+    let mut geometry = read(file, SurfacesBy::default())?;
+    if extension(file) == "obj" {
+        return Ok(geometry);
+    }
     weld::exactly(&mut geometry.mesh);
     if geometry.surfaces.len() == 1 && geometry.surfaces[0].name == assemble::NAMELESS {
         regions::split(&mut geometry, &regions::Options::default());
     }
     Ok(geometry)
+}
+
+/// Reads a mesh as the file has it: no vertices are joined, no surfaces made.
+pub fn read(file: &Path, by: SurfacesBy) -> Result<Geometry, Error> {
+    match extension(file).as_str() {
+        "obj" => obj::read(file, by),
+        "ply" => ply::parse(file, &read_bounded(file, LARGEST)?),
+        "stl" => stl::parse(file, &read_bounded(file, LARGEST)?),
+        "glb" | "gltf" => gltf::load(file)?.geometry(file, by),
+        _ => Err(Error::Unsupported(Fault::new(
+            file,
+            "",
+            "meshes of this format are not read",
+            "Export the geometry as OBJ, glTF, PLY or STL",
+        ))),
+    }
 }
 
 /// Whether nothing in the file told surfaces apart.

@@ -1,0 +1,84 @@
+//! What the page's workers tell.
+
+use std::sync::Arc;
+
+use super::{ImportPage, NOT_WRITTEN, written};
+use crate::app::state::State;
+use crate::worker::{Command, Event, Happening};
+
+pub(super) fn drain(state: &mut State) {
+    let Some(page) = &mut state.import else { return };
+    let events: Vec<Event> = page.reader.events().try_iter().collect();
+    for event in page.checker.events().try_iter().collect::<Vec<_>>() {
+        page.checker_event(event);
+    }
+    for event in events {
+        reader_event(state, event);
+    }
+}
+
+fn reader_event(state: &mut State, event: Event) {
+    let Some(page) = &mut state.import else { return };
+    if !event.happening.is_ending() {
+        return;
+    }
+    if page.reading.take_if(|job| *job == event.job).is_some() {
+        page.read(event.happening);
+    } else if page.investigating.take_if(|job| *job == event.job).is_some() {
+        page.found = match event.happening {
+            Happening::Investigated(found) => Some(Ok(found)),
+            Happening::Failed(text) => Some(Err(text)),
+            _ => Some(Err("Recovering the response was cancelled.".to_owned())),
+        };
+    } else if page.writing.take_if(|job| *job == event.job).is_some() {
+        match event.happening {
+            Happening::CaptureWritten(folder, what) => written(state, &folder, &what),
+            Happening::Occupied(folder) => page.replace = Some(folder),
+            Happening::Failed(text) => state.messages.error(NOT_WRITTEN, text),
+            _ => state.messages.notice("Writing was cancelled. Nothing was left half-written."),
+        }
+    }
+}
+
+impl ImportPage {
+    fn read(&mut self, ending: Happening) {
+        match ending {
+            Happening::Imported(import) => {
+                let before = self.import.take();
+                self.lose_import();
+                // Another source: the one that is looked at may be none of it.
+                let is_same = before.is_some_and(|before| before.shots.len() == import.shots.len());
+                if !is_same {
+                    self.shot = 0;
+                }
+                let command = Command::Survey { import: import.clone() };
+                self.surveying = Some(self.checker.send(command));
+                self.import = Some(import);
+            }
+            Happening::Failed(text) => {
+                self.lose_import();
+                self.problem = Some(text);
+            }
+            _ => {}
+        }
+    }
+
+    fn checker_event(&mut self, event: Event) {
+        if !event.happening.is_ending() {
+            return;
+        }
+        if self.surveying.take_if(|job| *job == event.job).is_some() {
+            match event.happening {
+                Happening::Surveyed(survey) => self.survey = Some(survey),
+                Happening::Failed(text) => self.problem = Some(text),
+                _ => {}
+            }
+        } else if self.checking.take_if(|(job, _)| *job == event.job).is_some() {
+            match event.happening {
+                Happening::Checked(check) => self.check = Some(Arc::clone(&check)),
+                Happening::Failed(text) => self.problem = Some(text),
+                _ => {}
+            }
+        }
+    }
+}

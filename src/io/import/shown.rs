@@ -1,0 +1,112 @@
+//! A photograph as the screen shows it, whatever its format: small, and never a measurement.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::io::picture::{self, Format};
+use crate::io::{Error, photograph};
+
+/// Of radiance that 95 % of the pixels stay below, what part of white it becomes.
+const BRIGHT_PART: f32 = 0.8;
+
+/// A picture for the screen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// Pixels of the photograph along a side of one of these.
+    pub step: usize,
+    pub width: usize,
+    pub height: usize,
+    /// sRGB, row by row from the top.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+/// Reads a photograph, its longer side made no longer than `longest` by averaging whole squares of
+/// pixels. Radiance is exposed so that little of it is clipped.
+pub fn read(file: &Path, longest: usize) -> Result<Shown, Error> {
+    if !Format::of(file)?.is_radiance() {
+        let photo = photograph::read(file)?;
+        let (step, width, height) = reduced(photo.width, photo.height, longest);
+        let size = (photo.width, photo.height);
+        let pixels = squares(size, (step, width, height), |index| photo.codes.at(index));
+        let pixels = pixels.into_iter().map(|code| code.map(|value| value.round() as u8));
+        return Ok(Shown { step, width, height, pixels: pixels.collect() });
+    }
+    let picture = picture::read(file)?;
+    let (step, width, height) = reduced(picture.width, picture.height, longest);
+    let usable = |value: f32| if value.is_finite() { value.max(0.0) } else { 0.0 };
+    let size = (picture.width, picture.height);
+    let pixels = squares(size, (step, width, height), |index| picture.pixels[index].map(usable));
+    let mut values: Vec<f32> = pixels.iter().map(|pixel| pixel.iter().sum::<f32>() / 3.0).collect();
+    let place = (0.95 * values.len() as f64) as usize;
+    let bright = match values.len() {
+        0 => 1.0,
+        count => *values.select_nth_unstable_by(place.min(count - 1), f32::total_cmp).1,
+    };
+    let scale = if bright > 0.0 { BRIGHT_PART / bright } else { 1.0 };
+    let pixels = pixels.into_par_iter().map(|pixel| pixel.map(|value| encoded(scale * value)));
+    Ok(Shown { step, width, height, pixels: pixels.collect() })
+}
+
+/// The side of the squares, and how many there are of them; those beyond the last whole one go.
+fn reduced(width: usize, height: usize, longest: usize) -> (usize, usize, usize) {
+    let step = width.max(height).div_ceil(longest.max(1)).max(1);
+    (step, (width / step).max(1), (height / step).max(1))
+}
+
+fn squares(
+    (own_width, own_height): (usize, usize),
+    (step, width, height): (usize, usize, usize),
+    at: impl Fn(usize) -> [f32; 3] + Sync,
+) -> Vec<[f32; 3]> {
+    let (step_x, step_y) = (step.min(own_width), step.min(own_height));
+    (0..width * height)
+        .into_par_iter()
+        .map(|index| {
+            let (x, y) = (index % width * step, index / width * step);
+            let mut sum = [0.0; 3];
+            for v in y..y + step_y {
+                for u in x..x + step_x {
+                    let pixel = at(v * own_width + u);
+                    sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += value);
+                }
+            }
+            sum.map(|sum| sum / (step_x * step_y) as f32)
+        })
+        .collect()
+}
+
+/// sRGB's code for a linear value.
+fn encoded(value: f32) -> u8 {
+    let v = value.clamp(0.0, 1.0);
+    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * v).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::exr;
+
+    #[test]
+    fn radiance_is_exposed_and_made_small() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.exr");
+        let mut pixels: Vec<[f32; 3]> = (0..90 * 60)
+            .map(|index| if index % 90 < 45 { [0.02; 3] } else { [5.0, 2.5, 0.0] })
+            .collect();
+        pixels[0] = [f32::NAN, -1.0, 0.02];
+        exr::write_rgb(&file, 90, 60, &pixels).unwrap();
+        let shown = read(&file, 30).unwrap();
+        assert_eq!((shown.step, shown.width, shown.height), (3, 30, 20));
+        assert_eq!(shown.pixels.len(), 600);
+        let (dark, bright) = (shown.pixels[5], shown.pixels[29]);
+        assert!(dark[0] < 40 && dark[0] == dark[2], "{dark:?}");
+        // 5 / 2.5 of the exposure that makes their mean 0.8: red clips, green is 0.8.
+        assert_eq!(bright, [255, 231, 0]);
+        // Longer than the picture: as it is. A strip thinner than a square stays one.
+        assert_eq!(read(&file, 1000).unwrap().step, 1);
+        exr::write_rgb(&file, 40, 2, &[[1.0; 3]; 80]).unwrap();
+        assert_eq!(read(&file, 4).unwrap().height, 1);
+    }
+}

@@ -1,0 +1,287 @@
+//! The import page.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+
+use eframe::egui::{self, Key, Modifiers};
+use egui_kittest::kittest::NodeT;
+use image::RgbImage;
+use lobelia::io::exr;
+
+use crate::Window;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/import").join(name)
+}
+
+/// The photographs of the COLMAP model of the tests.
+fn photographs(folder: &Path) {
+    fs::create_dir_all(folder.join("sub folder")).unwrap();
+    for number in 1..=6 {
+        let file = folder.join(format!("sub folder/{number} ä.exr"));
+        let pixels: Vec<[f32; 3]> =
+            (0..160 * 120).map(|index| [(index % 160) as f32 / 160.0; 3]).collect();
+        exr::write_rgb(&file, 160, 120, &pixels).unwrap();
+    }
+}
+
+impl Window {
+    /// A window with the import page open.
+    fn importing() -> Self {
+        let mut window = Self::new();
+        window.step();
+        window.key(Modifiers::COMMAND, Key::I);
+        assert!(window.has("Write capture and open"));
+        window
+    }
+
+    /// Types a path into a field of the page, and Enter.
+    fn choose(&mut self, field: &str, path: &Path) {
+        self.write(field, path.to_str().unwrap());
+        self.key(Modifiers::NONE, Key::Enter);
+    }
+
+    /// Clicks what can be clicked only once work is done.
+    fn write_capture(&mut self) {
+        self.wait("the end of the work", |window| {
+            let button = window.node("Write capture and open");
+            !button.accesskit_node().is_disabled()
+        });
+        self.click("Write capture and open");
+    }
+}
+
+fn with_model(photos: &Path, out: &Path) -> Window {
+    let mut window = Window::importing();
+    window.choose("Image folder", photos);
+    window.choose("Mesh file", &data("boxes_binary.stl"));
+    window.choose("New capture", out);
+    window.choose("Cameras", &data("colmap_text"));
+    window.wait("the model", |window| {
+        window.has_part("COLMAP: 6 cameras, 6 photographs, 6 of them radiance")
+    });
+    window
+}
+
+#[test]
+fn a_colmap_model_is_checked_and_becomes_an_open_capture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photos, out) = (folder.path().join("photos"), folder.path().join("made"));
+    photographs(&photos);
+    let mut window = with_model(&photos, &out);
+    assert!(window.has_part("24 triangles in 12 surfaces"));
+    assert!(window.has_part("triangles without area left out"));
+    window.wait("the view of the mesh", |window| window.has("Viewport"));
+    // Centimetres taken for metres show in the size, and in words.
+    window.wait("the size", |window| window.has_part(" m") && !window.has_part("Unusually"));
+    window.click("Photographs");
+    window.wait("the points", |window| window.has_part("12 points: median residual"));
+    assert!(window.has("Photograph with the mesh over it") && window.has("1 of 6"));
+    window.key(Modifiers::NONE, Key::ArrowRight);
+    window.wait("the next photograph", |window| window.has("2 of 6"));
+    window.key(Modifiers::NONE, Key::ArrowLeft);
+    window.key(Modifiers::NONE, Key::ArrowLeft);
+    window.wait("the last photograph", |window| window.has("6 of 6"));
+    assert!(!out.exists());
+    window.write_capture();
+    window.wait_for("Photographs (6)");
+    assert!(out.join("transforms.json").is_file() && out.join("scene.obj").is_file());
+    assert!(!window.has("Write capture and open"));
+}
+
+#[test]
+fn a_wrong_path_gives_the_terminals_text() {
+    let wrong = data("nowhere");
+    let folder = tempfile::tempdir().unwrap();
+    let terminal = Command::new(env!("CARGO_BIN_EXE_lobelia"))
+        .arg("import")
+        .arg(&wrong)
+        .arg("--out")
+        .arg(folder.path().join("out"))
+        .output();
+    let printed = String::from_utf8(terminal.unwrap().stderr).unwrap();
+    let text = printed.trim().split_once("error: ").expect("an error").1.to_owned();
+    let mut window = Window::importing();
+    // By our own dialog, as where the system has none.
+    window.click("Cameras: File…");
+    window.write("Path", wrong.to_str().unwrap());
+    window.click("Choose");
+    window.wait_for(&text);
+    assert!(window.node("Write capture and open").accesskit_node().is_disabled());
+    // Another choice takes its place.
+    window.choose("Cameras", &data("cameras.gltf"));
+    window.wait("the other problem", |window| !window.has(&text));
+}
+
+#[test]
+fn a_capture_that_is_there_is_replaced_only_after_asking() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photos, out) = (folder.path().join("photos"), folder.path().join("made"));
+    photographs(&photos);
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("tags.json"), "{}").unwrap();
+    let mut window = with_model(&photos, &out);
+    window.write_capture();
+    window.wait_for("Replace the capture?");
+    window.click("Cancel");
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 1, "nothing is written yet");
+    // A folder with other things in it is not replaced at all.
+    fs::write(out.join("diary.txt"), "dear diary").unwrap();
+    window.write_capture();
+    window.wait_for("The capture cannot be written");
+    assert!(window.has_part("the folder is not empty"));
+    window.click("Dismiss");
+    fs::remove_file(out.join("diary.txt")).unwrap();
+    window.write_capture();
+    window.wait_for("Replace the capture?");
+    window.click("Replace");
+    window.wait_for("Photographs (6)");
+    assert!(out.join("scene.obj").is_file() && !out.join("tags.json").exists());
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().flatten().collect();
+    assert_eq!(left.len(), 2, "nothing is left beside: {left:?}");
+}
+
+/// Radiance over three decades, from left to right.
+fn radiance(u: f64, v: f64) -> f64 {
+    (-3.5 + 6.0 * u + 0.8 * v).exp()
+}
+
+const TIMES: [f64; 3] = [0.0625, 0.25, 1.0];
+
+/// Three exposures of each of some views with gamma 2.2, their cameras, and a table of the times.
+fn series(folder: &Path, views: usize, size: (u32, u32)) {
+    let (width, height) = size;
+    let mut table = String::new();
+    let mut frames = Vec::new();
+    for view in 0..views {
+        for (index, time) in TIMES.into_iter().enumerate() {
+            let picture = RgbImage::from_fn(width, height, |x, y| {
+                let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
+                let code = 255.0 * (radiance(u, v) * time).powf(1.0 / 2.2);
+                image::Rgb([code.round().clamp(0.0, 255.0) as u8; 3])
+            });
+            let name = format!("{view:02}_e{index}.png");
+            picture.save(folder.join(&name)).unwrap();
+            table += &format!("{name},{time}\n");
+        }
+        let x = view as f64;
+        frames.push(serde_json::json!({
+            "file_path": format!("{view:02}_e1.png"),
+            "transform_matrix": [[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 3], [0, 0, 0, 1]],
+        }));
+    }
+    let cameras = serde_json::json!({
+        "camera_model": "PINHOLE", "w": width, "h": height, "fl_x": width, "fl_y": width,
+        "cx": f64::from(width) / 2.0, "cy": f64::from(height) / 2.0, "frames": frames,
+    });
+    fs::write(folder.join("transforms.json"), cameras.to_string()).unwrap();
+    fs::write(folder.join("times.csv"), table).unwrap();
+    fs::write(folder.join("scene.obj"), "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+}
+
+#[test]
+fn exposure_series_show_their_response_and_become_radiance() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photos, out) = (folder.path().join("photos"), folder.path().join("made"));
+    fs::create_dir(&photos).unwrap();
+    series(&photos, 2, (60, 40));
+    let mut window = Window::importing();
+    window.choose("Cameras", &photos.join("transforms.json"));
+    window.choose("New capture", &out);
+    window.wait("the cameras", |window| window.has_part("transforms.json: 2 cameras"));
+    window.click("Exposures");
+    assert!(window.has_part("No exposure series was found"));
+    window.choose("Times", &photos.join("times.csv"));
+    window.wait_for("Merge 2 series to radiance");
+    window.click("Merge 2 series to radiance");
+    window.wait_for("Response of red, green and blue");
+    assert!(window.has_part("2.00 stops more"));
+    window.write_capture();
+    window.wait_for("Photographs (2)");
+    let merged = exr::read(&out.join("images/00_e1.exr")).unwrap();
+    let mut ratios: Vec<f64> = merged
+        .pixels
+        .iter()
+        .enumerate()
+        .filter(|(_, pixel)| pixel[1].is_finite())
+        .map(|(index, pixel)| {
+            let (x, y) = ((index % 60) as f64 / 60.0, (index / 60) as f64 / 40.0);
+            f64::from(pixel[1]) / radiance(x, y)
+        })
+        .collect();
+    assert!(ratios.len() > 2000);
+    ratios.sort_by(f64::total_cmp);
+    let (middle, high) = (ratios[ratios.len() / 2], ratios[ratios.len() * 9 / 10]);
+    assert!((high / middle - 1.0).abs() < 0.05, "{middle} {high}");
+}
+
+#[test]
+fn work_on_the_page_is_cancelled() {
+    let folder = tempfile::tempdir().unwrap();
+    series(folder.path(), 4, (900, 600));
+    let mut window = Window::importing();
+    window.choose("Cameras", &folder.path().join("transforms.json"));
+    window.choose("Times", &folder.path().join("times.csv"));
+    window.wait_for("Merge 4 series to radiance");
+    window.click("Exposures");
+    // In one frame: the job cannot have ended by then.
+    window.node("Merge 4 series to radiance").click();
+    window.wait_for("Recovering the response");
+    window.node("Cancel").click();
+    window.wait_for("Recovering the response was cancelled.");
+    assert!(!window.has("Response of red, green and blue"));
+    // The page lives on: another choice asks again.
+    window.click("Align");
+    window.wait_for("Response of red, green and blue");
+}
+
+/// A folder that is dropped onto the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("a folder has none".to_owned())
+    }
+}
+
+#[test]
+fn what_other_programs_wrote_opens_the_page_when_it_is_dropped() {
+    for name in ["colmap_text", "meshroom_1.2.6.sfm", "metashape.xml", "boxes_scene.glb"] {
+        let mut window = Window::new();
+        window.step();
+        window.harness.input_mut().dropped_files.push(Arc::new(Dropped(data(name))));
+        window.wait_for("Write capture and open");
+        let value = window.node("Cameras").accesskit_node().value().unwrap_or_default();
+        assert!(value.ends_with(name), "{value}");
+    }
+    // A capture is opened as before.
+    let mut window = Window::new();
+    window.step();
+    window.harness.input_mut().dropped_files.push(Arc::new(Dropped(crate::example())));
+    window.wait_for("Photographs (6)");
+}
+
+#[test]
+fn the_page_leaves_the_project_behind_it_alone() {
+    let mut window = Window::with_example();
+    window.menu("File", "Import…");
+    assert!(window.has("Write capture and open"));
+    // A key of the 3D view does nothing here.
+    window.key(Modifiers::NONE, Key::A);
+    window.choose("Cameras", &data("colmap_text"));
+    window.wait("the model", |window| window.has_part("COLMAP: 6 cameras"));
+    window.click("Close");
+    assert!(window.has("Photographs (6)"));
+    // What was chosen stays.
+    window.key(Modifiers::COMMAND, Key::I);
+    assert!(window.has_part("COLMAP: 6 cameras"));
+    window.click("Inspect");
+    assert!(window.has("Photographs (6)") && !window.has("Write capture and open"));
+}
