@@ -7,12 +7,14 @@ use std::path::PathBuf;
 use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
+use super::jobs::studies::{Kind, SpeedWish, StabilityWish};
 use super::layout::{Pane, Workspace};
 use super::leaving::{Then, go_on, leave};
 use super::project::{Focus, Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
 use super::state::State;
+use super::studying;
 use super::theme;
 use super::viewport::Shading;
 
@@ -65,6 +67,7 @@ pub enum Action {
     FrameSelection,
     LookThrough(Option<usize>),
     Relight(Relight),
+    Study(Study),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
@@ -90,6 +93,21 @@ pub enum Relight {
     /// Makes pictures from all photographs' places, into a folder.
     Render(PathBuf),
     StopRendering,
+}
+
+/// What is done about the studies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Study {
+    /// Looks whether it is known what is true of the capture.
+    Look,
+    Speed(SpeedWish),
+    Stability(StabilityWish),
+    Cancel(Kind),
+    /// Forgets what was found.
+    Clear(Kind),
+    Save(Kind, PathBuf),
+    /// Sets the run's options as a setting of the study has them.
+    Use(String),
 }
 
 /// What becomes selected.
@@ -243,6 +261,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
         Action::Relight(what) => relighting::apply(state, what),
+        Action::Study(what) => studying::apply(state, what),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
         Action::ShowAbout => state.dialogs.about = true,

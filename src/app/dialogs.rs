@@ -15,8 +15,9 @@ use std::time::{Duration, Instant};
 
 use rfd::AsyncFileDialog;
 
-use super::actions::{Action, Relight};
+use super::actions::{Action, Relight, Study};
 use super::files::Opening;
+use super::jobs::studies::Kind;
 use super::leaving::Then;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
@@ -39,6 +40,8 @@ pub enum Asked {
     LoadEdits,
     SaveEdits,
     RenderTo,
+    /// A folder for what a study has found.
+    SaveStudy(Kind),
 }
 
 /// A project whose capture is not where it was.
@@ -127,6 +130,8 @@ impl Asked {
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
+            Self::SaveStudy(Kind::Speed) => "Save the study of speed to a folder",
+            Self::SaveStudy(Kind::Stability) => "Save the report of stability to a folder",
         }
     }
 
@@ -142,6 +147,7 @@ impl Asked {
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path)),
             Self::RenderTo => Action::Relight(Relight::Render(path)),
+            Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
     }
 }
@@ -255,6 +261,10 @@ fn suggestion(state: &State, asked: Asked) -> PathBuf {
         }),
         Asked::RenderTo => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-pictures", project.name()))
+        }),
+        Asked::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
+            let what = if kind == Kind::Speed { "speed" } else { "stability" };
+            beside(&project.folder, &format!("{}-{what}", project.name()))
         }),
         Asked::Locate => state
             .dialogs

@@ -22,6 +22,7 @@ mod project;
 mod relight;
 mod relighting;
 mod state;
+mod studying;
 mod theme;
 mod undo;
 mod view_file;
