@@ -8,12 +8,14 @@ use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
 use super::import;
+use super::jobs::studies::{Kind, SpeedWish, StabilityWish};
 use super::layout::{Pane, Workspace};
 use super::leaving::{Then, go_on, leave};
 use super::project::{Focus, Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
 use super::state::State;
+use super::studying;
 use super::theme;
 use super::viewport::Shading;
 
@@ -67,6 +69,7 @@ pub enum Action {
     LookThrough(Option<usize>),
     Relight(Relight),
     Import(import::Do),
+    Study(Study),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
@@ -92,6 +95,21 @@ pub enum Relight {
     /// Makes pictures from all photographs' places, into a folder.
     Render(PathBuf),
     StopRendering,
+}
+
+/// What is done about the studies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Study {
+    /// Looks whether it is known what is true of the capture.
+    Look,
+    Speed(SpeedWish),
+    Stability(StabilityWish),
+    Cancel(Kind),
+    /// Forgets what was found.
+    Clear(Kind),
+    Save(Kind, PathBuf),
+    /// Sets the run's options as a setting of the study has them.
+    Use(String),
 }
 
 /// What becomes selected.
@@ -248,6 +266,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
         Action::Relight(what) => relighting::apply(state, what),
         Action::Import(what) => import::apply(state, what),
+        Action::Study(what) => studying::apply(state, what),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
         Action::ShowAbout => state.dialogs.about = true,

@@ -15,9 +15,10 @@ use std::time::{Duration, Instant};
 
 use rfd::AsyncFileDialog;
 
-use super::actions::{Action, Relight};
+use super::actions::{Action, Relight, Study};
 use super::files::Opening;
 use super::import::{Do, Field};
+use super::jobs::studies::Kind;
 use super::leaving::Then;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
@@ -45,6 +46,8 @@ pub enum Asked {
     ImportImages,
     ImportMesh,
     ImportOut,
+    /// A folder for what a study has found.
+    SaveStudy(Kind),
 }
 
 /// A project whose capture is not where it was.
@@ -139,6 +142,8 @@ impl Asked {
             Self::ImportImages => "Folder of the photographs",
             Self::ImportMesh => "Mesh (OBJ, glTF, PLY, STL)",
             Self::ImportOut => "Folder for the capture",
+            Self::SaveStudy(Kind::Speed) => "Save the study of speed to a folder",
+            Self::SaveStudy(Kind::Stability) => "Save the report of stability to a folder",
         }
     }
 
@@ -173,6 +178,7 @@ impl Asked {
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path)),
             Self::RenderTo => Action::Relight(Relight::Render(path)),
+            Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
     }
 }
@@ -298,6 +304,10 @@ fn suggestion(state: &State, asked: Asked) -> PathBuf {
         }),
         Asked::RenderTo => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-pictures", project.name()))
+        }),
+        Asked::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
+            let what = if kind == Kind::Speed { "speed" } else { "stability" };
+            beside(&project.folder, &format!("{}-{what}", project.name()))
         }),
         Asked::Locate => state
             .dialogs

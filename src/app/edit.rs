@@ -70,6 +70,11 @@ pub enum Change {
         material: String,
     },
     DefaultOptions,
+    /// All options at once, under a name.
+    Options {
+        name: String,
+        options: Box<Options>,
+    },
     /// The scene is relit in another way.
     Relight {
         name: &'static str,
@@ -96,6 +101,7 @@ impl Change {
             Self::Option { section, name, .. } => format!("{section}.{name}"),
             Self::ForgetStart { .. } => "remove start value".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
+            Self::Options { name, .. } => name.clone(),
             Self::Relight { name, .. } => (*name).to_owned(),
         }
     }
@@ -247,6 +253,7 @@ impl Edit {
                 self.options.start.remove(material);
             }
             Change::DefaultOptions => self.options = Options::default(),
+            Change::Options { options, .. } => self.options = (**options).clone(),
             Change::Relight { edits, .. } => self.relight = edits.clone(),
         }
         Ok(())

@@ -199,6 +199,7 @@ pub fn close_anyway(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
+    state.jobs.studies.forget();
     state.viewport.clear();
     state.dialogs.forget_project();
     forget_kept(state);

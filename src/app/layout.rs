@@ -23,10 +23,12 @@ pub enum Pane {
     Materials,
     Compare,
     Log,
+    Speed,
+    Stability,
 }
 
 impl Pane {
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::Outliner,
         Self::Viewport,
         Self::Tags,
@@ -40,6 +42,8 @@ impl Pane {
         Self::Materials,
         Self::Compare,
         Self::Log,
+        Self::Speed,
+        Self::Stability,
     ];
 
     pub fn title(self) -> &'static str {
@@ -57,6 +61,16 @@ impl Pane {
             Self::Materials => "Materials",
             Self::Compare => "Compare",
             Self::Log => "Log",
+            Self::Speed => "Speed and accuracy",
+            Self::Stability => "Stability",
+        }
+    }
+
+    /// Where it is shown when the present workspace has no place for it.
+    fn home(self) -> Workspace {
+        match self {
+            Self::Speed | Self::Stability => Workspace::Study,
+            _ => Workspace::Inspect,
         }
     }
 }
@@ -68,11 +82,12 @@ pub enum Workspace {
     Reconstruct,
     Inspect,
     Relight,
+    Study,
 }
 
 impl Workspace {
-    pub const ALL: [Self; 5] =
-        [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect, Self::Relight];
+    pub const ALL: [Self; 6] =
+        [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect, Self::Relight, Self::Study];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -81,6 +96,7 @@ impl Workspace {
             Self::Reconstruct => "Reconstruct",
             Self::Inspect => "Inspect",
             Self::Relight => "Relight",
+            Self::Study => "Study",
         }
     }
 
@@ -91,6 +107,7 @@ impl Workspace {
             Self::Reconstruct => "Options, the run, and its convergence",
             Self::Inspect => "Samples, lights, materials and their errors",
             Self::Relight => "Other light, other materials, and objects set into the scene",
+            Self::Study => "What seconds buy in accuracy, and what the capture can bear",
         }
     }
 
@@ -102,6 +119,7 @@ impl Workspace {
             Self::Reconstruct => [Pane::Run, Pane::Convergence],
             Self::Inspect => [Pane::Inspector, Pane::Samples],
             Self::Relight => [Pane::Relight, Pane::Materials],
+            Self::Study => [Pane::Run, Pane::Speed],
         }
     }
 
@@ -111,12 +129,30 @@ impl Workspace {
             Self::Capture | Self::Tag => 0.26,
             Self::Relight => 0.18,
             Self::Reconstruct | Self::Inspect => 0.42,
+            Self::Study => 1.0,
+        }
+    }
+
+    /// Whether it has a place for a panel.
+    fn has(self, pane: Pane) -> bool {
+        let is_study = matches!(pane, Pane::Speed | Pane::Stability);
+        match self {
+            Self::Study => is_study || matches!(pane, Pane::Run | Pane::Tags | Pane::Log),
+            _ => !is_study,
         }
     }
 
     fn tree(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
         let [right_front, lower_front] = self.front();
+        let id = egui::Id::unique(("workspace", self.name()));
+        if self == Self::Study {
+            let studies = tabs(&mut tiles, &[Pane::Speed, Pane::Stability], lower_front);
+            let right = tabs(&mut tiles, &[Pane::Run, Pane::Tags, Pane::Log], right_front);
+            let parts = [(studies, 0.75), (right, 0.25)];
+            let root = split(&mut tiles, LinearDir::Horizontal, &parts);
+            return Tree::new(id, root, tiles);
+        }
         let outliner = tiles.insert_pane(Pane::Outliner);
         let viewport = tiles.insert_pane(Pane::Viewport);
         let right =
@@ -144,7 +180,7 @@ impl Workspace {
             LinearDir::Horizontal,
             &[(outliner, 0.185), (center, 0.545), (right, 0.27)],
         );
-        Tree::new(egui::Id::unique(("workspace", self.name())), root, tiles)
+        Tree::new(id, root, tiles)
     }
 }
 
@@ -188,9 +224,12 @@ impl Layout {
         self.trees.insert(current, current.tree());
     }
 
-    /// Brings a panel to the front; one that was lost comes back with the workspace's own
-    /// arrangement.
+    /// Brings a panel to the front, in another workspace where this one has no place for it; one
+    /// that was lost comes back with the workspace's own arrangement.
     pub fn show(&mut self, pane: Pane) {
+        if !self.current.has(pane) {
+            self.current = pane.home();
+        }
         let is_it = |_: TileId, tile: &Tile<Pane>| matches!(tile, Tile::Pane(own) if *own == pane);
         if !self.tree().make_active(is_it) {
             self.reset();
@@ -222,7 +261,9 @@ impl Layout {
             let tree = stored.and_then(|stored| Tree::<Pane>::deserialize(stored).ok());
             if let Some(tree) = tree
                 && tree.id() == workspace.tree().id()
-                && Pane::ALL.iter().all(|pane| tree.tiles.find_pane(pane).is_some())
+                && Pane::ALL
+                    .iter()
+                    .all(|pane| tree.tiles.find_pane(pane).is_some() || !workspace.has(*pane))
             {
                 self.trees.insert(workspace, tree);
             }
@@ -244,5 +285,11 @@ mod tests {
         assert_eq!(other.value(), kept);
         other.restore(&serde_json::json!({"trees": {"Tag": {"root": 3}}, "workspace": 5}));
         assert_eq!(other.value(), kept);
+        other.show(Pane::Stability);
+        assert_eq!(other.current, Workspace::Study);
+        other.show(Pane::Log);
+        assert_eq!(other.current, Workspace::Study);
+        other.show(Pane::Compare);
+        assert_eq!(other.current, Workspace::Inspect);
     }
 }

@@ -32,6 +32,8 @@ pub struct Stake {
     /// Results that were not exported.
     pub results: Option<Arc<Reconstruction>>,
     pub export: Option<Job>,
+    /// Runs of studies that are in no folder.
+    pub study: usize,
 }
 
 impl Stake {
@@ -48,6 +50,7 @@ impl Stake {
             results: products.whole.clone().filter(|whole| !is_kept(whole)),
             // An export outlives its project, but not the program.
             export: exporting.map(|(job, _)| *job).filter(|_| quitting),
+            study: state.jobs.studies.at_stake(),
         }
     }
 
@@ -62,6 +65,7 @@ impl Stake {
             && (self.run.is_none() || self.run == then.run)
             && (self.results.is_none() || same.is_some_and(|(a, b)| Arc::ptr_eq(a, b)))
             && (self.export.is_none() || self.export == then.export)
+            && (self.study == 0 || then.study > 0)
     }
 }
 

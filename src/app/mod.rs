@@ -23,6 +23,7 @@ mod project;
 mod relight;
 mod relighting;
 mod state;
+mod studying;
 mod theme;
 mod undo;
 mod view_file;

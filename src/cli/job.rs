@@ -46,9 +46,11 @@ pub(super) fn wait(
         }
         match worker.events().recv_timeout(PULSE) {
             Ok(event) if event.job == job => match event.happening {
-                Happening::Started | Happening::Picture { .. } => {}
+                Happening::Started | Happening::Picture { .. } | Happening::Judged { .. } => {}
                 Happening::Update(update) => display.update(&update),
-                Happening::Note(line) => display.note(&line),
+                Happening::Found(found) => {
+                    display.note(&format!("{}: {}", found.number, found.name));
+                }
                 Happening::Failed(message) => {
                     display.clear();
                     return Err(Ending::Failed(anyhow!(message)));

@@ -9,7 +9,9 @@ use crate::cli::print::say_line;
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::io;
-use crate::study::{Study, Subject};
+use crate::reconstruct::Options;
+use crate::study::settings::Scope;
+use crate::study::{Source, Study, Subject, speed, stability};
 use crate::worker::{Command, Happening, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -21,17 +23,27 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     };
     let captures: Vec<PathBuf> =
         matches.get_many::<PathBuf>("capture").unwrap_or_default().cloned().collect();
+    let mut sources = captures.into_iter().map(Source::Folder);
     let subject = match subject {
-        "speed" => Subject::Speed { captures, quick, repeats: repeats(3, 1) },
-        _ => Subject::Stability {
-            capture: captures.into_iter().next().unwrap_or_default(),
-            quick,
-            seeds: repeats(3, 2),
-        },
+        "speed" => Subject::Speed(speed::Design {
+            sources: sources.collect(),
+            base: Options::default(),
+            own: false,
+            scope: if quick { Scope::Quick } else { Scope::Whole },
+            repeats: repeats(3, 1),
+        }),
+        _ => {
+            let source = sources.next().unwrap_or_else(|| Source::Folder(PathBuf::new()));
+            Subject::Stability(stability::Design::of_all(source, quick, repeats(3, 2)))
+        }
     };
     let folder = arguments::required_path(matches, "out");
-    let mut study =
-        Study { subject, folder, only: Vec::new(), collect: matches.get_flag("collect") };
+    let mut study = Study {
+        subject,
+        folder: Some(folder.clone()),
+        only: Vec::new(),
+        collect: matches.get_flag("collect"),
+    };
     let names = study.names()?;
     if matches.get_flag("list") {
         for (index, name) in names.iter().enumerate() {
@@ -42,13 +54,12 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     for text in matches.get_many::<String>("only").unwrap_or_default() {
         study.only.extend(chosen(text, names.len())?);
     }
-    io::export::check_folder(&study.folder)?;
+    io::export::check_folder(&folder)?;
     job::use_threads(matches)?;
     job::catch_interrupts()?;
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
     display.stage("runs");
-    let folder = study.folder.clone();
     let happening = job::wait(&mut worker, Command::Study(Box::new(study)), &mut display)?;
     display.clear();
     if let Happening::Studied(lines) = happening {

@@ -390,7 +390,7 @@ fn log_range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// Values at which a logarithmic scale is labelled, about `count` at most.
-fn log_ticks([low, high]: [f64; 2], count: f32) -> Vec<(f64, String)> {
+pub fn log_ticks([low, high]: [f64; 2], count: f32) -> Vec<(f64, String)> {
     let sets: [&[f64]; 4] =
         [&[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
     let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;

@@ -1,21 +1,18 @@
 //! One reconstruction, measured: what it cost, how far it is from the truth, and how well it
 //! predicts what it was not given.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::bvh::RayCaster;
 use crate::io::export::summary;
-use crate::io::picture::Picture;
 use crate::io::process;
 use crate::io::truth::Truth;
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::CHANNELS;
 use crate::reconstruct::{self, Options, Predicted};
 use crate::render::edits::Edits;
 use crate::render::scene::{Geometry, Scene, Solved};
 use crate::render::{RenderOptions, render};
-use crate::scene::{Capture, Image, Views};
+use crate::scene::{Capture, Views};
 use crate::study::{pictures, score};
 use crate::watch::Watch;
 
@@ -141,10 +138,7 @@ fn predict(
     let scene = Scene::new(&views, &geometry, &solved, &edits, &[small.position.as_vec3()]);
     let pictures = RenderOptions { spp: 32, denoise: true, ..RenderOptions::default() };
     let film = render(&scene, &small, &pictures, watch, &|_| ())?;
-    let made =
-        |pixels| Picture { width: small.width, height: small.height, pixels, notes: Vec::new() };
-    let truth = made(reduced(image, small.width, small.height, step));
-    let score = pictures::compare("", &made(film.beauty()), Some(&film.coverage()), &truth);
+    let score = pictures::against_photograph("", &film, image);
     if score.pixels > 0 {
         held_out.photograph_relative_rms = Some(score.relative_rms);
         held_out.photograph_flip = Some(score.mean_flip);
@@ -162,21 +156,4 @@ fn relative_rms(predicted: &[Predicted]) -> Option<f64> {
         }
     }
     (total > 0.0).then(|| (difference / total).sqrt())
-}
-
-/// Means over `step`² pixels; not a number where one of them is no measurement.
-fn reduced(image: &Arc<Image>, width: usize, height: usize, step: usize) -> Vec<Radiance> {
-    let mean = |x: usize, y: usize| -> Radiance {
-        let mut sum = [0.0f32; CHANNELS];
-        for v in y * step..(y + 1) * step {
-            for u in x * step..(x + 1) * step {
-                let pixel = image.radiance(u, v).unwrap_or([f32::NAN; CHANNELS]);
-                for (sum, value) in sum.iter_mut().zip(pixel) {
-                    *sum += value;
-                }
-            }
-        }
-        sum.map(|sum| sum / (step * step) as f32)
-    };
-    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
 }

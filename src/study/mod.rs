@@ -1,11 +1,14 @@
 //! Studies of the results: how far they are from the truth, what seconds buy, and what harms them.
 
 pub mod chart;
+pub mod cost;
 pub mod degrade;
 pub mod flip;
 pub mod front;
+pub mod harm;
 pub mod measure;
 pub mod pictures;
+pub mod reference;
 pub mod report;
 pub mod runs;
 pub mod score;
@@ -16,19 +19,23 @@ pub mod stability;
 pub mod stability_chart;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::io;
+use crate::io::truth::Truth;
 use crate::reconstruct::{self, Options};
-use crate::study::runs::Choice;
+use crate::scene::Capture;
+use crate::study::runs::{Choice, Planned};
 use crate::watch::Watch;
 
 /// A study to be carried out, or the part of one.
 #[derive(Clone, Debug)]
 pub struct Study {
     pub subject: Subject,
-    pub folder: PathBuf,
-    /// Runs by their numbers; all, and the charts, where there are none.
+    /// Where runs, tables and charts are written to; `None` to have the findings told alone.
+    pub folder: Option<PathBuf>,
+    /// Runs by their numbers, in this order; all, and the charts, where there are none.
     pub only: Vec<usize>,
     /// Only make the charts of the runs that are there.
     pub collect: bool,
@@ -36,48 +43,128 @@ pub struct Study {
 
 #[derive(Clone, Debug)]
 pub enum Subject {
-    Speed { captures: Vec<PathBuf>, quick: bool, repeats: usize },
-    Stability { capture: PathBuf, quick: bool, seeds: usize },
+    Speed(speed::Design),
+    Stability(stability::Design),
+}
+
+/// Where a study takes a capture from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A folder, as its files are, with the truth that lies beside them.
+    Folder(PathBuf),
+    /// One that is open, as the artist has tagged it, with what is known to be true of it.
+    Open(Opened),
+}
+
+pub type Opened = (Arc<Capture>, Option<Arc<Truth>>);
+
+impl Source {
+    /// The capture's name.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Folder(folder) => io::capture::name(folder),
+            Self::Open((capture, _)) => capture.name.clone(),
+        }
+    }
+
+    fn open(&self, watch: &Watch) -> Result<Opened, io::Error> {
+        match self {
+            Self::Folder(folder) => {
+                let capture = io::capture::load(folder, watch)?;
+                Ok((Arc::new(capture), Truth::beside(folder)?.map(Arc::new)))
+            }
+            Self::Open(opened) => Ok(opened.clone()),
+        }
+    }
+
+    fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Folder(own), Self::Folder(other)) => own == other,
+            (Self::Open((own, _)), Self::Open((other, _))) => Arc::ptr_eq(own, other),
+            _ => false,
+        }
+    }
+}
+
+/// What one run of a study came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Of the run in the plan.
+    pub number: usize,
+    pub name: String,
+    pub row: Row,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Row {
+    Speed(speed::Row),
+    Stability(stability::Row),
+}
+
+/// What was found so far, to be written.
+#[derive(Clone, Debug)]
+pub enum Findings {
+    Speed { rows: Vec<speed::Row>, planned: usize },
+    Stability { capture: String, rows: Vec<stability::Row>, planned: usize },
+}
+
+impl Findings {
+    /// Writes tables, charts and report as the terminal does, and gives what it tells.
+    pub fn write(&self, folder: &Path) -> Result<Vec<String>, io::Error> {
+        match self {
+            Self::Speed { rows, planned } => speed::write(folder, rows, *planned),
+            Self::Stability { capture, rows, planned } => {
+                stability::write(folder, capture, rows, *planned)
+            }
+        }
+    }
 }
 
 impl Study {
     /// The names of all runs, by their numbers.
     pub fn names(&self) -> Result<Vec<String>, io::Error> {
-        use runs::Planned;
         Ok(match &self.subject {
-            Subject::Speed { captures, quick, repeats } => {
-                speed::plan(captures, *quick, *repeats)?.iter().map(Planned::name).collect()
-            }
-            Subject::Stability { capture, quick, seeds } => {
-                stability::plan(capture, *quick, *seeds).iter().map(Planned::name).collect()
+            Subject::Speed(design) => speed::plan(design)?.iter().map(Planned::name).collect(),
+            Subject::Stability(design) => {
+                stability::plan(design).iter().map(Planned::name).collect()
             }
         })
     }
 
-    /// Carries the study out, and gives what is to be told. `watch` counts runs; `say` hears of
-    /// each that is done.
+    /// Carries the study out, and gives what is to be told at its end. `watch` counts runs; `tell`
+    /// hears of each that is done.
     pub fn perform(
         &self,
         watch: &Watch,
-        say: &(dyn Fn(String) + Sync),
+        tell: &(dyn Fn(Finding) + Sync),
     ) -> Result<Vec<String>, io::Error> {
-        let is_part = !self.only.is_empty();
+        let folder = self.folder.as_deref();
+        let whole = folder.filter(|_| self.only.is_empty());
+        let only = self.only.clone();
         match &self.subject {
-            Subject::Speed { captures, quick, repeats } => {
-                let plan = speed::plan(captures, *quick, *repeats)?;
+            Subject::Speed(design) => {
+                let plan = speed::plan(design)?;
+                let tell = |number: usize, run: &speed::Run, row: &speed::Row| {
+                    tell(Finding { number, name: run.name(), row: Row::Speed(row.clone()) });
+                };
                 if !self.collect {
-                    let choice = Choice { only: self.only.clone(), parallel: false };
-                    speed::carry_out(&self.folder, &plan, &choice, watch, say)?;
+                    let choice = Choice { only, parallel: false };
+                    speed::carry_out(folder, &plan, &choice, watch, &tell)?;
                 }
-                if is_part { Ok(Vec::new()) } else { speed::collect(&self.folder, &plan) }
+                whole.map_or(Ok(Vec::new()), |folder| speed::collect(folder, &plan))
             }
-            Subject::Stability { capture, quick, seeds } => {
-                let plan = stability::plan(capture, *quick, *seeds);
+            Subject::Stability(design) => {
+                let plan = stability::plan(design);
+                let tell = |number: usize, run: &stability::Run, row: &stability::Row| {
+                    tell(Finding { number, name: run.name(), row: Row::Stability(row.clone()) });
+                };
                 if !self.collect {
-                    let choice = Choice { only: self.only.clone(), parallel: true };
-                    stability::carry_out(&self.folder, &plan, &choice, watch, say)?;
+                    let choice = Choice { only, parallel: true };
+                    stability::carry_out(folder, design, &plan, &choice, watch, &tell)?;
                 }
-                if is_part { Ok(Vec::new()) } else { stability::collect(&self.folder, &plan) }
+                whole.map_or(Ok(Vec::new()), |folder| {
+                    stability::collect(folder, &design.source.name(), &plan)
+                })
             }
         }
     }

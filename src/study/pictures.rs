@@ -12,6 +12,8 @@ use crate::io::export::pictures::percentile;
 use crate::io::picture::{self, Picture};
 use crate::io::{Error, Fault, exr};
 use crate::math::rgb::{CHANNELS, Radiance, srgb};
+use crate::render::film::Film;
+use crate::scene::Image;
 use crate::study::flip::{self, Linear};
 
 /// A picture beside the true one.
@@ -136,6 +138,34 @@ pub fn compare(
         mean_flip: mean(flip::ldr, white, 1.0),
         mean_hdr_flip: mean(flip::hdr, 1.0, f32::MAX),
     }
+}
+
+/// Compares a render with the photograph that was taken from there; the photograph's pixels are
+/// averaged to the render's. What no photograph measures and no known surface covers does not
+/// count.
+pub fn against_photograph(name: &str, film: &Film, photograph: &Image) -> PictureScore {
+    let (width, height) = (film.width, film.height);
+    let step = (photograph.width() / width.max(1)).max(1);
+    let picture = |pixels| Picture { width, height, pixels, notes: Vec::new() };
+    let truth = picture(reduced(photograph, width, height, step));
+    compare(name, &picture(film.beauty()), Some(&film.coverage()), &truth)
+}
+
+/// Means over `step`² pixels; not a number where one of them is no measurement.
+fn reduced(image: &Image, width: usize, height: usize, step: usize) -> Vec<Radiance> {
+    let mean = |x: usize, y: usize| -> Radiance {
+        let mut sum = [0.0f32; CHANNELS];
+        for v in y * step..(y + 1) * step {
+            for u in x * step..(x + 1) * step {
+                let pixel = image.radiance(u, v).unwrap_or([f32::NAN; CHANNELS]);
+                for (sum, value) in sum.iter_mut().zip(pixel) {
+                    *sum += value;
+                }
+            }
+        }
+        sum.map(|sum| sum / (step * step) as f32)
+    };
+    (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::io::drawing::{escaped, svg};
-use crate::study::degrade::Harm;
+use crate::study::harm::Harm;
 use crate::study::stability::{BREAKS, Course, Row, Way};
 use crate::study::{PANIC, stability_chart};
 
@@ -23,16 +23,9 @@ pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> Str
          <h1>What {0} can bear</h1>\n",
         escaped(capture)
     );
-    let clean = courses.iter().find(|(_, way, _)| *way == Way::Joint).and_then(|c| c.2.clean);
     // Writing into a string does not fail.
-    if let Some(clean) = clean {
-        let _ = writeln!(
-            page,
-            "<p>As the capture is, the reflectances that are recovered are off by {clean:.3} on \
-             average, on a scale from 0 (black) to 1 (white). To see what it would bear, one thing \
-             after the other was made worse, step by step. We say that the result breaks where \
-             this error is more than {BREAKS} times as large.</p>"
-        );
+    if let Some(opening) = opening(courses) {
+        let _ = writeln!(page, "<p>{}</p>", escaped(&opening));
     }
     let _ = writeln!(page, "<p>{}</p>", escaped(&soundness(rows)));
     page.push_str(
@@ -64,6 +57,17 @@ pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> Str
     page
 }
 
+/// How far off the result is on the capture as it is, and what is meant by breaking.
+pub fn opening(courses: &[(Harm, Way, Course)]) -> Option<String> {
+    let clean = courses.iter().find(|(_, way, _)| *way == Way::Joint)?.2.clean?;
+    Some(format!(
+        "As the capture is, the reflectances that are recovered are off by {clean:.3} on average, \
+         on a scale from 0 (black) to 1 (white). To see what it would bear, one thing after the \
+         other was made worse, step by step. We say that the result breaks where this error is \
+         more than {BREAKS} times as large."
+    ))
+}
+
 /// How much larger the error is at the mildest steps, for an order of harms.
 fn severity(course: &Course) -> f64 {
     let of = |(_, errors): &(f64, Option<[f64; 3]>)| errors.map_or(1e9, |[_, median, _]| median);
@@ -92,7 +96,8 @@ fn limits(harm: Harm, course: &Course) -> (String, String) {
     (bears, breaks)
 }
 
-fn sentence(courses: &[(Harm, Way, Course)]) -> String {
+/// What each way bears of one harm.
+pub fn sentence(courses: &[(Harm, Way, Course)]) -> String {
     let mut text = String::new();
     for (harm, way, course) in courses {
         let (bears, breaks) = limits(*harm, course);
@@ -106,7 +111,8 @@ fn sentence(courses: &[(Harm, Way, Course)]) -> String {
     text
 }
 
-fn advice(harm: Harm) -> &'static str {
+/// What can be done about a harm.
+pub fn advice(harm: Harm) -> &'static str {
     match harm {
         Harm::Noise => "Expose longer, or merge more exposures.",
         Harm::Saturation => "Add shorter exposures; give the sensor's limit in tags.json.",

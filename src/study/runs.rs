@@ -30,7 +30,7 @@ pub trait Planned: Sync {
 /// Which runs of a study are carried out, and how.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
-    /// Numbers in the plan; all where there are none.
+    /// Numbers in the plan, in this order; all where there are none.
     pub only: Vec<usize>,
     /// Several at a time: where seconds are not measured.
     pub parallel: bool,
@@ -50,17 +50,21 @@ fn finished<P: Planned>(folder: &Path, index: usize, run: &P) -> Option<P::Row> 
 /// What one run of a plan comes to.
 pub type Perform<'a, P> = dyn Fn(&P, &Watch) -> Result<<P as Planned>::Row, io::Error> + Sync + 'a;
 
-/// Carries out the runs that are not done yet. `perform` is told the run; `watch` counts runs.
+/// Hears of a run that is done: its number in the plan, the run, and what it came to.
+pub type Tell<'a, P> = dyn Fn(usize, &P, &<P as Planned>::Row) + Sync + 'a;
+
+/// Carries out the runs that are not done yet. `perform` is told the run; `watch` counts runs. Each
+/// leaves a file in the folder, if there is one.
 ///
 /// # Errors
 /// Where a result cannot be written, the job is cancelled, or `perform` fails.
 pub fn carry_out<P: Planned>(
-    folder: &Path,
+    folder: Option<&Path>,
     plan: &[P],
     choice: &Choice,
     watch: &Watch,
     perform: &Perform<P>,
-    say: &(dyn Fn(String) + Sync),
+    tell: &Tell<P>,
 ) -> Result<(), io::Error> {
     let all: Vec<usize> = match choice.only.is_empty() {
         true => (0..plan.len()).collect(),
@@ -70,11 +74,13 @@ pub fn carry_out<P: Planned>(
     let one = |&index: &usize| -> Result<(), io::Error> {
         watch.check()?;
         let run = &plan[index];
-        if finished(folder, index, run).is_none() {
+        if folder.is_none_or(|folder| finished(folder, index, run).is_none()) {
             let row = perform(run, &watch.within())?;
             let stored = Stored { key: run.key(), row };
-            records::write(&file(folder, index, run), &stored)?;
-            say(format!("{index}: {}", run.name()));
+            if let Some(folder) = folder {
+                records::write(&file(folder, index, run), &stored)?;
+            }
+            tell(index, run, &stored.row);
         }
         Ok(watch.tick()?)
     };

@@ -1,7 +1,7 @@
 //! The designed set of settings that the study of speed runs: what seconds and accuracy depend on,
 //! one thing at a time about the two methods' defaults, and sets that cost as little as can be.
 
-use crate::options::OptionError;
+use crate::options::{OptionError, OptionValue};
 use crate::reconstruct::quality::{Change, Quality};
 use crate::reconstruct::{Method, Options};
 
@@ -28,15 +28,73 @@ pub enum Base {
     Least,
 }
 
+/// How many of the settings are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// A few that take seconds each.
+    First,
+    /// Some twenty, the qualities among them.
+    Quick,
+    Whole,
+}
+
+/// A first look: what little time buys, by either method.
+const FIRST: [&str; 7] = [
+    "draft",
+    "paper, 150 samples",
+    "paper, least",
+    "least, coarse",
+    "least, 150 samples",
+    "least",
+    "least, 3 lamps",
+];
+
+impl Scope {
+    pub fn has(self, setting: &Setting) -> bool {
+        match self {
+            Self::First => FIRST.contains(&setting.name),
+            Self::Quick => setting.quick,
+            Self::Whole => true,
+        }
+    }
+}
+
+/// Options that a base decides on, beside those of the qualities.
+const OF_BASES: [(&str, &str); 7] = [
+    ("general", "method"),
+    ("joint", "light_sets"),
+    ("joint", "max_lamps"),
+    ("samples", "count"),
+    ("samples", "min_per_material"),
+    ("transport", "rays"),
+    ("transport", "disc_rays"),
+];
+
 impl Setting {
+    /// The setting by its name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        SETTINGS.iter().find(|setting| setting.name == name)
+    }
+
+    /// The setting upon every option's default.
     pub fn options(&self, seed: usize) -> Result<Options, OptionError> {
-        let mut options = match self.base {
-            Base::Quality(quality) => Options::of_quality(quality),
-            _ => Options::default(),
-        };
+        self.upon(&Options::default(), seed)
+    }
+
+    /// The setting upon other options: what any setting decides on is as this one has it, all
+    /// else as it was.
+    pub fn upon(&self, base: &Options, seed: usize) -> Result<Options, OptionError> {
+        let defaults = Options::default();
+        let mut options = base.clone();
+        options.set("general", "quality", &Quality::Standard.text())?;
+        let changes = SETTINGS.iter().flat_map(|setting| setting.changes);
+        let decided = changes.map(|(section, name, _)| (*section, *name)).chain(OF_BASES);
+        for (section, name) in decided {
+            options.set(section, name, &defaults.get(section, name).unwrap_or_default())?;
+        }
         options.general.seed = seed;
         match self.base {
-            Base::Quality(_) => {}
+            Base::Quality(quality) => options.set("general", "quality", &quality.text())?,
             Base::Paper => options.general.method = Method::Paper,
             Base::OneSet => options.joint.light_sets = 1,
             Base::Least => {
@@ -216,5 +274,24 @@ mod tests {
             let twins = SETTINGS.iter().filter(|other| other.options(7).unwrap() == options);
             assert_eq!(twins.count(), 1, "{} is another one's twin", setting.name);
         }
+    }
+    #[test]
+    fn what_no_setting_decides_on_stays_and_the_last_setting_counts() {
+        let mut base = Options::default();
+        base.set("gloss", "views_per_sample", "3").unwrap();
+        base.set_start("wall", [0.5; 3]).unwrap();
+        base.general.seed = 40;
+        let draft = Setting::named("draft").unwrap();
+        for setting in SETTINGS {
+            let upon = setting.upon(&base, 1).unwrap();
+            let expected = Options {
+                gloss: base.gloss.clone(),
+                start: base.start.clone(),
+                ..setting.options(1).unwrap()
+            };
+            assert_eq!(upon, expected, "{}", setting.name);
+            assert_eq!(draft.upon(&upon, 1).unwrap(), draft.upon(&base, 1).unwrap());
+        }
+        assert!(FIRST.iter().all(|name| Setting::named(name).is_some()));
     }
 }

@@ -1,29 +1,43 @@
 //! The study of speed: what seconds buy in accuracy, over the designed settings.
 
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
 use crate::io::records::cell;
-use crate::io::truth::Truth;
 use crate::io::{self, drawing, records};
 use crate::options::OptionValue;
 use crate::reconstruct::{Options, Quality};
-use crate::scene::Capture;
 use crate::study::measure::{Measured, measure};
-use crate::study::runs::{self, Choice, Planned};
-use crate::study::settings::{SETTINGS, Setting};
-use crate::study::{described, guarded, speed_chart};
+use crate::study::runs::{self, Choice, Planned, Tell};
+use crate::study::settings::{SETTINGS, Scope};
+use crate::study::{Opened, Source, described, guarded, speed_chart};
 use crate::watch::Watch;
 
+/// What is run on what.
+#[derive(Clone, Debug)]
+pub struct Design {
+    pub sources: Vec<Source>,
+    /// What the settings are set upon.
+    pub base: Options,
+    /// Also run the base as it is.
+    pub own: bool,
+    pub scope: Scope,
+    pub repeats: usize,
+}
+
+/// The name of the base among the settings.
+pub const OWN: &str = "your options";
+
 /// One setting on one capture.
+#[derive(Clone, Debug)]
 pub struct Run {
-    capture: PathBuf,
-    capture_name: String,
-    setting: &'static Setting,
-    repeat: usize,
-    options: Options,
+    source: Source,
+    pub setting: &'static str,
+    quality: Option<Quality>,
+    pub repeat: usize,
+    pub options: Options,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,31 +60,37 @@ impl Planned for Run {
     type Row = Row;
 
     fn name(&self) -> String {
-        format!("{} · {} · {}", self.capture_name, self.setting.name, self.repeat + 1)
+        format!("{} · {} · {}", self.source.name(), self.setting, self.repeat + 1)
     }
 
     fn key(&self) -> String {
-        format!("{} {} {}", self.capture_name, self.repeat, described(&self.options))
+        format!("{} {} {}", self.source.name(), self.repeat, described(&self.options))
     }
 }
 
-/// Every run: captures, settings, repeats. Repeats have other seeds and hold out other parts.
-pub fn plan(captures: &[PathBuf], quick: bool, repeats: usize) -> Result<Vec<Run>, io::Error> {
+/// Every run: captures, repeats, settings. Repeats have other seeds and hold out other parts.
+pub fn plan(design: &Design) -> Result<Vec<Run>, io::Error> {
     let mut plan = Vec::new();
-    for capture in captures {
-        let capture_name = io::capture::name(capture);
-        for repeat in 0..repeats {
-            for setting in SETTINGS.iter().filter(|setting| setting.quick || !quick) {
-                let options = setting.options(1 + repeat).map_err(|error| {
+    for source in &design.sources {
+        for repeat in 0..design.repeats {
+            let seed = 1 + repeat;
+            if design.own {
+                let mut options = design.base.clone();
+                options.general.seed = seed;
+                let source = source.clone();
+                plan.push(Run { source, setting: OWN, quality: None, repeat, options });
+            }
+            for setting in SETTINGS.iter().filter(|setting| design.scope.has(setting)) {
+                let options = setting.upon(&design.base, seed).map_err(|error| {
                     io::Error::Invalid(io::Fault::new(
-                        capture,
+                        Path::new(&source.name()),
                         setting.name,
                         error.to_string(),
                         "This is a fault of the program: please report it",
                     ))
                 })?;
-                let (capture, capture_name) = (capture.clone(), capture_name.clone());
-                plan.push(Run { capture, capture_name, setting, repeat, options });
+                let (source, quality) = (source.clone(), setting.quality());
+                plan.push(Run { source, setting: setting.name, quality, repeat, options });
             }
         }
     }
@@ -79,35 +99,32 @@ pub fn plan(captures: &[PathBuf], quick: bool, repeats: usize) -> Result<Vec<Run
 
 /// Carries out the runs of a plan that `choice` names.
 pub fn carry_out(
-    folder: &Path,
+    folder: Option<&Path>,
     plan: &[Run],
     choice: &Choice,
     watch: &Watch,
-    say: &(dyn Fn(String) + Sync),
+    tell: &Tell<Run>,
 ) -> Result<(), io::Error> {
-    type Opened = (PathBuf, Arc<Capture>, Option<Truth>);
-    let opened: Mutex<Option<Opened>> = Mutex::new(None);
+    let opened: Mutex<Option<(Source, Opened)>> = Mutex::new(None);
     let perform = |run: &Run, watch: &Watch| {
         let mut opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
-        if opened.as_ref().is_none_or(|(path, ..)| *path != run.capture) {
-            let capture = io::capture::load(&run.capture, watch)?;
-            let truth = Truth::beside(&run.capture)?;
-            *opened = Some((run.capture.clone(), Arc::new(capture), truth));
+        if opened.as_ref().is_none_or(|(source, _)| !source.is(&run.source)) {
+            *opened = Some((run.source.clone(), run.source.open(watch)?));
         }
-        let Some((_, capture, truth)) = opened.as_ref() else {
+        let Some((_, (capture, truth))) = opened.as_ref() else {
             return Ok(Row::default());
         };
-        let (options, truth) = (&run.options, truth.as_ref());
+        let (options, truth) = (&run.options, truth.as_deref());
         let outcome = guarded(|| measure(capture, options, truth, Some(run.repeat), watch))?;
         let (measured, failure) = match outcome {
             Ok(measured) => (measured, None),
             Err(failure) => (Measured::default(), Some(failure)),
         };
         Ok(Row {
-            capture: run.capture_name.clone(),
-            setting: run.setting.name.to_owned(),
+            capture: run.source.name(),
+            setting: run.setting.to_owned(),
             method: run.options.general.method.text(),
-            quality: run.setting.quality().map(|quality| quality.text()),
+            quality: run.quality.map(|quality| quality.text()),
             repeat: run.repeat + 1,
             seed: run.options.general.seed,
             threads: rayon::current_num_threads(),
@@ -115,7 +132,7 @@ pub fn carry_out(
             measured,
         })
     };
-    runs::carry_out(folder, plan, choice, watch, &perform, say)
+    runs::carry_out(folder, plan, choice, watch, &perform, tell)
 }
 
 /// One setting on one capture over its repeats.
@@ -133,11 +150,12 @@ pub struct Place {
 }
 
 /// What is charted against seconds: columns of the table, and what they are called on an axis.
-pub const MEASURES: [(&str, &str, &str); 4] = [
+pub const MEASURES: [(&str, &str, &str); 5] = [
     ("error_raw", "Reflectance, raw", "mean absolute error of reflectance"),
     ("error_one_scale", "Reflectance, after one scale", "mean absolute error of reflectance"),
     ("blocks_relative_rms", "Samples of held-out blocks", "relative RMS of radiance"),
-    ("photograph_hdr_flip", "A held-out photograph, made anew", "mean HDR-FLIP"),
+    ("photograph_relative_rms", "A held-out photograph, made anew", "relative RMS of radiance"),
+    ("photograph_hdr_flip", "A held-out photograph, as seen", "mean HDR-FLIP"),
 ];
 
 /// The settings on one capture.
@@ -167,6 +185,7 @@ pub fn places(rows: &[&Row]) -> Vec<Place> {
                     mean(&|run| run.error_raw),
                     mean(&|run| run.error_one_scale),
                     mean(&|run| run.held_out.blocks_relative_rms),
+                    mean(&|run| run.held_out.photograph_relative_rms),
                     mean(&|run| run.held_out.photograph_hdr_flip),
                 ],
             });
@@ -202,24 +221,27 @@ pub fn over_all(captures: &[Vec<Place>]) -> Vec<Place> {
     first.iter().filter_map(whole).collect()
 }
 
-/// Writes `speed.csv`, `speed.json`, `front.csv` and the charts of what has been run, and tells
-/// the fronts.
+/// Writes the tables and charts of what has been run into the folder.
 pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
-    let rows = runs::collect(folder, plan);
-    let mut told = vec![format!("{} of {} runs are done", rows.len(), plan.len())];
+    write(folder, &runs::collect(folder, plan), plan.len())
+}
+
+/// Writes `speed.csv`, `speed.json`, `front.csv` and the charts, and tells the fronts.
+pub fn write(folder: &Path, rows: &[Row], planned: usize) -> Result<Vec<String>, io::Error> {
+    let mut told = vec![format!("{} of {planned} runs are done", rows.len())];
     records::write(&folder.join("speed.json"), &rows)?;
     records::write_csv(
         &folder.join("speed.csv"),
         &COLUMNS,
         &rows.iter().map(cells).collect::<Vec<_>>(),
     )?;
-    for row in &rows {
+    for row in rows {
         if let Some(failure) = &row.failure {
             told.push(format!("{}, {}: {failure}", row.capture, row.setting));
         }
     }
     let mut names: Vec<&str> = Vec::new();
-    for row in &rows {
+    for row in rows {
         if !names.contains(&row.capture.as_str()) {
             names.push(&row.capture);
         }
@@ -258,7 +280,7 @@ pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
         "{:24}{:24}{:32}{:>9}{:>10}",
         "capture", "measure", "front", "seconds", "error"
     ));
-    for front in fronts.iter().filter(|front| front[1] != "photograph_hdr_flip") {
+    for front in fronts.iter().filter(|front| !front[1].starts_with("photograph")) {
         let short = |text: &str| text.parse::<f64>().map_or(String::new(), |v| format!("{v:.4}"));
         told.push(format!(
             "{:24}{:24}{:32}{:>9}{:>10}",

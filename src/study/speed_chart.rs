@@ -22,6 +22,12 @@ pub fn front_of(places: &[Place], measure: usize) -> Vec<&Place> {
 /// What can be said of the qualities and the methods, a sentence each.
 pub fn verdicts(name: &str, places: &[Place]) -> Vec<String> {
     let measure = if places.iter().any(|place| place.errors[0].is_some()) { 0 } else { 2 };
+    let verdicts = verdicts_by(places, measure).into_iter();
+    verdicts.map(|verdict| format!("{name}: {verdict}")).collect()
+}
+
+/// The same by one measure, for a capture that needs no name.
+pub fn verdicts_by(places: &[Place], measure: usize) -> Vec<String> {
     let best = front_of(places, measure);
     let mut verdicts = Vec::new();
     for place in places.iter().filter(|place| quality_of(place).is_some()) {
@@ -37,7 +43,7 @@ pub fn verdicts(name: &str, places: &[Place]) -> Vec<String> {
             format!("{:.2} × the front's error for its time", error / reached)
         };
         verdicts.push(format!(
-            "{name}: {} takes {} s for {} ({stands})",
+            "{} takes {} s for {} ({stands})",
             place.setting,
             number(place.seconds),
             number(error)
@@ -57,7 +63,7 @@ pub fn verdicts(name: &str, places: &[Place]) -> Vec<String> {
         _ => "some settings of paper are both faster and more accurate than one of joint's front",
     };
     if places.iter().any(|place| place.is_paper) && !joint.is_empty() {
-        verdicts.push(format!("{name}: {said}"));
+        verdicts.push(said.to_owned());
     }
     verdicts
 }

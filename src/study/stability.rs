@@ -1,20 +1,19 @@
 //! The study of stability: how far each method's reflectances go wrong as a capture gets worse.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::io::export::summary;
 use crate::io::records::cell;
-use crate::io::solution::Solution;
-use crate::io::truth::Truth;
 use crate::io::{self, atomic, drawing, records};
-use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::{self, Method, Options, Quality};
 use crate::scene::Capture;
-use crate::study::degrade::{Degraded, Harm, degrade};
-use crate::study::runs::{self, Choice, Planned};
-use crate::study::{described, guarded, report, stability_chart};
+use crate::study::degrade::{Degraded, degrade};
+use crate::study::harm::Harm;
+use crate::study::reference::References;
+use crate::study::runs::{self, Choice, Planned, Tell};
+use crate::study::{Source, described, guarded, report, stability_chart};
 use crate::watch::Watch;
 
 /// A method, with or without what makes it bear bad input.
@@ -37,9 +36,11 @@ impl Way {
         }
     }
 
-    fn options(self, quality: Quality, seed: usize) -> Options {
-        let mut options = Options::of_quality(quality);
+    /// The method upon what else is set.
+    pub fn options(self, base: &Options, seed: usize) -> Options {
+        let mut options = base.clone();
         options.general.seed = seed;
+        options.general.method = Method::Joint;
         match self {
             Self::Joint => {}
             Self::Bare => {
@@ -52,14 +53,42 @@ impl Way {
     }
 }
 
+/// What is made worse, how far, and what is run on it.
+#[derive(Clone, Debug)]
+pub struct Design {
+    pub source: Source,
+    /// What the ways are set upon.
+    pub base: Options,
+    /// Every harm with its steps.
+    pub harms: Vec<(Harm, Vec<f64>)>,
+    pub ways: Vec<Way>,
+    pub seeds: usize,
+}
+
+impl Design {
+    /// All harms by all ways; the quick study takes every second step, at the quality `draft`.
+    pub fn of_all(source: Source, quick: bool, seeds: usize) -> Self {
+        let every = if quick { 2 } else { 1 };
+        let steps = |harm: Harm| harm.levels().iter().copied().step_by(every).collect();
+        Self {
+            source,
+            base: Options::of_quality(if quick { Quality::Draft } else { Quality::Standard }),
+            harms: Harm::ALL.into_iter().map(|harm| (harm, steps(harm))).collect(),
+            ways: Way::ALL.to_vec(),
+            seeds,
+        }
+    }
+}
+
 /// One method on a capture with one thing wrong.
+#[derive(Clone, Debug)]
 pub struct Run {
-    capture: PathBuf,
+    capture: String,
     /// `None` for the capture as it is.
     harm: Option<(Harm, f64)>,
     way: Way,
     seed: usize,
-    quality: Quality,
+    pub options: Options,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -93,62 +122,45 @@ impl Planned for Run {
     }
 
     fn key(&self) -> String {
-        let (capture, harm) = (io::capture::name(&self.capture), self.harm);
-        format!("{capture} {harm:?} {}", described(&self.way.options(self.quality, self.seed)))
+        format!("{} {:?} {}", self.capture, self.harm, described(&self.options))
     }
 }
 
 /// Every run: the capture as it is, then every harm by its steps; each by every way and seed.
-pub fn plan(capture: &Path, quick: bool, seeds: usize) -> Vec<Run> {
-    let steps = |harm: Harm| {
-        let every = if quick { 2 } else { 1 };
-        harm.levels().iter().step_by(every).map(move |&level| Some((harm, level)))
+pub fn plan(design: &Design) -> Vec<Run> {
+    let steps = |(harm, levels): &(Harm, Vec<f64>)| -> Vec<Option<(Harm, f64)>> {
+        levels.iter().map(|&level| Some((*harm, level))).collect()
     };
-    let harms = std::iter::once(None).chain(Harm::ALL.into_iter().flat_map(steps));
-    let quality = if quick { Quality::Draft } else { Quality::Standard };
+    let harms = std::iter::once(None).chain(design.harms.iter().flat_map(steps));
+    let capture = design.source.name();
+    let run = |harm, way: Way, seed| Run {
+        capture: capture.clone(),
+        harm,
+        way,
+        seed,
+        options: way.options(&design.base, seed),
+    };
     harms
-        .flat_map(|harm| {
-            Way::ALL.into_iter().flat_map(move |way| {
-                (1..=seeds).map(move |seed| Run {
-                    capture: capture.to_owned(),
-                    harm,
-                    way,
-                    seed,
-                    quality,
-                })
-            })
-        })
+        .flat_map(|harm| design.ways.iter().map(move |&way| (harm, way)))
+        .flat_map(|(harm, way)| (1..=design.seeds).map(move |seed| (harm, way, seed)))
+        .map(|(harm, way, seed)| run(harm, way, seed))
         .collect()
 }
 
-/// What results are held against.
-struct Reference {
-    /// Name of the true material, and its reflectance, of each surface that is known.
-    surfaces: Vec<(String, String, Rgb)>,
-    /// Error that the reference itself is expected to have.
-    own_error: f64,
-}
-
-/// Carries out the runs of a plan that `choice` names.
+/// Carries out the runs of a design's plan that `choice` names.
 pub fn carry_out(
-    folder: &Path,
+    folder: Option<&Path>,
+    design: &Design,
     plan: &[Run],
     choice: &Choice,
     watch: &Watch,
-    say: &(dyn Fn(String) + Sync),
+    tell: &Tell<Run>,
 ) -> Result<(), io::Error> {
-    let Some(first) = plan.first() else { return Ok(()) };
-    let capture = io::capture::load(&first.capture, watch)?;
-    let truth = Truth::beside(&first.capture)?;
-    let quality = first.quality;
+    let (capture, truth) = design.source.open(watch)?;
     // Before the runs, which wait for nothing but their own loops.
-    let reference = |way: Way| match &truth {
-        Some(truth) => Ok(Ok(true_reference(&capture, truth))),
-        None => guarded(|| own_reference(&capture, way, quality, watch)),
-    };
-    let references = Way::ALL.into_iter().map(reference).collect::<Result<Vec<_>, io::Error>>()?;
+    let references = References::new(&capture, truth.as_deref(), design, watch)?;
     let perform = |run: &Run, watch: &Watch| {
-        let reference = &references[run.way as usize];
+        let reference = references.of(run.way);
         let mut row = Row {
             capture: capture.name.clone(),
             harm: run.harm.map_or_else(String::new, |(harm, _)| harm.title().to_owned()),
@@ -158,12 +170,16 @@ pub fn carry_out(
             ..Row::default()
         };
         let outcome = guarded(|| {
-            let options = run.way.options(quality, run.seed);
+            let options = &run.options;
             let worse = match run.harm {
                 Some((harm, level)) => {
-                    degrade(&capture, &options, harm, level, run.seed as u64, watch)?
+                    degrade(&capture, options, harm, level, run.seed as u64, watch)?
                 }
-                None => Degraded { capture: capture.clone(), options, cut: Vec::new() },
+                None => Degraded {
+                    capture: Capture::clone(&capture),
+                    options: options.clone(),
+                    cut: Vec::new(),
+                },
             };
             let whole = reconstruct::run(&worse.capture, &worse.options, watch, &|_| ())?;
             let solution = summary(&worse.capture, &worse.options, &whole, 0.0);
@@ -181,93 +197,11 @@ pub fn carry_out(
                 }
             }
             (Err(failure), _) => row.failure = Some(failure),
-            (_, Err(failure)) => row.failure = Some(failure.clone()),
+            (_, Err(failure)) => row.failure = Some(failure.to_owned()),
         }
         Ok(row)
     };
-    runs::carry_out(folder, plan, choice, watch, &perform, say)
-}
-
-fn true_reference(capture: &Capture, truth: &Truth) -> Reference {
-    let surfaces = capture.surfaces.iter().filter_map(|surface| {
-        let (name, material) = truth.of_surface(&surface.name)?;
-        Some((surface.name.clone(), name.to_owned(), material.rho_d))
-    });
-    Reference { surfaces: surfaces.collect(), own_error: 0.0 }
-}
-
-/// Mean absolute over half the width of a 95 % interval of the normal distribution.
-const ERROR_PER_HALF_WIDTH: f64 = 0.798 / 1.96;
-
-/// Without a truth: the way's own result on the capture as it is. Its error is taken to be what
-/// the intervals of the joint method promise, and what it differs from that method's result.
-fn own_reference(
-    capture: &Capture,
-    way: Way,
-    quality: Quality,
-    watch: &Watch,
-) -> Result<Reference, reconstruct::Error> {
-    let solve = |options: &Options| -> Result<Solution, reconstruct::Error> {
-        let whole = reconstruct::run(capture, options, watch, &|_| ())?;
-        Ok(summary(capture, options, &whole, 0.0))
-    };
-    let careful = solve(&Options::of_quality(Quality::Standard))?;
-    let own = solve(&way.options(quality, 1))?;
-    let widths: Vec<f64> = careful
-        .materials
-        .iter()
-        .filter_map(|material| material.diffuse_interval)
-        .flatten()
-        .flatten()
-        .map(|[low, high]| 0.5 * (high - low))
-        .collect();
-    let mean = widths.iter().sum::<f64>() / widths.len().max(1) as f64;
-    let differs = Reference::of(&careful).errors(&own, &[]).map_or(0.0, |[raw, _]| raw);
-    Ok(Reference { own_error: ERROR_PER_HALF_WIDTH * mean + differs, ..Reference::of(&own) })
-}
-
-impl Reference {
-    fn of(solution: &Solution) -> Self {
-        let surfaces = solution.materials.iter().flat_map(|material| {
-            let diffuse = material.diffuse.filter(|_| material.samples > 0);
-            material
-                .surfaces
-                .iter()
-                .filter_map(move |surface| Some((surface.clone(), material.name.clone(), diffuse?)))
-        });
-        Self { surfaces: surfaces.collect(), own_error: 0.0 }
-    }
-
-    /// Mean absolute error over pairs of an estimated and a true material that share a surface,
-    /// raw and after one scale. `cut` names new surfaces with the ones they were part of.
-    fn errors(&self, solution: &Solution, cut: &[(String, String)]) -> Option<[f64; 2]> {
-        let mut pairs: Vec<(usize, &str, Rgb, Rgb)> = Vec::new();
-        for (index, material) in solution.materials.iter().enumerate() {
-            let Some(diffuse) = material.diffuse.filter(|_| material.samples > 0) else {
-                continue;
-            };
-            for surface in &material.surfaces {
-                let old = cut.iter().find(|(new, _)| new == surface).map_or(surface, |(_, o)| o);
-                let Some((_, name, truth)) = self.surfaces.iter().find(|(s, ..)| s == old) else {
-                    continue;
-                };
-                if !pairs.iter().any(|(i, n, ..)| (*i, *n) == (index, name.as_str())) {
-                    pairs.push((index, name, diffuse, *truth));
-                }
-            }
-        }
-        let values =
-            || pairs.iter().flat_map(|(_, _, e, t)| (0..CHANNELS).map(move |c| (e[c], t[c])));
-        let count = values().count();
-        let logs: Vec<f64> =
-            values().filter(|(e, t)| *e > 0.0 && *t > 0.0).map(|(e, t)| (t / e).ln()).collect();
-        let scale = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
-        let mean = |scale: f64| {
-            let sum: f64 = values().map(|(e, t)| (scale * e - t).abs()).sum();
-            self.own_error + sum / count as f64
-        };
-        (count > 0).then(|| [mean(1.0), mean(scale)])
-    }
+    runs::carry_out(folder, plan, choice, watch, &perform, tell)
 }
 
 /// How a way did under one harm.
@@ -305,14 +239,14 @@ pub fn courses(rows: &[Row]) -> Vec<(Harm, Way, Course)> {
         for way in Way::ALL {
             let clean = spread(rows, "", way, 0.0);
             // What was not run yet has not broken.
-            let was_run = |level: f64| {
-                rows.iter().any(|row| {
-                    row.harm == harm.title() && row.way == way.name() && row.level == level
-                })
-            };
-            let levels = harm.levels().iter().copied().filter(|&level| was_run(level));
-            let steps: Vec<(f64, Option<[f64; 3]>)> =
-                levels.map(|level| (level, spread(rows, harm.title(), way, level))).collect();
+            let was_run = |row: &&Row| row.harm == harm.title() && row.way == way.name();
+            let mut levels: Vec<f64> = rows.iter().filter(was_run).map(|row| row.level).collect();
+            levels.sort_by(f64::total_cmp);
+            levels.dedup();
+            let steps: Vec<(f64, Option<[f64; 3]>)> = levels
+                .into_iter()
+                .map(|level| (level, spread(rows, harm.title(), way, level)))
+                .collect();
             let has_broken = |step: &&(f64, Option<[f64; 3]>)| match (step.1, clean) {
                 (Some([_, median, _]), Some([_, clean, _])) => median > BREAKS * clean,
                 (None, _) => true,
@@ -333,9 +267,18 @@ pub fn courses(rows: &[Row]) -> Vec<(Harm, Way, Course)> {
     courses
 }
 
+/// Writes the report, tables and charts of what has been run into the folder.
+pub fn collect(folder: &Path, capture: &str, plan: &[Run]) -> Result<Vec<String>, io::Error> {
+    write(folder, capture, &runs::collect(folder, plan), plan.len())
+}
+
 /// Writes `stability.csv`, `stability.json`, `breaks.csv`, the chart and the report.
-pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
-    let rows = runs::collect(folder, plan);
+pub fn write(
+    folder: &Path,
+    capture: &str,
+    rows: &[Row],
+    planned: usize,
+) -> Result<Vec<String>, io::Error> {
     records::write(&folder.join("stability.json"), &rows)?;
     let columns = [
         "capture",
@@ -367,7 +310,7 @@ pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
     };
     let table: Vec<_> = rows.iter().map(cells).collect();
     records::write_csv(&folder.join("stability.csv"), &columns, &table)?;
-    let courses = courses(&rows);
+    let courses = courses(rows);
     let breaks: Vec<_> = courses
         .iter()
         .map(|(_, _, course)| {
@@ -382,13 +325,12 @@ pub fn collect(folder: &Path, plan: &[Run]) -> Result<Vec<String>, io::Error> {
         .collect();
     let columns = ["harm", "way", "clean_error", "breaks_at", "error_at_the_last_step"];
     records::write_csv(&folder.join("breaks.csv"), &columns, &breaks)?;
-    let capture = plan.first().map_or_else(String::new, |run| io::capture::name(&run.capture));
-    drawing::write(folder, "stability", &stability_chart::chart(&capture, &courses))?;
-    let page = report::page(&capture, &rows, &courses);
+    drawing::write(folder, "stability", &stability_chart::chart(capture, &courses))?;
+    let page = report::page(capture, rows, &courses);
     atomic::write_bytes(&folder.join("report.html"), page.as_bytes())?;
 
-    let mut told = vec![format!("{} of {} runs are done", rows.len(), plan.len())];
-    told.push(report::soundness(&rows));
+    let mut told = vec![format!("{} of {planned} runs are done", rows.len())];
+    told.push(report::soundness(rows));
     told.push(format!(
         "{:30}{:>16}{:>28}{:>16}",
         "breaks at", "joint", "without its remedies", "paper"

@@ -2,10 +2,10 @@
 
 use crate::io::drawing::{Drawing, Form, Ink};
 use crate::study::chart::{self, Chart, Panel, Point, Scale, Series, number};
-use crate::study::degrade::Harm;
+use crate::study::harm::Harm;
 use crate::study::stability::{Course, Way};
 
-type Courses = [(Harm, Way, Course)];
+pub type Courses = [(Harm, Way, Course)];
 
 /// All harms.
 pub fn chart(capture: &str, courses: &Courses) -> Drawing {
@@ -30,14 +30,18 @@ pub fn one(courses: &Courses) -> Drawing {
     chart::draw(&Chart { panels, columns: 1, size: [430.0, 210.0], ..Chart::default() })
 }
 
+/// The steps of a harm that were run, by any way.
+pub fn levels(courses: &Courses) -> Vec<f64> {
+    let mut levels: Vec<f64> =
+        courses.iter().flat_map(|(.., course)| &course.steps).map(|(level, _)| *level).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    levels
+}
+
 fn panel(courses: &Courses) -> Panel {
     let harm = courses[0].0;
-    let levels: Vec<f64> = harm
-        .levels()
-        .iter()
-        .copied()
-        .filter(|&l| courses.iter().any(|c| c.2.steps.iter().any(|(level, _)| *level == l)))
-        .collect();
+    let levels = levels(courses);
     let steps = std::iter::once("as it is".to_owned()).chain(levels.iter().map(|&l| number_of(l)));
     let series = courses.iter().map(|(_, way, course)| {
         let (ink, form) = match way {
@@ -76,6 +80,7 @@ fn panel(courses: &Courses) -> Panel {
     }
 }
 
-fn number_of(level: f64) -> String {
+/// A severity as the axis names it.
+pub fn number_of(level: f64) -> String {
     if level >= 100.0 || level.fract() == 0.0 { level.to_string() } else { number(level) }
 }

@@ -1,6 +1,6 @@
 //! What the worker can be asked to do.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::exposures::MergeOptions;
@@ -8,11 +8,12 @@ use crate::geometry::bvh::RayCaster;
 use crate::io;
 use crate::io::brackets::{self, Series};
 use crate::io::import::{self, Holds, Import, Survey, Writing};
+use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction};
 use crate::scene::{Capture, Views};
-use crate::study::Study;
+use crate::study::{Findings, Study};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::elsewhere::{self, Takeaway};
 use crate::worker::event::Happening;
@@ -62,6 +63,10 @@ pub enum Command {
     TakeElsewhere(Box<Takeaway>),
     /// Carry out a study, or a part of one.
     Study(Box<Study>),
+    /// Write what a study has found.
+    WriteStudy { findings: Box<Findings>, folder: PathBuf },
+    /// Look whether a capture's folder says what is true; only studies ask.
+    ReadTruth { folder: PathBuf },
     #[cfg(test)]
     Panic,
 }
@@ -180,15 +185,31 @@ impl Command {
                 Err(io::Error::Cancelled(_)) => Happening::Cancelled,
                 Err(error) => Happening::Failed(error.to_string()),
             },
-            Self::Study(study) => match study.perform(watch, &|line| emit(Happening::Note(line))) {
-                Ok(lines) => Happening::Studied(lines),
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+            Self::Study(study) => {
+                let tell = |found| emit(Happening::Found(Box::new(found)));
+                match study.perform(watch, &tell) {
+                    Ok(lines) => Happening::Studied(lines),
+                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
+                    Err(error) => Happening::Failed(error.to_string()),
+                }
+            }
+            Self::WriteStudy { findings, folder } => match write_study(&findings, &folder) {
+                Ok(_) => Happening::Exported(folder),
+                Err(error) => Happening::Failed(error.to_string()),
+            },
+            Self::ReadTruth { folder } => match Truth::beside(&folder) {
+                Ok(truth) => Happening::Truth(truth.map(Arc::new)),
                 Err(error) => Happening::Failed(error.to_string()),
             },
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),
         }
     }
+}
+
+fn write_study(findings: &Findings, folder: &Path) -> Result<Vec<String>, io::Error> {
+    io::export::check_folder(folder)?;
+    findings.write(folder)
 }
 
 /// Side of the masks that are shown, in pixels.

@@ -5,12 +5,15 @@ use std::sync::Arc;
 
 use crate::io::brackets::Found;
 use crate::io::import::{Import, ShotCheck, Survey, Written};
+use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::study::Finding;
+use crate::study::pictures::PictureScore;
 use crate::worker::merge::MergeReport;
 use crate::worker::relight::Relit;
 
@@ -58,8 +61,15 @@ pub enum Happening {
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.
     Merged(Box<MergeReport>),
-    /// A step of a long job is done; a line about it.
-    Note(String),
+    /// The picture of a frame, beside the photograph that was taken from there.
+    Judged {
+        frame: usize,
+        score: Box<PictureScore>,
+    },
+    /// A run of a study is done.
+    Found(Box<Finding>),
+    /// What is known to be true of a capture, where its folder has it.
+    Truth(Option<Arc<Truth>>),
     /// A study is done; what is to be told of it.
     Studied(Vec<String>),
     /// The job stopped with an error; the text says what, where and what to do.
@@ -72,7 +82,12 @@ impl Happening {
     pub fn is_ending(&self) -> bool {
         !matches!(
             self,
-            Self::Started | Self::Update(_) | Self::Picture { .. } | Self::Relit(_) | Self::Note(_)
+            Self::Started
+                | Self::Update(_)
+                | Self::Picture { .. }
+                | Self::Judged { .. }
+                | Self::Relit(_)
+                | Self::Found(_)
         )
     }
 }

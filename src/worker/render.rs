@@ -12,6 +12,7 @@ use crate::render::film::Film;
 use crate::render::scene::{Geometry, Scene, Solved};
 use crate::render::{RenderOptions, render};
 use crate::scene::{Camera, Capture, Views};
+use crate::study::pictures as judge;
 use crate::watch::Watch;
 use crate::worker::event::Happening;
 
@@ -72,8 +73,15 @@ pub(super) fn perform(
             }
         };
         let film = render(&scene, &frame.camera, options, watch, &show)?;
-        let Some(files) = files else { continue };
         let photograph = frame.photograph.and_then(|p| capture.photographs[p].image.as_ref());
+        let Some(files) = files else {
+            if let Some(image) = photograph {
+                watch.check()?;
+                let score = Box::new(judge::against_photograph(&frame.name, &film, image));
+                emit(Happening::Judged { frame: index, score });
+            }
+            continue;
+        };
         let without = match (&bare_scene, photograph) {
             (Some(scene), Some(_)) => Some(render(scene, &frame.camera, options, watch, &|_| ())?),
             _ => None,

@@ -8,6 +8,7 @@ mod projects; // save, reopen, recovery, a moved capture
 mod relighting; // lights and objects that are set into the scene
 mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
+mod studies; // speed and stability of the open capture
 mod tagging; // materials, undo and redo
 mod viewport; // the 3D view: what is drawn and named
 

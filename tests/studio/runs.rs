@@ -54,6 +54,8 @@ fn a_run_fills_plot_and_tables() {
     window.wait("the first paths", |window| window.has_part("paths a pixel"));
     assert!(window.has_part("relative RMS"));
     assert!(window.has("Photograph") && window.has("Render"));
+    window.wait("what a viewer sees", |window| window.has_part("FLIP 0."));
+    assert!(window.has_part("PSNR ") && window.has_part(" dB"));
     window.click("Slider");
     assert!(window.has("Photograph or render") && !window.has("Render"));
     window.click("Difference");

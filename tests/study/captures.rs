@@ -7,7 +7,8 @@ use lobelia::io::export::summary;
 use lobelia::io::{capture, truth::Truth};
 use lobelia::reconstruct::{self, Options};
 use lobelia::scene::Capture;
-use lobelia::study::degrade::{Harm, degrade};
+use lobelia::study::degrade::degrade;
+use lobelia::study::harm::Harm;
 use lobelia::study::score;
 use lobelia::watch::Watch;
 

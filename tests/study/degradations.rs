@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use lobelia::io::capture;
 use lobelia::reconstruct::Options;
 use lobelia::scene::Capture;
-use lobelia::study::degrade::{Degraded, Harm, degrade};
+use lobelia::study::degrade::{Degraded, degrade};
+use lobelia::study::harm::Harm;
 use lobelia::watch::Watch;
 
 static CORNER: LazyLock<Capture> = LazyLock::new(|| {

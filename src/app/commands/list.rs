@@ -157,7 +157,7 @@ fn edit(list: &mut Vec<Command>) {
 
 fn view(list: &mut Vec<Command>) {
     use Menu::View;
-    let digits = [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5];
+    let digits = [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6];
     for (workspace, digit) in Workspace::ALL.into_iter().zip(digits) {
         let name = match workspace {
             Workspace::Capture => "Workspace Capture",
@@ -165,6 +165,7 @@ fn view(list: &mut Vec<Command>) {
             Workspace::Reconstruct => "Workspace Reconstruct",
             Workspace::Inspect => "Workspace Inspect",
             Workspace::Relight => "Workspace Relight",
+            Workspace::Study => "Workspace Study",
         };
         add(list, View, name, key(NONE, digit), Action::Workspace(workspace), workspace.help());
     }
@@ -350,6 +351,8 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
         Pane::Materials => ("Show materials", "Table of reflectances with intervals"),
         Pane::Compare => ("Show compare", "Photographs beside what the results make of them"),
         Pane::Log => ("Show log", "What happened, with warnings"),
+        Pane::Speed => ("Show speed and accuracy", "What seconds buy in accuracy on this capture"),
+        Pane::Stability => ("Show stability", "What this capture can bear"),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
-use super::{PULSE, Reading};
+use super::{PULSE, Reading, studies};
 use crate::app::files;
 use crate::app::project::{Project, Run};
 use crate::app::relighting;
@@ -29,6 +29,7 @@ pub fn drain(state: &mut State) {
     for event in events {
         relighter_event(state, event);
     }
+    studies::drain(state);
     if state.jobs.is_rendering() {
         state.jobs.ctx.request_repaint_after(PULSE);
     }
@@ -67,6 +68,9 @@ pub fn drain(state: &mut State) {
 }
 
 fn loader_event(state: &mut State, event: Event) {
+    if studies::saved(state, &event) {
+        return;
+    }
     if let Some(coverage) = state.jobs.coverage.as_mut().filter(|own| own.job == event.job) {
         if let Happening::Covered(masks) = event.happening {
             coverage.masks = Some(masks);
@@ -152,6 +156,7 @@ fn painter_event(state: &mut State, event: Event) {
     };
     match event.happening {
         Happening::Picture { film, .. } => picture.film = Some(film),
+        Happening::Judged { score, .. } => picture.score = Some(score),
         Happening::Failed(text) => {
             picture.is_done = true;
             state.messages.error("The picture cannot be made", text);

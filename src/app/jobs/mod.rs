@@ -1,10 +1,11 @@
 //! The workers behind the window.
 //!
-//! There are four, since neither must wait for another: one reads captures and does other short
-//! work, one reconstructs, one makes pictures, one shows the relit scene. All are the worker that
-//! the terminal drives.
+//! There are five, since neither must wait for another: one reads captures and does other short
+//! work, one reconstructs, one makes pictures, one shows the relit scene, one studies. All are the
+//! worker that the terminal drives.
 
 mod events;
+pub mod studies;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use crate::render::RenderOptions;
 use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::study::pictures::PictureScore;
 use crate::watch::Progress;
 use crate::worker::{
     Command, Desk, EditSource, Files, Frame, Job, Relighting, Relit, Rendering, Wish, Worker,
@@ -40,6 +42,8 @@ pub struct Picture {
     /// Pixels of the photograph along a side of one of the picture's.
     pub step: usize,
     pub film: Option<Arc<Film>>,
+    /// The finished picture beside the photograph.
+    pub score: Option<Box<PictureScore>>,
     pub is_done: bool,
 }
 
@@ -76,6 +80,7 @@ pub struct Coverage {
 const COMPARED: usize = 800;
 
 pub use events::drain;
+use studies::Studies;
 
 pub struct Jobs {
     loader: Worker,
@@ -83,6 +88,7 @@ pub struct Jobs {
     painter: Worker,
     relighter: Worker,
     relight: Option<Relighter>,
+    pub studies: Studies,
     /// Results that are being read.
     restoring: Option<(Job, PathBuf)>,
     /// Edits that are being read.
@@ -113,6 +119,7 @@ impl Jobs {
             painter: worker()?,
             relighter: worker()?,
             relight: None,
+            studies: Studies::new(worker()?),
             restoring: None,
             reading: Vec::new(),
             rendering: None,
@@ -198,8 +205,15 @@ impl Jobs {
             options: RenderOptions::default(),
             files: None,
         })));
-        self.picture =
-            Some(Picture { job, of: whole, photograph, step, film: None, is_done: false });
+        self.picture = Some(Picture {
+            job,
+            of: whole,
+            photograph,
+            step,
+            film: None,
+            score: None,
+            is_done: false,
+        });
     }
 
     /// Finds what the lights see.
@@ -331,5 +345,16 @@ impl Jobs {
             || self.rendering.is_some()
             || !self.reading.is_empty()
             || self.restoring.is_some()
+            || self.studies.is_busy()
+    }
+
+    /// Whether something is computed beside a study that measures seconds.
+    pub fn disturbs_seconds(&self) -> bool {
+        let is_painting = self.picture.as_ref().is_some_and(|picture| !picture.is_done);
+        let is_relighting = self
+            .relight
+            .as_ref()
+            .is_some_and(|own| own.relit.as_ref().is_none_or(|relit| !relit.is_done));
+        self.rendering.is_some() || is_painting || is_relighting
     }
 }

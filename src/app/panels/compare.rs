@@ -12,6 +12,7 @@ use crate::app::viewport::{INVALID, signed};
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::render::film::Film;
 use crate::scene::Image;
+use crate::study::pictures::PictureScore;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Layout {
@@ -105,9 +106,13 @@ pub fn compare_ui(
         if let Some(film) = picture.and_then(|picture| picture.film.as_ref()) {
             ui.separator();
             if let Some(rms) = state.shown.as_ref().and_then(|shown| shown.rms) {
-                ui.label(format!("relative RMS {}", percent(rms)))
-                    .on_hover_text("Over all pixels that show known surfaces, noise included");
+                ui.label(format!("relative RMS {}", percent(rms))).on_hover_text(
+                    "Root mean square of (render - photograph) / photograph, over all pixels that \
+                     show known surfaces, noise included: how far the radiance is off",
+                );
             }
+            let picture = picture.filter(|picture| picture.photograph == chosen);
+            scores_ui(ui, picture.and_then(|picture| picture.score.as_deref()));
             let noise = state.shown.as_ref().and_then(|shown| shown.noise);
             let noise = noise.map_or(String::new(), |n| format!(", noise {}", percent(n)));
             ui.weak(format!("{} paths a pixel{noise}", film.paths));
@@ -132,6 +137,23 @@ pub fn compare_ui(
     state.update(ui.ctx(), film, image, picture.step, chosen);
     let CompareState { layout, split, shown: Some(shown), .. } = state else { return };
     show(ui, *layout, split, shown);
+}
+
+/// What a viewer sees of the differences, once the picture is done.
+fn scores_ui(ui: &mut egui::Ui, score: Option<&PictureScore>) {
+    let Some(score) = score.filter(|score| score.pixels > 0) else { return };
+    ui.label(format!("FLIP {:.3}", score.mean_hdr_flip)).on_hover_text(
+        "Mean HDR-FLIP: how much a viewer sees change who flips between the photograph and the \
+         finished render, at whichever exposure shows most. 0 is the same, 0.05 hard to see, 1 as \
+         different as can be",
+    );
+    if let Some(psnr) = score.psnr_db {
+        ui.label(format!("PSNR {psnr:.1} dB")).on_hover_text(
+            "Peak signal-to-noise ratio of both as sRGB pictures whose brightest hundredth is \
+             white: more is better, 40 dB is hard to tell apart. One dB says little about where \
+             pictures differ; FLIP does",
+        );
+    }
 }
 
 impl CompareState {

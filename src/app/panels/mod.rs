@@ -12,7 +12,7 @@ mod lights;
 mod log;
 mod materials;
 pub mod menu;
-mod numbers;
+pub mod numbers;
 mod options;
 mod outliner;
 pub mod palette;
@@ -24,6 +24,11 @@ mod sample_errors;
 mod samples;
 pub mod start;
 pub mod status;
+mod stability;
+mod stability_curves;
+mod speed;
+mod speed_chart;
+mod study;
 mod table;
 mod tags;
 
@@ -55,6 +60,8 @@ pub struct PanelState {
     relight: relight::RelightState,
     compare: compare::CompareState,
     log: log::LogState,
+    speed: speed::SpeedState,
+    stability: stability::StabilityState,
 }
 
 impl PanelState {
@@ -139,6 +146,10 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     compare::compare_ui(ui, project, jobs.picture.as_ref(), state, actions);
                 }
                 Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
+                Pane::Speed => speed::speed_ui(ui, project, jobs, &mut panels.speed, actions),
+                Pane::Stability => {
+                    stability::stability_ui(ui, project, jobs, &mut panels.stability, actions);
+                }
             }
         });
         UiResponse::None

@@ -108,6 +108,7 @@ fn accept(asked: Asked) -> &'static str {
         | Asked::ImportImages
         | Asked::ImportMesh
         | Asked::ImportOut => "Choose",
+        Asked::SaveStudy(_) => "Save study",
     }
 }
 
@@ -169,6 +170,7 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
             (is_changed, format!("Tags or options of \"{name}\" were changed and not saved.")),
             (stake.run.is_some(), "The reconstruction that runs would be cancelled.".to_owned()),
             (stake.results.is_some(), "The results were not exported: they would be lost.".into()),
+            (stake.study > 0, "The study of this capture was not saved: it would be lost.".into()),
             (stake.export.is_some(), "Results are being written: that would stop.".to_owned()),
         ] {
             if is_lost {

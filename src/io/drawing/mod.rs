@@ -29,9 +29,9 @@ pub enum Ink {
     Series(usize),
 }
 
-/// Colours for light and for dark backgrounds, as red, green and blue.
 impl Ink {
-    fn rgb(self, dark: bool) -> [u8; 3] {
+    /// Red, green and blue for a light or a dark background.
+    pub fn rgb(self, dark: bool) -> [u8; 3] {
         let [light, night] = match self {
             Self::Paper => [[0xff, 0xff, 0xff], [0x16, 0x1a, 0x20]],
             Self::Text => [[0x1c, 0x1e, 0x21], [0xec, 0xee, 0xf0]],

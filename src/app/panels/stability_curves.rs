@@ -1,0 +1,137 @@
+//! Error against severity: a chart for each thing that got worse, with what it means.
+
+use eframe::egui::{self, Align2, RichText, Sense};
+use egui_plot::{Corner, FilledArea, Legend, Line, MarkerShape, Plot, PlotPoint, Points, Text};
+
+use super::numbers::short;
+use super::study::{grid_color, ink, logarithmic, point_ui, power, way_ink, whole};
+use crate::study::report;
+use crate::study::stability::Way;
+use crate::study::stability_chart::{Courses, levels, number_of};
+
+/// Of a chart.
+const HEIGHT: f32 = 208.0;
+const NARROWEST: f32 = 260.0;
+
+pub fn curves_ui(ui: &mut egui::Ui, courses: &Courses) {
+    let all: Vec<&Courses> = courses.chunk_by(|a, b| a.0 == b.0).collect();
+    let columns = ((ui.available_width() / NARROWEST) as usize).clamp(1, 2);
+    for row in all.chunks(columns) {
+        ui.columns(columns, |cells| {
+            for (cell, courses) in cells.iter_mut().zip(row) {
+                one_ui(cell, courses);
+            }
+        });
+        ui.add_space(8.0);
+    }
+}
+
+/// A place of a curve: step, lowest, median and highest error.
+type Step = (f64, [f64; 3]);
+
+fn one_ui(ui: &mut egui::Ui, courses: &Courses) {
+    let harm = courses[0].0;
+    let levels = levels(courses);
+    let dark = ui.visuals().dark_mode;
+    let text = ui.visuals().strong_text_color();
+    let name = |step: f64| match step as usize {
+        0 => "as it is".to_owned(),
+        step => levels.get(step - 1).map_or(String::new(), |level| number_of(*level)),
+    };
+    let curve = |of: usize| -> Vec<Step> {
+        let course = &courses[of].2;
+        let clean = course.clean.map(|clean| (0.0, [clean; 3]));
+        let worse = course.steps.iter().filter_map(|(level, errors)| {
+            let step = levels.iter().position(|own| own == level)?;
+            Some((1.0 + step as f64, (*errors)?))
+        });
+        clean.into_iter().chain(worse).filter(|(_, errors)| errors[0] > 0.0).collect()
+    };
+    let curves: Vec<(Way, Vec<Step>)> =
+        (0..courses.len()).map(|of| (courses[of].1, curve(of))).collect();
+    let breaks = |of: usize| -> Option<[f64; 2]> {
+        let (broken, (_, curve)) = (courses[of].2.breaks_at?, &curves[of]);
+        let step = 1.0 + levels.iter().position(|level| *level == broken)? as f64;
+        let (_, errors) = curve.iter().find(|(own, _)| *own == step)?;
+        Some([step, errors[1].log10()])
+    };
+    ui.strong(harm.title());
+    let names = name;
+    let plot = Plot::new(("stability", harm.title()))
+        .height(HEIGHT)
+        .legend(Legend::default().position(Corner::LeftTop))
+        .x_axis_label(harm.unit())
+        .y_axis_label("error of reflectance (log)")
+        .x_axis_formatter(move |mark, _| names(mark.value))
+        .y_axis_formatter(|mark, _| power(mark))
+        .x_grid_spacer(whole)
+        .y_grid_spacer(logarithmic)
+        .grid_color(grid_color(ui))
+        .grid_fade(0.0)
+        .include_x(-0.3)
+        .include_x(levels.len() as f64 + 0.4)
+        .set_margin_fraction(egui::vec2(0.02, 0.22))
+        .label_formatter(|_| None)
+        .allow_scroll(false)
+        .show(ui, |plot| {
+            for (of, (way, curve)) in curves.iter().enumerate() {
+                let color = ink(way_ink(*way), dark);
+                let at = |which: usize| -> Vec<f64> {
+                    curve.iter().map(|(_, errors)| errors[which].log10()).collect()
+                };
+                let steps: Vec<f64> = curve.iter().map(|(step, _)| *step).collect();
+                let area = FilledArea::new("", &steps, &at(0), &at(2))
+                    .fill_color(color.gamma_multiply(0.22))
+                    .allow_hover(false);
+                plot.add(area);
+                let line = || -> Vec<[f64; 2]> {
+                    curve.iter().map(|(step, errors)| [*step, errors[1].log10()]).collect()
+                };
+                let (shape, name) = match way {
+                    Way::Joint => (MarkerShape::Circle, "joint (circles)"),
+                    Way::Bare => (MarkerShape::Square, "bare (squares)"),
+                    Way::Paper => (MarkerShape::Up, "paper (triangles)"),
+                };
+                plot.line(Line::new(name, line()).color(color).width(1.8).allow_hover(false));
+                let points = Points::new(name, line()).shape(shape).color(color).radius(4.0);
+                plot.points(points.allow_hover(false));
+                if let Some([x, y]) = breaks(of) {
+                    let star = Points::new("", vec![[x, y]])
+                        .shape(MarkerShape::Asterisk)
+                        .color(text)
+                        .radius(8.0)
+                        .allow_hover(false);
+                    plot.points(star);
+                    let word = RichText::new("breaks\n").color(text).size(12.0);
+                    let word = Text::new("", PlotPoint::new(x, y), word);
+                    plot.text(word.anchor(Align2::CENTER_BOTTOM).allow_hover(false));
+                }
+            }
+        });
+    for (way, curve) in &curves {
+        for (step, [low, median, high]) in curve {
+            let at = PlotPoint::new(*step, median.log10());
+            let pixel = plot.transform.position_from_point(&at);
+            let what = match *step as usize {
+                0 => "the capture as it is".to_owned(),
+                index => levels.get(index - 1).map_or(String::new(), |level| harm.step(*level)),
+            };
+            let name = format!("{}, {what}: error {}", way.name(), short(*median));
+            let id = (way.name(), *step as usize);
+            let point = point_ui(ui, &plot.response, pixel, id, &name, Sense::hover());
+            if let Some(point) = point {
+                point.on_hover_text(format!(
+                    "{name}\nover seeds {} to {}",
+                    short(*low),
+                    short(*high)
+                ));
+            }
+        }
+    }
+    ui.add(egui::Label::new(report::sentence(courses)).wrap());
+    let is_broken =
+        courses.iter().any(|(_, way, course)| *way == Way::Joint && course.breaks_at.is_some());
+    if is_broken {
+        ui.add(egui::Label::new(RichText::new(report::advice(harm)).weak()).wrap());
+    }
+}

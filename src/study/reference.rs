@@ -1,0 +1,153 @@
+//! What the results of a study of stability are held against: the truth, or without one what the
+//! methods make of the capture as it is.
+
+use crate::io;
+use crate::io::export::summary;
+use crate::io::solution::Solution;
+use crate::io::truth::Truth;
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::options::OptionValue;
+use crate::reconstruct::{self, Options, Quality};
+use crate::scene::Capture;
+use crate::study::guarded;
+use crate::study::stability::{Design, Way};
+use crate::watch::Watch;
+
+/// A reference for each way, or why there is none.
+pub(super) struct References(Vec<(Way, Result<Reference, String>)>);
+
+pub(super) struct Reference {
+    /// Name of the true material, and its reflectance, of each surface that is known.
+    surfaces: Vec<(String, String, Rgb)>,
+    /// Error that the reference itself is expected to have.
+    own_error: f64,
+}
+
+impl References {
+    pub(super) fn new(
+        capture: &Capture,
+        truth: Option<&Truth>,
+        design: &Design,
+        watch: &Watch,
+    ) -> Result<Self, io::Error> {
+        let base = &design.base;
+        let careful = match truth {
+            Some(_) => Err(String::new()),
+            None => guarded(|| careful(capture, base, watch))?,
+        };
+        let one = |way: &Way| -> Result<_, io::Error> {
+            let reference = match (truth, &careful) {
+                (Some(truth), _) => Ok(true_reference(capture, truth)),
+                (None, Ok(careful)) => {
+                    guarded(|| own_reference(capture, careful, *way, base, watch))?
+                }
+                (None, Err(failure)) => Err(failure.clone()),
+            };
+            Ok((*way, reference))
+        };
+        design.ways.iter().map(one).collect::<Result<_, _>>().map(Self)
+    }
+
+    pub(super) fn of(&self, way: Way) -> Result<&Reference, &str> {
+        let own = self.0.iter().find(|(own, _)| *own == way).map(|(_, reference)| reference);
+        own.map_or(Err("this way was not asked for"), |own| own.as_ref().map_err(String::as_str))
+    }
+}
+
+fn true_reference(capture: &Capture, truth: &Truth) -> Reference {
+    let surfaces = capture.surfaces.iter().filter_map(|surface| {
+        let (name, material) = truth.of_surface(&surface.name)?;
+        Some((surface.name.clone(), name.to_owned(), material.rho_d))
+    });
+    Reference { surfaces: surfaces.collect(), own_error: 0.0 }
+}
+
+/// Mean absolute over half the width of a 95 % interval of the normal distribution.
+const ERROR_PER_HALF_WIDTH: f64 = 0.798 / 1.96;
+
+fn solve(
+    capture: &Capture,
+    options: &Options,
+    watch: &Watch,
+) -> Result<Solution, reconstruct::Error> {
+    let whole = reconstruct::run(capture, options, watch, &|_| ())?;
+    Ok(summary(capture, options, &whole, 0.0))
+}
+
+/// The best that can be said of the capture as it is, without a truth.
+fn careful(
+    capture: &Capture,
+    base: &Options,
+    watch: &Watch,
+) -> Result<Solution, reconstruct::Error> {
+    let mut options = Way::Joint.options(base, 1);
+    options.set("general", "quality", &Quality::Standard.text())?;
+    solve(capture, &options, watch)
+}
+
+/// Without a truth: the way's own result on the capture as it is. Its error is taken to be what
+/// the intervals of the joint method promise, and what it differs from that method's result.
+fn own_reference(
+    capture: &Capture,
+    careful: &Solution,
+    way: Way,
+    base: &Options,
+    watch: &Watch,
+) -> Result<Reference, reconstruct::Error> {
+    let own = solve(capture, &way.options(base, 1), watch)?;
+    let widths: Vec<f64> = careful
+        .materials
+        .iter()
+        .filter_map(|material| material.diffuse_interval)
+        .flatten()
+        .flatten()
+        .map(|[low, high]| 0.5 * (high - low))
+        .collect();
+    let mean = widths.iter().sum::<f64>() / widths.len().max(1) as f64;
+    let differs = Reference::of(careful).errors(&own, &[]).map_or(0.0, |[raw, _]| raw);
+    Ok(Reference { own_error: ERROR_PER_HALF_WIDTH * mean + differs, ..Reference::of(&own) })
+}
+
+impl Reference {
+    fn of(solution: &Solution) -> Self {
+        let surfaces = solution.materials.iter().flat_map(|material| {
+            let diffuse = material.diffuse.filter(|_| material.samples > 0);
+            material
+                .surfaces
+                .iter()
+                .filter_map(move |surface| Some((surface.clone(), material.name.clone(), diffuse?)))
+        });
+        Self { surfaces: surfaces.collect(), own_error: 0.0 }
+    }
+
+    /// Mean absolute error over pairs of an estimated and a true material that share a surface,
+    /// raw and after one scale. `cut` names new surfaces with the ones they were part of.
+    pub(super) fn errors(&self, solution: &Solution, cut: &[(String, String)]) -> Option<[f64; 2]> {
+        let mut pairs: Vec<(usize, &str, Rgb, Rgb)> = Vec::new();
+        for (index, material) in solution.materials.iter().enumerate() {
+            let Some(diffuse) = material.diffuse.filter(|_| material.samples > 0) else {
+                continue;
+            };
+            for surface in &material.surfaces {
+                let old = cut.iter().find(|(new, _)| new == surface).map_or(surface, |(_, o)| o);
+                let Some((_, name, truth)) = self.surfaces.iter().find(|(s, ..)| s == old) else {
+                    continue;
+                };
+                if !pairs.iter().any(|(i, n, ..)| (*i, *n) == (index, name.as_str())) {
+                    pairs.push((index, name, diffuse, *truth));
+                }
+            }
+        }
+        let values =
+            || pairs.iter().flat_map(|(_, _, e, t)| (0..CHANNELS).map(move |c| (e[c], t[c])));
+        let count = values().count();
+        let logs: Vec<f64> =
+            values().filter(|(e, t)| *e > 0.0 && *t > 0.0).map(|(e, t)| (t / e).ln()).collect();
+        let scale = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+        let mean = |scale: f64| {
+            let sum: f64 = values().map(|(e, t)| (scale * e - t).abs()).sum();
+            self.own_error + sum / count as f64
+        };
+        (count > 0).then(|| [mean(1.0), mean(scale)])
+    }
+}
