@@ -33,6 +33,9 @@ pub struct Solution {
     /// `null` where the method does not say.
     #[serde(default)]
     pub scale: Option<Scale>,
+    /// What a model that was grown tried (`joint.model = auto`); left out otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub selection: Option<Selection>,
     pub iterations: usize,
     /// Why the refinement stopped.
     pub stopped: String,
@@ -110,6 +113,40 @@ pub struct Scale {
     pub log_sd: Rgb,
 }
 
+/// What a model that was grown tried, and what of it was kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Selection {
+    /// Lobes that were tried.
+    pub candidates: usize,
+    /// Lobes that shine in the result.
+    pub kept: usize,
+    /// In the order in which they were made.
+    pub trials: Vec<Trial>,
+}
+
+/// A part that could be added, and the error of held-out blocks of samples without it and with it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Trial {
+    /// `lamp`, `sun`, `gloss`, `background` (twice its lights) or `fine lobes`.
+    pub part: String,
+    /// Of a lamp its number, from 1; of a background its lobes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<usize>,
+    /// Of gloss the material.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    pub error_before: f64,
+    pub error_after: f64,
+    /// `error_after` / `error_before` − 1.
+    pub change: f64,
+    /// Of the change; `null` where there are too few blocks to tell.
+    pub standard_error: Option<f64>,
+    /// Whether the error fell by more than that, so that the part was kept.
+    pub supported: bool,
+}
+
 /// Time spent in each stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -172,6 +209,7 @@ impl Solution {
             rms: Rms::default(),
             light_model: None,
             scale: None,
+            selection: None,
             iterations: 0,
             stopped: String::new(),
             seconds: Seconds::default(),
@@ -200,6 +238,12 @@ impl Solution {
             singular_value.iter().chain(log_rms).chain(log_sd)
         });
         check_finite(file, || "scale".into(), scale)?;
+        let trials = self.selection.iter().flat_map(|selection| &selection.trials);
+        let trials = trials.flat_map(|trial| {
+            let Trial { error_before, error_after, change, .. } = trial;
+            [error_before, error_after, change].into_iter().chain(&trial.standard_error)
+        });
+        check_finite(file, || "selection".into(), trials)?;
         let Seconds { load, samples, lights, transport, solve, textures, total } = self.seconds;
         let seconds = [load, samples, lights, transport, solve, textures, total];
         check_finite(file, || "seconds".into(), seconds.iter())?;

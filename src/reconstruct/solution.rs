@@ -99,6 +99,49 @@ pub struct Certainty {
     pub held_out: Option<Rgb>,
     /// Sets of lights over which the result was averaged; with 1 there are no intervals.
     pub light_sets: usize,
+    /// What a model that was grown tried; `None` for one that was not.
+    pub selection: Option<Selection>,
+}
+
+/// What a model was grown to (`joint.model = auto`), and what bears it out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Selection {
+    /// Lobes that were tried: of backgrounds, of fine light, of lamps and suns.
+    pub candidates: usize,
+    /// Lobes that shine in the result.
+    pub kept: usize,
+    /// In the order in which they were made.
+    pub trials: Vec<Trial>,
+}
+
+/// Something that could be added to a model, and what it does to the error of blocks of samples
+/// that were held out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    pub part: TrialPart,
+    /// Root of the mean of what the fits make small, without the part and with it.
+    pub before: f64,
+    pub after: f64,
+    /// after/before − 1, and its standard error over the blocks; `None` where there are fewer
+    /// than two.
+    pub change: f64,
+    pub standard_error: Option<f64>,
+    /// Whether the error fell by more than that, so that the part was kept.
+    pub supported: bool,
+}
+
+/// What is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrialPart {
+    Sun,
+    /// The lamp of this number, from 1, with any before it that are not supported alone.
+    Lamp(usize),
+    /// Gloss of the material of this index; the error is that of its own samples.
+    Gloss(usize),
+    /// Twice the background's lights, to so many lobes or sky cells.
+    Background(usize),
+    /// Fine lobes in place of lamps and a coarse background.
+    FineLobes,
 }
 
 /// 95 % intervals of one material.

@@ -20,6 +20,8 @@ mod starts;
 mod traps;
 /// Suns, lamps that the artist gives, highlights.
 mod lights;
+/// Models that are grown as far as held-out samples bear them out.
+mod grown;
 /// Whole reconstructions of degenerate scenes, and cancelling one.
 mod whole;
 

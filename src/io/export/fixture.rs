@@ -138,5 +138,6 @@ fn certainty() -> Certainty {
         },
         held_out: Some([0.04, 0.05, 0.06]),
         light_sets: 5,
+        selection: None,
     }
 }

@@ -1,9 +1,10 @@
 //! What became of the virtual lights: `lights.json`, and the light model in `solution.json`.
 
 use super::numbers;
-use crate::io::solution::{Light, LightModel, Lights, Lobe};
+use crate::io::solution::{Light, LightModel, Lights, Lobe, Selection, Trial};
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::solution::{self, TrialPart};
 use crate::scene::Capture;
 
 /// How the light was described, and what of it shines.
@@ -19,6 +20,34 @@ pub fn model(reconstruction: &Reconstruction) -> LightModel {
         lamps: shining(LightKind::Lamp),
         sun: shining(LightKind::Sun) > 0,
         notes: result.notes.clone(),
+    }
+}
+
+/// What a model that was grown tried.
+pub fn selection(capture: &Capture, selection: &solution::Selection) -> Selection {
+    let trial = |trial: &solution::Trial| {
+        let (part, number, material) = match trial.part {
+            TrialPart::Sun => ("sun", None, None),
+            TrialPart::Lamp(number) => ("lamp", Some(number), None),
+            TrialPart::Background(lobes) => ("background", Some(lobes), None),
+            TrialPart::FineLobes => ("fine lobes", None, None),
+            TrialPart::Gloss(index) => ("gloss", None, Some(capture.materials[index].name.clone())),
+        };
+        Trial {
+            part: part.to_owned(),
+            number,
+            material,
+            error_before: trial.before,
+            error_after: trial.after,
+            change: trial.change,
+            standard_error: trial.standard_error,
+            supported: trial.supported,
+        }
+    };
+    Selection {
+        candidates: selection.candidates,
+        kept: selection.kept,
+        trials: selection.trials.iter().map(trial).collect(),
     }
 }
 

@@ -177,6 +177,11 @@ pub fn summary(
             log_rms: certainty.scale.log_rms,
             log_sd: certainty.scale.log_sd,
         }),
+        selection: result
+            .certainty
+            .as_ref()
+            .and_then(|certainty| certainty.selection.as_ref())
+            .map(|selection| lights::selection(capture, selection)),
         iterations: result.iterations.len(),
         stopped: result.stopped.describe().to_owned(),
         seconds: Seconds { load: load_secs, samples, lights, transport, solve, textures, total },

@@ -32,6 +32,42 @@ fn certainty_is_written_as_far_as_it_goes() {
 }
 
 #[test]
+fn what_a_grown_model_tried_is_written() {
+    use crate::reconstruct::solution::{Selection, Trial, TrialPart};
+    let mut reconstruction = fixture::reconstruction();
+    assert_eq!(read(&reconstruction).selection, None);
+    let mut result = (*reconstruction.solution).clone();
+    let trial = |part, standard_error, supported| Trial {
+        part,
+        before: 0.1,
+        after: 0.08,
+        change: -0.2,
+        standard_error,
+        supported,
+    };
+    let trials = vec![
+        trial(TrialPart::Sun, Some(0.05), true),
+        trial(TrialPart::Lamp(2), Some(0.3), false),
+        trial(TrialPart::Gloss(0), None, false),
+        trial(TrialPart::Background(19), Some(0.01), true),
+        trial(TrialPart::FineLobes, Some(0.3), false),
+    ];
+    let selection = Selection { candidates: 640, kept: 58, trials };
+    result.certainty.as_mut().unwrap().selection = Some(selection);
+    reconstruction.solution = std::sync::Arc::new(result);
+    let written = read(&reconstruction).selection.unwrap();
+    assert_eq!((written.candidates, written.kept), (640, 58));
+    let parts: Vec<&str> = written.trials.iter().map(|trial| trial.part.as_str()).collect();
+    assert_eq!(parts, ["sun", "lamp", "gloss", "background", "fine lobes"]);
+    let numbers: Vec<_> = written.trials.iter().map(|trial| trial.number).collect();
+    assert_eq!(numbers, [None, Some(2), None, Some(19), None]);
+    let [sun, _, gloss, ..] = written.trials.as_slice() else { panic!("five trials") };
+    assert_eq!((gloss.material.as_deref(), gloss.standard_error), (Some("floor"), None));
+    assert_eq!((sun.error_before, sun.error_after, sun.change), (0.1, 0.08, -0.2));
+    assert_eq!((sun.standard_error, sun.supported, gloss.supported), (Some(0.05), true, false));
+}
+
+#[test]
 fn without_certainty_nothing_is_made_up() {
     let mut reconstruction = fixture::reconstruction();
     let mut result = (*reconstruction.solution).clone();

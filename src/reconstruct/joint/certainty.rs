@@ -79,6 +79,7 @@ pub fn assess(
         scale: ScaleCertainty { log_rms: squares.map(f64::sqrt), ..Default::default() },
         held_out,
         light_sets: members.len(),
+        selection: None,
     };
     let mut warnings = Vec::new();
     let mean = Member::mean(members);

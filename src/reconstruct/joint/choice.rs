@@ -8,13 +8,15 @@ use crate::reconstruct::joint::background::{self, Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::history::History;
+use crate::reconstruct::joint::judge::{self, Judge};
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::options::JointOptions;
-use crate::reconstruct::joint::sources::{self, Found};
+use crate::reconstruct::joint::sources::{self, Found, Wanted};
 use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::joint::{gloss, held_out, relook};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::solution::Trial;
 use crate::reconstruct::transport::HiddenLight;
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Watch;
@@ -28,12 +30,17 @@ pub struct Choice {
     pub background: Model,
     pub found: Found,
     pub held_out: Rgb,
+    /// What was tried on the way, where the model is grown.
+    pub trials: Vec<Trial>,
 }
 
-/// What the search in one world taught of the specular surfaces: their exponents, and I_s.
+/// What the search in one world taught of the specular surfaces: their exponents, which of them
+/// are none, and I_s.
 pub struct Taught {
     exponents: Vec<f64>,
     irradiance: Vec<Radiance>,
+    matt: Vec<bool>,
+    known_specular: [Vec<Option<f64>>; CHANNELS],
 }
 
 impl Choice {
@@ -51,7 +58,8 @@ impl Choice {
     ) -> Result<Self, Error> {
         let mut found = Found::without_lamps(background.clone(), None, fits);
         tie_colours(fitter, &mut found.model, &mut found.fits, fitter.options.ridge)?;
-        Ok(Self { layout, density: Density::Fine, most_lamps: 0, background, found, held_out })
+        let (density, trials) = (Density::Fine, Vec::new());
+        Ok(Self { layout, density, most_lamps: 0, background, found, held_out, trials })
     }
 
     /// What unseen surfaces reflect of the light that was found, and the light that goes with
@@ -87,12 +95,18 @@ impl Choice {
 
 impl Taught {
     fn of(fitter: &Fitter) -> Self {
-        Self { exponents: fitter.exponents.clone(), irradiance: fitter.irradiance.clone() }
+        Self {
+            exponents: fitter.exponents.clone(),
+            irradiance: fitter.irradiance.clone(),
+            matt: fitter.matt.clone(),
+            known_specular: fitter.known_specular.clone(),
+        }
     }
 
     /// Leaves the fitter with it.
     pub fn teach(self, fitter: &mut Fitter) {
         (fitter.exponents, fitter.irradiance) = (self.exponents, self.irradiance);
+        (fitter.matt, fitter.known_specular) = (self.matt, self.known_specular);
     }
 }
 
@@ -101,6 +115,8 @@ const REFLECT_ROUNDS: usize = 3;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Density {
+    /// Fewer lights than the options ask for, where they do as well.
+    Sparse,
     Coarse,
     Fine,
 }
@@ -109,6 +125,9 @@ pub enum Density {
 pub fn layout(fitter: &Fitter, world: World, density: Density, index: usize) -> Layout {
     let (options, surfaces) = (fitter.options, fitter.surfaces_shine);
     let (spacing, grid, exponent) = match density {
+        Density::Sparse => {
+            (SPARSE * options.coarse_spacing, options.coarse_grid, options.coarse_exponent)
+        }
         Density::Coarse => (options.coarse_spacing, options.coarse_grid, options.coarse_exponent),
         Density::Fine => (options.fine_spacing, options.fine_grid, options.fine_exponent),
     };
@@ -129,6 +148,8 @@ pub fn layout(fitter: &Fitter, world: World, density: Density, index: usize) -> 
     }
 }
 
+/// The distance between lights of a sparse background: about half as many.
+const SPARSE: f64 = std::f64::consts::SQRT_2;
 /// Prime, so that every step runs through all of the values.
 const VARIATIONS: usize = 7;
 
@@ -216,6 +237,8 @@ pub struct Search<'a> {
     pub most_lamps: usize,
     /// Unit direction towards the sun, where it was found before.
     pub sun: Option<Vec3>,
+    /// Whether lights and gloss must be borne out by what they predict.
+    pub grows: bool,
 }
 
 /// The lights of one world over its background; the fitter stays as it was.
@@ -230,27 +253,40 @@ pub fn choose_light(
     let may_find_sun = options.find_sun && given_sun(fitter).is_none();
     let before = Taught::of(fitter);
     let report = |fitter: &Fitter, found: &Found| history.push(fitter, &found.fits);
-    let lamps = (search.candidates, search.most_lamps);
-    let find = |fitter: &Fitter, background: &Model| -> Result<Found, Error> {
-        let report = |found: &Found| report(fitter, found);
-        let Some(towards) = search.sun.filter(|_| may_find_sun) else {
-            return sources::find(fitter, background, options.ridge, lamps, may_find_sun, &report);
+    let find = |fitter: &Fitter, background: &Model| -> Result<(Found, Vec<Trial>), Error> {
+        let judge = search.grows.then(Judge::default);
+        let wanted = Wanted {
+            may_find_sun: may_find_sun && search.sun.is_none(),
+            report: &|found: &Found| report(fitter, found),
+            judge: judge.as_ref(),
+            ..Wanted::lamps(search.candidates, search.most_lamps)
         };
-        let sunny = sources::sunny(fitter, background, towards)?;
-        let mut found = sources::find(fitter, &sunny, options.ridge, lamps, false, &report)?;
-        found.sun = Some(towards);
-        Ok(found)
+        let found = match search.sun.filter(|_| may_find_sun) {
+            None => sources::find(fitter, background, options.ridge, wanted)?,
+            Some(towards) => {
+                let sunny = sources::sunny(fitter, background, towards)?;
+                let found = sources::find(fitter, &sunny, options.ridge, wanted)?;
+                Found { sun: Some(towards), ..found }
+            }
+        };
+        Ok((found, judge.map_or_else(Vec::new, Judge::into_trials)))
     };
-    let mut found = find(fitter, &background)?;
+    let (mut found, mut trials) = find(fitter, &background)?;
     let has_gloss = (0..fitter.rows.materials).any(|material| fitter.is_specular(material));
     if has_gloss {
-        gloss::find_exponents(fitter, &mut found.model, options.ridge, &mut found.fits)?;
+        let (model, fits) = (&mut found.model, &mut found.fits);
+        gloss::find_exponents(fitter, model, options.ridge, fits)?;
+        let of_gloss = match search.grows {
+            true => judge::drop_gloss(fitter, model, options.ridge, fits)?,
+            false => Vec::new(),
+        };
         // Lamps stand better where the highlights have their true sharpness, and I_s its part
         // from specular surfaces.
         fitter.irradiance = relook::irradiance(fitter, &found.model, &found.fits)?;
         fitter.data.set_irradiance(&fitter.rows, &mut background, &fitter.irradiance);
         fitter.data.set_exponents(&fitter.rows, &mut background, &fitter.exponents);
-        found = find(fitter, &background)?;
+        (found, trials) = find(fitter, &background)?;
+        trials.extend(of_gloss);
     }
     found = sources::settle_sun(fitter, found, &background, options.ridge)?;
     tie_colours(fitter, &mut found.model, &mut found.fits, options.ridge)?;
@@ -266,6 +302,7 @@ pub fn choose_light(
         background,
         found,
         held_out,
+        trials,
     };
     Ok((choice, taught))
 }
@@ -277,17 +314,11 @@ pub fn member(
     choice: &Choice,
     index: usize,
 ) -> Result<Member, Error> {
-    let options = fitter.options;
-    let layout = layout(fitter, choice.layout.world, choice.density, index);
-    let lambda = ridge(options, index);
-    let mut background = background_model(fitter, &layout)?;
-    if let Some(towards) = choice.found.sun {
-        background = sources::sunny(fitter, &background, towards)?;
-    }
-    let (mut model, mut fits) = match choice.density {
-        Density::Coarse => {
-            let lamps = (candidates, choice.most_lamps);
-            let found = sources::find(fitter, &background, lambda, lamps, false, &|_| ())?;
+    let (background, lambda) = member_background(fitter, choice, index)?;
+    let fitted = match choice.density {
+        Density::Coarse | Density::Sparse => {
+            let wanted = Wanted::lamps(candidates, choice.most_lamps);
+            let found = sources::find(fitter, &background, lambda, wanted)?;
             (found.model, found.fits)
         }
         Density::Fine => {
@@ -295,6 +326,29 @@ pub fn member(
             (background, fits)
         }
     };
+    settled(fitter, fitted, lambda)
+}
+
+/// The background of one light set, with the sun that was found, and its ridge.
+pub fn member_background(
+    fitter: &Fitter,
+    choice: &Choice,
+    index: usize,
+) -> Result<(Model, f64), Error> {
+    let layout = layout(fitter, choice.layout.world, choice.density, index);
+    let mut background = background_model(fitter, &layout)?;
+    if let Some(towards) = choice.found.sun {
+        background = sources::sunny(fitter, &background, towards)?;
+    }
+    Ok((background, ridge(fitter.options, index)))
+}
+
+/// The reflectances of a light set's fit.
+pub fn settled(
+    fitter: &Fitter,
+    (mut model, mut fits): (Model, Fits),
+    lambda: f64,
+) -> Result<Member, Error> {
     tie_colours(fitter, &mut model, &mut fits, lambda)?;
     Ok(Member::of(&fitter.settle(&model, lambda, fits)?))
 }

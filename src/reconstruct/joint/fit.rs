@@ -33,19 +33,21 @@ pub struct Fitter<'a> {
     /// Materials with samples.
     pub measured: Vec<bool>,
     /// Log reflectances to start from, by which the ridge is scaled, per channel and material.
-    reference: [Vec<f64>; CHANNELS],
+    pub reference: [Vec<f64>; CHANNELS],
     /// log ρ_d that are known exactly, per channel and material.
     pub known: [Vec<Option<f64>>; CHANNELS],
     /// ρ_s that are held fixed.
     pub known_specular: [Vec<Option<f64>>; CHANNELS],
     /// Reflectances that are known with a standard deviation: material, ρ_d, sd.
-    pins: Vec<(usize, Rgb, Rgb)>,
+    pub pins: Vec<(usize, Rgb, Rgb)>,
     /// Largest log ρ_d, per channel and material.
     pub upper: [Vec<f64>; CHANNELS],
     /// Exponent n per material.
     pub exponents: Vec<f64>,
     /// Per material: residuals beyond this count less; ∞ for least squares.
     pub robust: Vec<f64>,
+    /// Materials that are tagged as specular and taken to be diffuse.
+    pub matt: Vec<bool>,
 }
 
 impl<'a> Fitter<'a> {
@@ -84,6 +86,7 @@ impl<'a> Fitter<'a> {
             upper: std::array::from_fn(|_| upper.clone()),
             exponents: vec![data.options.gloss.start_exponent; rows.materials],
             robust: vec![f64::INFINITY; capture.materials.len()],
+            matt: vec![false; capture.materials.len()],
             rows,
             options,
             data,
@@ -95,8 +98,20 @@ impl<'a> Fitter<'a> {
     }
 
     pub fn is_specular(&self, material: usize) -> bool {
+        self.is_tagged_specular(material) && !self.matt[material]
+    }
+
+    pub fn is_tagged_specular(&self, material: usize) -> bool {
         self.measured[material]
             && self.data.views.capture.materials[material].kind == MaterialKind::Specular
+    }
+
+    /// Takes a material to be diffuse, whatever its tag says.
+    pub fn make_matt(&mut self, material: usize) {
+        self.matt[material] = true;
+        for known in &mut self.known_specular {
+            known[material] = Some(0.0);
+        }
     }
 
     pub fn channel<'b>(&'b self, model: &'b Model, channel: usize) -> Channel<'b> {

@@ -1,5 +1,7 @@
 //! How well a light model predicts what it was not fitted to.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::geometry::mesh::Mesh;
@@ -7,6 +9,7 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::Random;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::model::Model;
+use crate::reconstruct::joint::terms::loss;
 use crate::reconstruct::samples::Sample;
 use crate::reconstruct::{Error, Stream};
 
@@ -38,11 +41,23 @@ pub fn fold(block: u64) -> usize {
     Random::new(0, Stream::Folds as u64, block).below(FOLDS)
 }
 
-/// Root mean square of log(computed/measured) over blocks that were held out, per channel: the
-/// rows are fitted without a quarter of the blocks at a time.
-pub fn error(fitter: &Fitter, model: &Model, lambda: f64, fits: &Fits) -> Result<Rgb, Error> {
+/// What a model makes of blocks that were held out.
+pub struct Prediction {
+    /// Root mean square of log(computed/measured), per channel.
+    pub error: Rgb,
+    /// Per row its weight times what the fits make small there, all channels together.
+    pub losses: Vec<f64>,
+}
+
+/// Fits the rows without a quarter of the blocks at a time, and predicts those.
+pub fn predict(
+    fitter: &Fitter,
+    model: &Model,
+    lambda: f64,
+    fits: &Fits,
+) -> Result<Prediction, Error> {
     let fold: Vec<usize> = blocks(fitter).into_iter().map(fold).collect();
-    let sums: Vec<(Rgb, f64)> = (0..FOLDS)
+    let parts: Vec<(Rgb, f64, Vec<(usize, f64)>)> = (0..FOLDS)
         .into_par_iter()
         .map(|held| {
             let weights: Vec<f64> = fitter
@@ -52,25 +67,140 @@ pub fn error(fitter: &Fitter, model: &Model, lambda: f64, fits: &Fits) -> Result
                 .map(|(&weight, &fold)| if fold == held { 0.0 } else { weight })
                 .collect();
             let fitted = fitter.fit(model, lambda, &weights, Some(fits))?;
-            let (mut sum, mut total) = ([0.0; CHANNELS], 0.0);
+            let (mut sum, mut total, mut losses) = ([0.0; CHANNELS], 0.0, Vec::new());
             for (row, &weight) in fitter.weights.iter().enumerate() {
                 if fold[row] == held {
                     total += weight;
                     for (sum, fit) in sum.iter_mut().zip(&fitted) {
                         *sum += weight * fit.residuals[row].powi(2);
                     }
+                    losses.push((row, weight * loss_of(fitter, &fitted, row)));
                 }
             }
-            Ok((sum, total))
+            Ok((sum, total, losses))
         })
         .collect::<Result<_, Error>>()?;
-    let total: f64 = sums.iter().map(|(_, total)| total).sum();
-    Ok(std::array::from_fn(|c| {
-        (sums.iter().map(|(sum, _)| sum[c]).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt()
-    }))
+    let total: f64 = parts.iter().map(|(_, total, _)| total).sum();
+    let error = std::array::from_fn(|c| {
+        (parts.iter().map(|(sum, ..)| sum[c]).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt()
+    });
+    let mut losses = vec![0.0; fitter.weights.len()];
+    for (row, loss) in parts.into_iter().flat_map(|(.., losses)| losses) {
+        losses[row] = loss;
+    }
+    Ok(Prediction { error, losses })
+}
+
+/// The same of the rows that a model was fitted to: no prediction of it is better.
+pub fn losses_within(fitter: &Fitter, fits: &Fits) -> Vec<f64> {
+    let of = |(row, weight): (usize, &f64)| weight * loss_of(fitter, fits, row);
+    fitter.weights.iter().enumerate().map(of).collect()
+}
+
+fn loss_of(fitter: &Fitter, fits: &Fits, row: usize) -> f64 {
+    // Not even an infinity counts where there is no weight.
+    if fitter.weights[row] <= 0.0 {
+        return 0.0;
+    }
+    let robust = fitter.robust[fitter.rows.material[row]];
+    let objective = fitter.options.objective;
+    fits.iter().map(|fit| loss(objective.of(fit.residuals[row]).0, robust)).sum()
+}
+
+/// Root mean square of log(computed/measured) over blocks that were held out, per channel.
+pub fn error(fitter: &Fitter, model: &Model, lambda: f64, fits: &Fits) -> Result<Rgb, Error> {
+    Ok(predict(fitter, model, lambda, fits)?.error)
+}
+
+/// By how much one model predicts better than another, block by block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// Roots of the mean losses of the two.
+    pub before: f64,
+    pub after: f64,
+    /// after/before − 1.
+    pub relative: f64,
+    /// Of that, from the differences of the blocks, which are taken to be independent; ∞ where
+    /// there are fewer than two.
+    pub standard_error: f64,
+}
+
+impl Change {
+    /// Compares the losses of two models on some rows, of one fitter both.
+    pub fn between(
+        fitter: &Fitter,
+        before: &[f64],
+        after: &[f64],
+        counts: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut of_block: BTreeMap<u64, [f64; 3]> = BTreeMap::new();
+        for (row, block) in blocks(fitter).into_iter().enumerate() {
+            if fitter.weights[row] > 0.0 && counts(row) {
+                let sums = of_block.entry(block).or_default();
+                sums[0] += CHANNELS as f64 * fitter.weights[row];
+                sums[1] += before[row];
+                sums[2] += after[row];
+            }
+        }
+        let blocks: Vec<[f64; 3]> = of_block.into_values().collect();
+        Self::of_blocks(&blocks)
+    }
+
+    /// From weight and the two losses of every block.
+    fn of_blocks(blocks: &[[f64; 3]]) -> Self {
+        let sum = |k: usize| blocks.iter().map(|block| block[k]).sum::<f64>();
+        let weight = sum(0).max(f64::MIN_POSITIVE);
+        let (before, after) = (sum(1) / weight, sum(2) / weight);
+        let fall = before - after;
+        // Of a ratio of sums, blocks being unequal.
+        let squares: f64 =
+            blocks.iter().map(|block| (block[1] - block[2] - fall * block[0]).powi(2)).sum();
+        let count = blocks.len() as f64;
+        let of_fall = (squares * count / (count - 1.0).max(f64::MIN_POSITIVE)).sqrt() / weight;
+        let both = (before * after).sqrt();
+        Self {
+            before: before.sqrt(),
+            after: after.sqrt(),
+            relative: if before > 0.0 { (after / before).sqrt() - 1.0 } else { 0.0 },
+            standard_error: if blocks.len() < 2 || both <= 0.0 {
+                f64::INFINITY
+            } else {
+                0.5 * of_fall / both
+            },
+        }
+    }
+
+    /// Whether the error falls by more than its standard error.
+    pub fn is_supported(&self) -> bool {
+        -self.relative > self.standard_error
+    }
 }
 
 /// One number for all channels.
 pub fn mean(error: &Rgb) -> f64 {
     (error.iter().map(|value| value * value).sum::<f64>() / CHANNELS as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_paired_and_their_error_is_that_of_their_mean() {
+        // Equal weights: the fall is the mean of 0.2, 0.4, 0.6, its error 0.2/√3 by hand.
+        let blocks = [[1.0, 1.0, 0.8], [1.0, 9.0, 8.6], [1.0, 2.0, 1.4]];
+        let change = Change::of_blocks(&blocks);
+        assert!((change.before - 4.0f64.sqrt()).abs() < 1e-12);
+        assert!((change.relative - ((3.6f64 / 4.0).sqrt() - 1.0)).abs() < 1e-12);
+        let of_fall = 0.2 / 3.0f64.sqrt();
+        let of_root = of_fall / (2.0 * (4.0f64 * 3.6).sqrt());
+        assert!((change.standard_error - of_root).abs() < 1e-12, "{change:?}");
+        // However different the blocks are, all of them fell.
+        assert!(change.is_supported());
+        let mixed = Change::of_blocks(&[[1.0, 1.0, 0.5], [1.0, 1.0, 1.4], [1.0, 1.0, 1.0]]);
+        assert!(mixed.relative < 0.0 && !mixed.is_supported(), "{mixed:?}");
+        assert!(!Change::of_blocks(&blocks[..1]).is_supported());
+        assert!(!Change::of_blocks(&[]).is_supported());
+        assert!(!Change::of_blocks(&[[1.0, 0.0, 0.0]; 3]).is_supported());
+    }
 }

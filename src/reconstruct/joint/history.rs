@@ -32,13 +32,7 @@ impl<'a> History<'a> {
 
     /// Radiance per equation.
     pub fn computed(&self, fits: &Fits) -> Vec<Rgb> {
-        let of = |(row, equation): (usize, &Equation)| {
-            std::array::from_fn(|c| {
-                let measured = equation.radiance[c].max(self.equations.dark(c));
-                measured * fits[c].residuals[row].exp()
-            })
-        };
-        self.equations.rows.iter().enumerate().map(of).collect()
+        computed(self.equations, fits)
     }
 
     pub fn push(&self, fitter: &Fitter, fits: &Fits) {
@@ -58,7 +52,8 @@ impl<'a> History<'a> {
         });
         let iteration = Iteration {
             index: self.iterations.borrow().len() + 1,
-            rms: refine::rms(self.equations, &self.computed(fits)),
+            // Of the fitter's own: a search may look at some samples only.
+            rms: refine::rms(fitter.data.equations, &computed(fitter.data.equations, fits)),
             objective: Some(std::array::from_fn(|c| fits[c].value)),
             change,
             elapsed_secs: self.began.elapsed().as_secs_f64(),
@@ -67,4 +62,14 @@ impl<'a> History<'a> {
         self.iterations.borrow_mut().push(iteration);
         *self.last.borrow_mut() = Some(now);
     }
+}
+
+fn computed(equations: &Equations, fits: &Fits) -> Vec<Rgb> {
+    let of = |(row, equation): (usize, &Equation)| {
+        std::array::from_fn(|c| {
+            let measured = equation.radiance[c].max(equations.dark(c));
+            measured * fits[c].residuals[row].exp()
+        })
+    };
+    equations.rows.iter().enumerate().map(of).collect()
 }

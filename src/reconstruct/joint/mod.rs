@@ -14,6 +14,9 @@
 //! 3. fine lobes instead, or a sky, where the error on held-out samples is lower (`held_out`);
 //! 4. the same with other backgrounds, whose spread tells what the choice of one costs;
 //! 5. what is determined, and intervals (`certainty`); tags that do not fit (`diagnose`).
+//!
+//! With `joint.model = auto` steps 1 to 4 look for structure on a part of the samples (`thin`), and
+//! keep only what is borne out by samples that were held out (`grow`, `judge`).
 
 pub mod background;
 mod certainty;
@@ -21,8 +24,10 @@ mod choice;
 mod diagnose;
 mod fit;
 mod gloss;
+mod grow;
 pub(super) mod held_out;
 mod history;
+mod judge;
 mod lamps;
 mod model;
 pub mod options;
@@ -33,6 +38,7 @@ mod sources;
 mod sun;
 pub mod system;
 mod terms;
+mod thin;
 mod unseen;
 
 use faer::Mat;
@@ -44,13 +50,16 @@ use crate::reconstruct::joint::background::{Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::choice::{Choice, Density, Search};
 use crate::reconstruct::joint::fit::Fitter;
+use crate::reconstruct::joint::gloss::Exponents;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::model::{Data, Model};
+use crate::reconstruct::joint::options::ModelSize;
 use crate::reconstruct::joint::prepare::{Fine, Prepared};
+use crate::reconstruct::joint::thin::Thin;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped};
+use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped, Trial, TrialPart};
 use crate::reconstruct::transport::{HiddenLight, Transport};
 use crate::reconstruct::{Error, Options};
 use crate::scene::{Environment, Views};
@@ -95,17 +104,12 @@ pub fn solve(
         prepare::prepare(&mut fitter, &history)?;
     watch.tick()?;
 
-    let mut candidates = lamps::candidates(&fitter)?;
-    let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
-    if !fine.model.set.lights.lights.iter().any(is_unknown) {
-        // Every ray from the samples meets a photographed surface: a lamp in between would only
-        // take the place of what these send.
-        candidates.clear();
-    }
-    let mut choice = choose_world(&mut fitter, room, &candidates, &history, &mut notes, watch)?;
-    choice = or_fine_lobes(&fitter, choice, fine, &mut notes)?;
-    watch.tick()?;
-    let exponents = choice.find_exponents(&mut fitter)?;
+    let thin = (joint.model == ModelSize::Auto).then(|| Thin::of(&fitter));
+    let chosen = match &thin {
+        None => chosen(&mut fitter, (room, fine), &history, &mut notes, watch)?,
+        Some(thin) => grow::grow(&mut fitter, thin, (room, fine), &history, &mut notes, watch)?,
+    };
+    let Chosen { mut choice, exponents, candidates, tried } = chosen;
     notes.extend(note_gloss(&fitter, &exponents));
 
     let emitters = diagnose::drop_emitters(&mut fitter, &choice.found.fits, diagnose::EMITS);
@@ -117,17 +121,19 @@ pub fn solve(
     choice.found.fits = fitter.settle(&choice.found.model, joint.ridge, choice.found.fits)?;
     history.push(&fitter, &choice.found.fits);
     let mut members = vec![Member::of(&choice.found.fits)];
-    let others: Vec<Member> = (1..joint.light_sets)
-        .into_par_iter()
-        .map(|index| {
-            let member = choice::member(&fitter, &candidates, &choice, index)?;
-            watch.tick()?;
-            Ok(member)
-        })
-        .collect::<Result<_, Error>>()?;
-    members.extend(others);
+    let quick = thin.as_ref().map(|thin| thin.fitter(&fitter));
+    let others = |index: usize| {
+        let member = match &quick {
+            None => choice::member(&fitter, &candidates, &choice, index)?,
+            Some(quick) => grow::member(&fitter, quick, &candidates, &choice, index)?,
+        };
+        watch.tick()?;
+        Ok(member)
+    };
+    let others = (1..joint.light_sets).into_par_iter().map(others);
+    members.extend(others.collect::<Result<Vec<_>, Error>>()?);
 
-    let (certainty, doubts) = certainty::assess(
+    let (mut certainty, doubts) = certainty::assess(
         &fitter,
         &choice.found.model,
         &choice.found.fits,
@@ -171,6 +177,13 @@ pub fn solve(
         })
     };
     let computed = history.computed(&fits);
+    if joint.model == ModelSize::Auto {
+        let kept = emission.iter().filter(|rgb| rgb.iter().any(|&e| e > 0.0)).count();
+        let trials = std::mem::take(&mut choice.trials);
+        let (selection, told) = grow::report(&fitter, &choice.found, trials, tried, kept);
+        certainty.selection = Some(selection);
+        notes.extend(told);
+    }
     let solution = Solution {
         reflectances: (0..fitter.rows.materials).map(reflectance).collect(),
         emission,
@@ -190,6 +203,42 @@ pub fn solve(
     })
 }
 
+/// A light model, fitted to all samples, and what its light sets are found with.
+struct Chosen {
+    choice: Choice,
+    exponents: Vec<Exponents>,
+    candidates: Candidates,
+    /// Lobes that were tried.
+    tried: usize,
+}
+
+/// The light with as many lamps as explain enough, and gloss wherever it is tagged.
+fn chosen(
+    fitter: &mut Fitter,
+    (room, fine): (Model, Fine),
+    history: &History,
+    notes: &mut Vec<String>,
+    watch: &Watch,
+) -> Result<Chosen, Error> {
+    let mut candidates = lamps::candidates(fitter)?;
+    if !has_unknown_light(&fine.model) {
+        candidates.clear();
+    }
+    let choice = choose_world(fitter, room, &candidates, history, notes, watch)?;
+    let tried = choice.found.model.columns() + fine.model.columns();
+    let mut choice = or_fine_lobes(fitter, choice, fine, notes)?;
+    watch.tick()?;
+    let exponents = choice.find_exponents(fitter)?;
+    Ok(Chosen { choice, exponents, candidates, tried })
+}
+
+/// Whether any light is unknown. Where every ray from the samples meets a photographed surface, a
+/// lamp in between would only take the place of what these send.
+fn has_unknown_light(model: &Model) -> bool {
+    let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
+    model.set.lights.lights.iter().any(is_unknown)
+}
+
 /// The lights of a room or of the open sky, whichever the photographs speak for.
 fn choose_world(
     fitter: &mut Fitter,
@@ -201,7 +250,9 @@ fn choose_world(
 ) -> Result<Choice, Error> {
     let environment = fitter.data.views.capture.environment;
     let room = choice::layout(fitter, World::Room, Density::Coarse, 0);
-    let mut search = Search { candidates, most_lamps: fitter.options.max_lamps, sun: None };
+    let grows = fitter.options.model == ModelSize::Auto;
+    let most_lamps = fitter.options.max_lamps;
+    let mut search = Search { candidates, most_lamps, sun: None, grows };
     fitter.data.set_irradiance(&fitter.rows, &mut background, &fitter.irradiance);
     let (mut choice, mut taught) =
         choice::choose_light(fitter, &search, (room, background), history, watch)?;
@@ -216,7 +267,11 @@ fn choose_world(
                 search.most_lamps = 0;
             }
             search.sun = choice.found.sun;
+            // It was tried in the room, and is taken from there.
+            let of_sun = choice.trials.iter().filter(|trial| trial.part == TrialPart::Sun);
+            let of_sun: Vec<Trial> = of_sun.copied().collect();
             (choice, taught) = choice::choose_light(fitter, &search, (open, sky), history, watch)?;
+            choice.trials.splice(0..0, of_sun);
         }
         let is_open = choice.layout.world == World::Open;
         notes.push(format!(
@@ -269,8 +324,8 @@ const OPEN_LIMIT: f64 = 1.1;
 /// A projected slope (a cosine) beyond which a solve has not come to its minimum.
 const ACCEPTED_SLOPE: f64 = 1e-4;
 
-fn note_gloss(fitter: &Fitter, found: &[gloss::Exponents]) -> Vec<String> {
-    let note = |exponents: &gloss::Exponents| {
+fn note_gloss(fitter: &Fitter, found: &[Exponents]) -> Vec<String> {
+    let note = |exponents: &Exponents| {
         format!(
             "\"{}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
             fitter.data.views.capture.materials[exponents.material].name,
@@ -285,16 +340,17 @@ fn note_gloss(fitter: &Fitter, found: &[gloss::Exponents]) -> Vec<String> {
 /// Materials tagged as specular that show no highlight are diffuse.
 fn warn_gloss(members: &mut [Member], fitter: &Fitter, certainty: &Certainty) -> Vec<String> {
     let mut warnings = Vec::new();
-    for material in (0..fitter.rows.materials).filter(|&m| fitter.is_specular(m)) {
+    for material in (0..fitter.rows.materials).filter(|&m| fitter.is_tagged_specular(m)) {
         let Some(certainty) = certainty.materials[material] else { continue };
-        let shows = (0..CHANNELS).any(|c| {
-            let mean = members.iter().map(|m| m.specular[c][material]).sum::<f64>();
-            let mean = mean / members.len() as f64;
-            match certainty.specular[c] {
-                Some([low, _]) => low > 0.0 && mean > NO_HIGHLIGHT,
-                None => mean > NO_HIGHLIGHT,
-            }
-        });
+        let shows = !fitter.matt[material]
+            && (0..CHANNELS).any(|c| {
+                let mean = members.iter().map(|m| m.specular[c][material]).sum::<f64>();
+                let mean = mean / members.len() as f64;
+                match certainty.specular[c] {
+                    Some([low, _]) => low > 0.0 && mean > NO_HIGHLIGHT,
+                    None => mean > NO_HIGHLIGHT,
+                }
+            });
         if !shows {
             warnings.push(format!(
                 "\"{}\" is tagged as specular, but the photographs show no highlight on it: it is \

@@ -57,7 +57,7 @@ pub struct Part {
 pub struct Fixed {
     pub column: usize,
     pub emission: Rgb,
-    coupling: Vec<f64>,
+    pub coupling: Vec<f64>,
 }
 
 impl Data<'_> {

@@ -1,11 +1,26 @@
 //! Options of the joint solve.
 
-use crate::options;
 use crate::reconstruct::joint::system::Objective;
+use crate::{choices, options};
+
+choices! {
+    /// How much model a scene gets.
+    ModelSize {
+        /// As many lamps as explain enough, gloss wherever it is tagged.
+        Full = "full",
+        /// Lamps, gloss and finer light only as far as predictions bear them out.
+        Auto = "auto",
+    }
+}
 
 options! {
     /// The joint solve of light and reflectances.
     JointOptions in "joint" {
+        /// full: lamps while they explain enough, gloss wherever it is tagged. auto: the model
+        /// starts small, and lamps, a sun, finer light and gloss are added only where the error of
+        /// blocks of samples that were held out falls by more than its standard error; structure
+        /// is looked for on a part of the samples, which takes a fraction of the time.
+        model: ModelSize = ModelSize::Full, None, "";
         /// log: squared logarithms of computed over measured radiance. relative: squared
         /// relative differences, which texture biases.
         objective: Objective = Objective::Log, None, "";

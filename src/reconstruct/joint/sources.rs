@@ -8,11 +8,13 @@ use glam::Vec3;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
+use crate::reconstruct::joint::judge::Judge;
 use crate::reconstruct::joint::lamps::{COLUMNS, Candidates, Lamp};
 use crate::reconstruct::joint::model::{Model, Part};
 use crate::reconstruct::joint::project::Linearised;
 use crate::reconstruct::joint::sun;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::reconstruct::solution::TrialPart;
 use crate::scene::Emitter;
 
 /// A model with the lights that were found, and its fit.
@@ -20,7 +22,7 @@ use crate::scene::Emitter;
 pub struct Found {
     pub lamps: Vec<Lamp>,
     /// Their columns.
-    parts: Vec<Arc<Part>>,
+    pub parts: Vec<Arc<Part>>,
     /// Unit direction towards a sun that was found.
     pub sun: Option<Vec3>,
     pub model: Model,
@@ -38,22 +40,53 @@ const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
 /// Before the others have moved, a new lamp must have this part of the gain that it needs.
 const FIRST_GAIN: f64 = 0.5;
 
-/// Adds lamps, and a sun where `may_find_sun`, to a background while they lower the objective by
-/// as much as the options ask for. `report` hears of every fit that is kept.
+/// What is looked for over a background.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    pub candidates: &'a Candidates,
+    pub most_lamps: usize,
+    pub may_find_sun: bool,
+    /// Hears of every fit that is kept.
+    pub report: &'a dyn Fn(&Found),
+    /// Says of a light that lowers the objective enough whether it is kept.
+    pub judge: Option<&'a Judge>,
+}
+
+impl<'a> Wanted<'a> {
+    /// Lamps, with no further word on them.
+    pub fn lamps(candidates: &'a Candidates, most_lamps: usize) -> Self {
+        Self { candidates, most_lamps, may_find_sun: false, report: &|_| (), judge: None }
+    }
+
+    fn keeps(
+        &self,
+        fitter: &Fitter,
+        lambda: f64,
+        part: TrialPart,
+        pair: [&Found; 2],
+    ) -> Result<bool, Error> {
+        self.judge.map_or(Ok(true), |judge| judge.keeps(fitter, lambda, part, pair))
+    }
+}
+
+/// Adds lamps, and a sun where one may be found, to a background while they lower the objective
+/// by as much as the options ask for, and the judge keeps them.
 pub fn find(
     fitter: &Fitter,
     background: &Model,
     lambda: f64,
-    (candidates, most_lamps): (&Candidates, usize),
-    may_find_sun: bool,
-    report: &dyn Fn(&Found),
+    wanted: Wanted,
 ) -> Result<Found, Error> {
+    let Wanted { candidates, most_lamps, may_find_sun, report, .. } = wanted;
     let fits = fitter.fit(background, lambda, &fitter.weights, None)?;
     let mut found = Found::without_lamps(background.clone(), None, fits);
     report(&found);
     let mut base = background.clone();
     // A sun may show itself only after the lamps that outshine it: two tries.
     let mut tries = if may_find_sun { 2 } else { 0 };
+    // The last model that was kept, where a lamp after it is not: two lamps may be borne out that
+    // are not one by one.
+    let mut kept = None;
     while found.lamps.len() < most_lamps || tries > 0 {
         let before = Fitter::total(&found.fits);
         let lamp = if found.lamps.len() < most_lamps {
@@ -67,8 +100,14 @@ pub fn find(
             if let Some((sunny_base, sunny)) = with_sun(fitter, &found, &base, lambda)?
                 && Fitter::total(&sunny.fits) < rival
                 && Fitter::total(&sunny.fits) < (1.0 - fitter.options.sun_gain) * before
+                && wanted.keeps(
+                    fitter,
+                    lambda,
+                    TrialPart::Sun,
+                    [kept.as_ref().unwrap_or(&found), &sunny],
+                )?
             {
-                (base, found) = (sunny_base, sunny);
+                (base, found, kept) = (sunny_base, sunny, None);
                 tries = 0;
                 report(&found);
                 continue;
@@ -82,10 +121,43 @@ pub fn find(
         if Fitter::total(&with.fits) > (1.0 - fitter.options.lamp_gain) * before {
             break;
         }
+        let part = TrialPart::Lamp(with.lamps.len());
+        let is_kept =
+            wanted.keeps(fitter, lambda, part, [kept.as_ref().unwrap_or(&found), &with])?;
+        if is_kept {
+            kept = None;
+        } else if kept.is_some() {
+            break;
+        } else {
+            kept = Some(found);
+        }
         found = with;
         report(&found);
     }
-    Ok(found)
+    Ok(kept.unwrap_or(found))
+}
+
+/// The lights that were found with some of the samples, fitted to all of the fitter's, over its own
+/// `background`.
+pub fn place(
+    fitter: &Fitter,
+    background: &Model,
+    lambda: f64,
+    found: &Found,
+) -> Result<Found, Error> {
+    let base = match found.sun {
+        Some(towards) => sunny(fitter, background, towards)?,
+        None => background.clone(),
+    };
+    let part = |lamp: &Lamp| -> Result<Arc<Part>, Error> {
+        let mut set = LightSet::default();
+        set.push_lamp(*lamp);
+        Ok(Arc::new(fitter.data.part(&fitter.rows, set, &fitter.exponents)?))
+    };
+    let parts = found.lamps.iter().map(part).collect::<Result<Vec<_>, Error>>()?;
+    let model = base.with(parts.iter().map(AsRef::as_ref));
+    let fits = fitter.fit(&model, lambda, &fitter.weights, Some(&found.fits))?;
+    Ok(Found { lamps: found.lamps.clone(), parts, sun: found.sun, model, fits })
 }
 
 /// The model with the lamp that explains most, in the place that explains most.

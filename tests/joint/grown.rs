@@ -1,0 +1,191 @@
+//! A model that is grown (`joint.model = auto`): one lamp needs few lobes, gloss is kept where it
+//! shows and not where it is only tagged, the same bytes on any number of threads, and a report.
+
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use lobelia::math::rgb::Rgb;
+use lobelia::reconstruct::joint::options::ModelSize;
+use lobelia::reconstruct::lights::LightKind;
+use lobelia::reconstruct::options::{Method, Options};
+use lobelia::reconstruct::solution::{Selection, Trial, TrialPart};
+use lobelia::reconstruct::{Reconstruction, Update};
+use lobelia::scene::MaterialKind;
+use lobelia::watch::Watch;
+
+use crate::rooms::{Room, Tracer, camera, quick};
+
+const LOW: DVec3 = DVec3::new(-0.35, -0.3, 0.0);
+const HIGH: DVec3 = DVec3::new(0.3, 0.35, 0.6);
+const FLOOR: Rgb = [0.12, 0.09, 0.06];
+const BOX: Rgb = [0.05, 0.10, 0.13];
+const LAMP: DVec3 = DVec3::new(0.9, -0.8, 1.9);
+const INTENSITY: Rgb = [9.0, 7.0, 5.0];
+/// Of the floor, where it shines.
+const GLOSS: f64 = 0.06;
+const EXPONENT: f64 = 30.0;
+
+/// A floor with a box under one lamp and nothing else; the floor has the modified Phong lobe of
+/// Eq. 12 with ρ_s `gloss`. The box is tagged as specular and is not.
+fn scene(gloss: f64) -> Room {
+    let mut room = Room::default();
+    let floor_kind = if gloss > 0.0 { MaterialKind::Specular } else { MaterialKind::Diffuse };
+    let floor = room.material("floor", floor_kind);
+    let sides = room.material("box", MaterialKind::Specular);
+    room.square(floor, 1.5, 0.0);
+    room.open_box(sides, LOW, HIGH);
+    let tracer = Tracer::new(&room.capture.mesh);
+    for eye in [DVec3::new(2.2, -2.4, 2.0), DVec3::new(-2.3, -1.8, 2.1), DVec3::new(-1.2, 2.2, 1.6)]
+    {
+        let camera = camera((240, 180), 0.9, eye, DVec3::new(0.0, 0.0, 0.15));
+        room.photograph(camera, |struck| {
+            let p = struck.position;
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-5;
+            let normal = match () {
+                _ if struck.surface == floor || close(p.z, HIGH.z) => DVec3::Z,
+                _ if close(p.x, HIGH.x) => DVec3::X,
+                _ if close(p.x, LOW.x) => DVec3::NEG_X,
+                _ if close(p.y, HIGH.y) => DVec3::Y,
+                _ => DVec3::NEG_Y,
+            };
+            let offset = LAMP - p;
+            let direction = offset.normalize_or_zero();
+            let is_lit = normal.dot(direction) > 0.0 && tracer.is_free(p, LAMP, 1e-4);
+            let arriving =
+                if is_lit { normal.dot(direction) / offset.length_squared() } else { 0.0 };
+            let reflected = 2.0 * normal.dot(direction) * normal - direction;
+            let cosine = reflected.dot((eye - p).normalize_or_zero()).max(0.0);
+            let is_floor = struck.surface == floor;
+            let lobe =
+                if is_floor { gloss * 0.5 * (EXPONENT + 2.0) * cosine.powf(EXPONENT) } else { 0.0 };
+            let diffuse = if is_floor { FLOOR } else { BOX };
+            std::array::from_fn(|c| {
+                // A little light from everywhere: no logarithm likes black shadows.
+                let light = INTENSITY[c] * arriving;
+                ((diffuse[c] * (light + 0.05) + lobe * light) / std::f64::consts::PI) as f32
+            })
+        });
+    }
+    // The scale is left to a pin: without light between surfaces nothing else tells it.
+    room.capture.materials[0].known_diffuse = Some(FLOOR);
+    room
+}
+
+fn options() -> Options {
+    let mut options = quick();
+    options.general.method = Method::Joint;
+    options.samples.count = 1500;
+    options.samples.window_px = 1;
+    options.transport.rays = 100;
+    options.transport.glossy_rays = 100;
+    options.joint.light_sets = 2;
+    options.joint.max_lamps = 3;
+    options.joint.model = ModelSize::Auto;
+    options
+}
+
+fn reconstruct(room: &Room, options: &Options, threads: usize) -> Reconstruction {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let ignore = |_: Update| ();
+    pool.install(|| {
+        lobelia::reconstruct::run(&room.capture, options, &Watch::new(), &ignore).unwrap()
+    })
+}
+
+/// The scene with the glossy floor.
+fn glossy() -> &'static Reconstruction {
+    static RESULT: OnceLock<Reconstruction> = OnceLock::new();
+    RESULT.get_or_init(|| reconstruct(&scene(GLOSS), &options(), 2))
+}
+
+fn selection(result: &Reconstruction) -> &Selection {
+    result.solution.certainty.as_ref().unwrap().selection.as_ref().expect("the model was grown")
+}
+
+fn trial(result: &Reconstruction, part: TrialPart) -> &Trial {
+    let mut trials = selection(result).trials.iter();
+    trials.find(|trial| trial.part == part).unwrap_or_else(|| panic!("{part:?} was not tried"))
+}
+
+#[test]
+fn one_lamp_explains_everything_with_few_lobes() {
+    let mut room = scene(0.0);
+    room.capture.materials[1].kind = MaterialKind::Diffuse;
+    let result = reconstruct(&room, &options(), 2);
+    let first = trial(&result, TrialPart::Lamp(1));
+    assert!(first.supported && first.change < -0.5, "{first:?}");
+    let lamps: Vec<_> =
+        result.lights.lights.iter().filter(|light| light.kind == LightKind::Lamp).collect();
+    let nearest = lamps
+        .iter()
+        .map(|lamp| lamp.position.as_dvec3().distance(LAMP))
+        .fold(f64::INFINITY, f64::min);
+    assert!(nearest < 0.1, "{nearest} m off: {lamps:?}");
+    let Selection { candidates, kept, .. } = *selection(&result);
+    assert_eq!(kept, result.solution.active_lobes());
+    assert!(4 * kept < candidates, "{kept} of {candidates}");
+    for c in 0..3 {
+        let found = result.solution.reflectances[1].unwrap().diffuse[c];
+        assert!((found - BOX[c]).abs() < 0.01, "{found} for {}", BOX[c]);
+    }
+}
+
+#[test]
+fn gloss_is_kept_where_it_shows_and_not_where_it_is_only_tagged() {
+    let result = glossy();
+    let floor = trial(result, TrialPart::Gloss(0));
+    assert!(floor.supported && floor.change < -0.1, "{floor:?}");
+    let sides = trial(result, TrialPart::Gloss(1));
+    assert!(!sides.supported, "{sides:?}");
+    let reflectance = |material: usize| result.solution.reflectances[material].unwrap();
+    assert_eq!(reflectance(1).specular, [0.0; 3]);
+    for specular in reflectance(0).specular {
+        assert!((specular - GLOSS).abs() < 0.3 * GLOSS, "{specular} for {GLOSS}");
+    }
+    let told = |text: &str| result.solution.warnings.iter().any(|warning| warning.contains(text));
+    assert!(told("\"box\" is tagged as specular"), "{:?}", result.solution.warnings);
+    assert!(!told("\"floor\" is tagged as specular"));
+}
+
+#[test]
+fn what_was_tried_is_told() {
+    let result = glossy();
+    let notes = &result.solution.notes;
+    let Selection { candidates, kept, trials } = selection(result);
+    let counts = format!("candidates {candidates}, kept {kept}; ");
+    let light = notes.iter().find(|note| note.starts_with(&counts)).expect("a note on the light");
+    for part in ["supported", "a background of ", "fine lobes "] {
+        assert!(light.contains(part), "{part}: {light}");
+    }
+    let gloss = notes.iter().find(|note| note.contains("floor: gloss supported (error −"));
+    assert!(gloss.is_some_and(|note| note.contains("box: gloss not supported")), "{notes:?}");
+    for trial in trials {
+        assert!((trial.after / trial.before - 1.0 - trial.change).abs() < 1e-9, "{trial:?}");
+        let bears_out = trial.standard_error.is_some_and(|error| -trial.change > error);
+        assert_eq!(trial.supported, bears_out, "{trial:?}");
+    }
+    // A model that is not grown tells nothing of the kind.
+    let mut options = options();
+    options.joint.model = ModelSize::Full;
+    options.joint.light_sets = 1;
+    options.samples.count = 300;
+    let full = reconstruct(&scene(GLOSS), &options, 2);
+    assert_eq!(full.solution.certainty.as_ref().unwrap().selection, None);
+    assert!(full.solution.notes.iter().all(|note| !note.contains("candidates")));
+}
+
+#[test]
+fn one_thread_and_two_give_the_same() {
+    let one = reconstruct(&scene(GLOSS), &options(), 1);
+    let two = glossy();
+    let bits = |result: &Reconstruction| -> Vec<u64> {
+        let of_reflectances = result.solution.reflectances.iter().flatten().flat_map(|r| {
+            r.diffuse.iter().chain(&r.specular).copied().chain([r.exponent]).collect::<Vec<_>>()
+        });
+        let all = of_reflectances.chain(result.solution.emission.iter().flatten().copied());
+        all.map(f64::to_bits).collect()
+    };
+    assert_eq!(bits(&one), bits(two));
+    assert_eq!(selection(&one), selection(two));
+    assert_eq!(one.solution.notes, two.solution.notes);
+}
