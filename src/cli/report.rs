@@ -39,6 +39,12 @@ pub(super) fn report(
             percent(certainty.scale.log_sd)
         ));
     }
+    let gains = || reconstruction.gains.iter().map(|own| own.gain);
+    if let (Some(low), Some(high)) = (gains().reduce(f64::min), gains().reduce(f64::max)) {
+        lines.push(format!(
+            "exposure of the photographs by common samples: {low:.3} to {high:.3} of the median"
+        ));
+    }
     let stages: Vec<String> = Stage::ALL
         .iter()
         .zip(reconstruction.seconds)

@@ -36,6 +36,10 @@ pub struct Solution {
     /// What a model that was grown tried (`joint.model = auto`); left out otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub selection: Option<Selection>,
+    /// Exposures of the photographs that share diffuse samples; empty where they were not looked
+    /// for, and in files of older versions.
+    #[serde(default)]
+    pub photographs: Vec<Photograph>,
     pub iterations: usize,
     /// Why the refinement stopped.
     pub stopped: String,
@@ -60,6 +64,21 @@ pub struct Material {
     /// For each channel, whether the photographs determine the value.
     pub identified: Option<[bool; CHANNELS]>,
     /// 0 where no photograph sees the material.
+    pub samples: usize,
+}
+
+/// The exposure of a photograph relative to the median one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Photograph {
+    pub name: String,
+    /// Its pixels are this many times as bright as they should be.
+    pub gain: f64,
+    /// Standard deviation of the gain's logarithm.
+    pub gain_log_sd: f64,
+    /// Whether the gain was divided out.
+    pub applied: bool,
+    /// Diffuse samples that it shares with other photographs.
     pub samples: usize,
 }
 
@@ -210,6 +229,7 @@ impl Solution {
             light_model: None,
             scale: None,
             selection: None,
+            photographs: Vec::new(),
             iterations: 0,
             stopped: String::new(),
             seconds: Seconds::default(),

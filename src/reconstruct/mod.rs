@@ -6,6 +6,7 @@
 
 pub mod emission;
 pub mod equations;
+pub mod gain;
 pub mod joint;
 pub mod lights;
 pub mod lobes;
@@ -28,6 +29,7 @@ use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::Rgb;
 use crate::options::OptionError;
 use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::gain::{Gain, GainUse};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
@@ -101,6 +103,8 @@ pub struct Reconstruction {
     pub equations: Arc<Equations>,
     pub solution: Arc<Solution>,
     pub textures: Arc<Vec<Texture>>,
+    /// Exposures of the photographs relative to one another, where they were looked for.
+    pub gains: Vec<Gain>,
     /// Seconds of each stage, in the order of `Stage::ALL`.
     pub seconds: [f64; 5],
     pub warnings: Vec<String>,
@@ -177,9 +181,20 @@ pub fn run_withholding(
 
     clock.begin(Stage::Samples);
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
-    let views = Views::new(capture, &caster, watch)?;
     let seed = options.general.seed as u64;
+    let (mut gains, mut corrected) = (Vec::new(), None);
+    if options.photographs.gain == GainUse::Apply {
+        let views = Views::new(capture, &caster, watch)?;
+        let samples = samples::place(&views, &options.samples, seed, watch)?;
+        gains = gain::estimate(capture, &samples);
+        corrected = gain::corrected(capture, &gains);
+    }
+    let capture = corrected.as_ref().unwrap_or(capture);
+    let views = Views::new(capture, &caster, watch)?;
     let mut samples = samples::place(&views, &options.samples, seed, watch)?;
+    if options.photographs.gain == GainUse::Report {
+        gains = gain::estimate(capture, &samples);
+    }
     let unseen =
         withheld.map_or_else(Vec::new, |part| predict::withhold(&views, &mut samples, part));
     let samples = Arc::new(samples);
@@ -215,6 +230,7 @@ pub fn run_withholding(
     let light = (&*lights, &*lobes, &transport.hidden_light, &*solution);
     let predicted = predict::radiance(&views, unseen, light, options, watch)?;
     let mut warnings = views.warnings();
+    warnings.extend(gain::warnings(capture, &gains, corrected.is_some()));
     warnings.extend(warn(capture, options, &samples, &lobes, &solution));
     let reconstruction = Reconstruction {
         samples,
@@ -224,6 +240,7 @@ pub fn run_withholding(
         equations,
         solution,
         textures,
+        gains,
         seconds,
         warnings,
     };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, OptionError, OptionGroup};
+use crate::reconstruct::gain::PhotographOptions;
 use crate::reconstruct::joint::JointOptions;
 use crate::reconstruct::lights::LightOptions;
 use crate::reconstruct::lobes::LobeOptions;
@@ -43,6 +44,7 @@ options! {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     pub general: GeneralOptions,
+    pub photographs: PhotographOptions,
     pub samples: SampleOptions,
     pub lights: LightOptions,
     pub lobes: LobeOptions,
@@ -56,9 +58,10 @@ pub struct Options {
 }
 
 impl Options {
-    fn groups(&self) -> [&dyn OptionGroup; 9] {
+    fn groups(&self) -> [&dyn OptionGroup; 10] {
         [
             &self.general,
+            &self.photographs,
             &self.samples,
             &self.lights,
             &self.lobes,
@@ -71,8 +74,9 @@ impl Options {
     }
 
     fn group_mut(&mut self, section: &str) -> Option<&mut dyn OptionGroup> {
-        let groups: [&mut dyn OptionGroup; 9] = [
+        let groups: [&mut dyn OptionGroup; 10] = [
             &mut self.general,
+            &mut self.photographs,
             &mut self.samples,
             &mut self.lights,
             &mut self.lobes,

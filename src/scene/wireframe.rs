@@ -19,7 +19,7 @@ const DEEPEST: u32 = 10;
 /// What lies nearer before an edge, as a part of the distance, is the edge's own surface.
 const OWN_SURFACE: f64 = 4e-3;
 /// Points of all strokes together: no screen shows more.
-const MOST_POINTS: usize = 400_000;
+const MOST_POINTS: usize = 150_000;
 
 /// A connected part of an edge in an image.
 #[derive(Clone, Debug, PartialEq)]

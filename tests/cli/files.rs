@@ -48,6 +48,7 @@ fn the_summary_has_every_field(copy: &Copy) {
             "format",
             "version",
             "method",
+            "photographs",
             "materials",
             "scene",
             "rms",

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use lobelia::io::exr;
 
-use crate::{Run, files_below, lobelia};
+use crate::{Run, files_below, lobelia, merge};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/import").join(name)
@@ -62,4 +62,55 @@ fn what_cannot_be_imported_leaves_nothing() {
     let mut wrong = import(&data("colmap_text"), &out);
     Run::of(wrong.args(["--images", "/nonexistent/photos"])).fails(1, &["/nonexistent/photos"]);
     assert!(!out.exists());
+}
+
+#[test]
+fn exposures_that_exif_tells_of_are_merged_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photographs, out) = (folder.path().join("photos"), folder.path().join("capture"));
+    fs::create_dir(&photographs).unwrap();
+    merge::series(&photographs, 2600, 0, 1.0);
+    merge::series(&photographs, 2603, 1, 0.5);
+    let frame = |name: &str, x: f64| {
+        serde_json::json!({
+            "file_path": name,
+            "transform_matrix": [[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 2], [0, 0, 0, 1]],
+        })
+    };
+    let cameras = serde_json::json!({
+        "w": 40, "h": 40, "fl_x": 40, "fl_y": 40, "cx": 20, "cy": 20,
+        "frames": [frame("IMG_2601.jpg", 0.0), frame("IMG_2604.jpg", 1.0)],
+    });
+    let source = photographs.join("transforms.json");
+    fs::write(&source, cameras.to_string()).unwrap();
+    // Not asked for: as they are, with a word.
+    let plain = folder.path().join("plain");
+    let run = Run::of(&mut import(&source, &plain)).succeeds();
+    assert!(run.out.contains("exposure series: 2, of 3 exposures"), "{}", run.out);
+    assert!(run.err.contains("--series"), "{}", run.err);
+    assert!(files_below(&plain).contains(&"images/IMG_2601.jpg".to_owned()));
+    let mut command = import(&source, &out);
+    let run = Run::of(command.args(["--series", "--merge.align", "false"])).succeeds();
+    assert!(!run.err.contains("nothing can be reconstructed"), "{}", run.err);
+    assert_eq!(
+        files_below(&out),
+        ["images/IMG_2601.exr", "images/IMG_2604.exr", "transforms.json"],
+    );
+    let pixels = ["IMG_2601", "IMG_2604"]
+        .map(|name| exr::read(&out.join(format!("images/{name}.exr"))).unwrap().pixels);
+    let mut ratios: Vec<f32> = std::iter::zip(&pixels[0], &pixels[1])
+        .map(|(a, b)| b[1] / a[1])
+        .filter(|ratio| ratio.is_finite())
+        .collect();
+    ratios.sort_by(f32::total_cmp);
+    let middle = ratios[ratios.len() / 2];
+    assert!((middle - 0.5).abs() < 0.02, "one scale for both: {middle}");
+    // Without any series the request is an error.
+    let lone = folder.path().join("lone");
+    fs::create_dir(&lone).unwrap();
+    fs::copy(photographs.join("IMG_2601.jpg"), lone.join("IMG_2601.jpg")).unwrap();
+    fs::copy(&source, lone.join("transforms.json")).unwrap();
+    let mut command = import(&lone.join("transforms.json"), &folder.path().join("none"));
+    Run::of(command.arg("--series")).fails(1, &["--series", "--times"]);
+    assert!(!folder.path().join("none").exists());
 }

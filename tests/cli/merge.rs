@@ -55,7 +55,7 @@ fn exif((above, below): (u32, u32), taken: &str) -> Vec<u8> {
 }
 
 /// Three exposures two stops apart, `IMG_<first>.jpg` and so on.
-fn series(folder: &Path, first: usize, minute: usize, gain: f64) -> Vec<PathBuf> {
+pub fn series(folder: &Path, first: usize, minute: usize, gain: f64) -> Vec<PathBuf> {
     [(1, 16), (1, 4), (1, 1)]
         .into_iter()
         .enumerate()

@@ -150,6 +150,7 @@ fn write(folder: &std::path::Path, solved: &Solved) {
             warnings: Vec::new(),
         }),
         textures: solved.textures.clone(),
+        gains: Vec::new(),
         seconds: [0.0; 5],
         warnings: Vec::new(),
     };

@@ -8,6 +8,8 @@ mod scenes;
 
 /// The alternation's limit is the joint optimum, and its standstill is not.
 mod alternation;
+/// Exposures of photographs against gains that are known.
+mod gains;
 /// SciPy's answers on the same systems.
 mod golden;
 /// The reported value and slope, and the optimality of the answer, from the definition.

@@ -13,6 +13,7 @@ use crate::reconstruct::Options;
 pub fn section_title(section: &str) -> &str {
     match section {
         "general" => "General",
+        "photographs" => "Photographs",
         "samples" => "Samples",
         "lights" => "Virtual lights",
         "lobes" => "Lobes",

@@ -116,6 +116,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
             warnings: Vec::new(),
         }),
         textures: Arc::default(),
+        gains: Vec::new(),
         seconds: [0.0; 5],
         warnings: Vec::new(),
     }

@@ -27,6 +27,7 @@ use super::{Error, Fault, atomic, exr};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
+use crate::reconstruct::gain::GainUse;
 use crate::reconstruct::textures::{self, Texture};
 use crate::reconstruct::{Options, Reconstruction, emission};
 use crate::scene::{Capture, MaterialKind};
@@ -182,6 +183,17 @@ pub fn summary(
             .as_ref()
             .and_then(|certainty| certainty.selection.as_ref())
             .map(|selection| lights::selection(capture, selection)),
+        photographs: reconstruction
+            .gains
+            .iter()
+            .map(|own| solution::Photograph {
+                name: capture.photographs[own.photograph].name.clone(),
+                gain: own.gain,
+                gain_log_sd: own.log_sd,
+                applied: options.photographs.gain == GainUse::Apply && own.is_telling(),
+                samples: own.samples,
+            })
+            .collect(),
         iterations: result.iterations.len(),
         stopped: result.stopped.describe().to_owned(),
         seconds: Seconds { load: load_secs, samples, lights, transport, solve, textures, total },
