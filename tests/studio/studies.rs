@@ -20,7 +20,11 @@ fn studying(folder: &Path) -> Window {
 
 fn names(window: &Window, part: &str) -> Vec<String> {
     let found = window.harness.query_all_by_label_contains(part);
-    found.filter_map(|node| node.accesskit_node().label()).collect()
+    let name = |node: egui_kittest::Node| {
+        let node = node.accesskit_node();
+        node.label().or_else(|| node.value())
+    };
+    found.filter_map(name).collect()
 }
 
 /// The names of the points of the chart of speed.

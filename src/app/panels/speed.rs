@@ -234,40 +234,33 @@ fn missing(project: &Project, known: &Known, measure: usize) -> Option<&'static 
 }
 
 fn warnings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs, study: Option<&SpeedStudy>) {
-    ui.horizontal_wrapped(|ui| {
-        let warn = ui.visuals().warn_fg_color;
-        match jobs.studies.known {
-            Known::Nothing => {
-                ui.weak(
-                    "What this capture truly reflects is not known (no truth.json): errors \
-                         are those of what was held out.",
-                )
-                .on_hover_text(
-                    "A truth.json beside the capture, with true reflectances, adds \
-                                    their errors",
-                );
-            }
-            Known::Broken => {
-                ui.colored_label(
-                    warn,
-                    "truth.json cannot be read: errors are those of what was \
-                                        held out.",
-                );
-            }
-            _ => {}
-        }
-        let Some(study) = study else { return };
+    // Words, and what they mean; whether they warn.
+    let mut all: Vec<(bool, String, String)> = Vec::new();
+    match jobs.studies.known {
+        Known::Nothing => all.push((
+            false,
+            "What this capture truly reflects is not known (no truth.json): errors are those of \
+             what was held out."
+                .to_owned(),
+            "A truth.json beside the capture, with true reflectances, adds their errors".to_owned(),
+        )),
+        Known::Broken => all.push((
+            true,
+            "truth.json cannot be read: errors are those of what was held out.".to_owned(),
+            "The message about it says what is wrong".to_owned(),
+        )),
+        _ => {}
+    }
+    if let Some(study) = study {
         if study.is_outdated(project) {
-            ui.colored_label(warn, "Outdated").on_hover_text(
-                "Tags, or options that no setting decides on, were changed since. Running again \
-                 begins anew.",
-            );
+            let help = "Tags, or options that no setting decides on, were changed since. Running \
+                        again begins anew.";
+            all.push((true, "Outdated".to_owned(), help.to_owned()));
         }
         if study.course.is_running() && jobs.disturbs_seconds() {
-            ui.colored_label(warn, "Disturbed").on_hover_text(
-                "A picture is being made at the same time, so seconds come out too long. Leave the \
-                 shading Relit of the 3D view, or let the picture end.",
-            );
+            let help = "A picture is being made at the same time, so seconds come out too long. \
+                        Leave the shading Relit of the 3D view, or let the picture end.";
+            all.push((true, "Disturbed".to_owned(), help.to_owned()));
         }
         let failures: Vec<String> = study
             .rows
@@ -276,7 +269,16 @@ fn warnings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs, study: Option<
             .collect();
         if !failures.is_empty() {
             let text = counted(failures.len(), "run gave no result", "runs gave no result");
-            ui.colored_label(warn, text).on_hover_text(failures.join("\n"));
+            all.push((true, text, failures.join("\n")));
+        }
+    }
+    if all.is_empty() {
+        return;
+    }
+    let (warn, weak) = (ui.visuals().warn_fg_color, ui.visuals().weak_text_color());
+    ui.horizontal_wrapped(|ui| {
+        for (is_warning, text, help) in all {
+            ui.colored_label(if is_warning { warn } else { weak }, text).on_hover_text(help);
         }
     });
 }

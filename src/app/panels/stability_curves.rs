@@ -1,7 +1,7 @@
 //! Error against severity: a chart for each thing that got worse, with what it means.
 
 use eframe::egui::{self, Align2, RichText, Sense};
-use egui_plot::{Corner, FilledArea, Legend, Line, MarkerShape, Plot, PlotPoint, Points, Text};
+use egui_plot::{AxisHints, FilledArea, Line, MarkerShape, Plot, PlotPoint, Points, Text};
 
 use super::numbers::short;
 use super::study::{grid_color, ink, logarithmic, point_ui, power, way_ink, whole};
@@ -15,15 +15,58 @@ const NARROWEST: f32 = 260.0;
 
 pub fn curves_ui(ui: &mut egui::Ui, courses: &Courses) {
     let all: Vec<&Courses> = courses.chunk_by(|a, b| a.0 == b.0).collect();
-    let columns = ((ui.available_width() / NARROWEST) as usize).clamp(1, 2);
+    let columns = ((ui.available_width() / NARROWEST) as usize).clamp(1, 2).min(all.len().max(1));
+    legend_ui(ui, courses);
     for row in all.chunks(columns) {
         ui.columns(columns, |cells| {
             for (cell, courses) in cells.iter_mut().zip(row) {
-                one_ui(cell, courses);
+                // Text that fills a column would be justified.
+                cell.vertical(|ui| one_ui(ui, courses));
             }
         });
         ui.add_space(8.0);
     }
+}
+
+/// How the points of a way are drawn, and what it is called for short.
+fn look(way: Way) -> (MarkerShape, &'static str) {
+    match way {
+        Way::Joint => (MarkerShape::Circle, "joint"),
+        Way::Bare => (MarkerShape::Square, "bare"),
+        Way::Paper => (MarkerShape::Up, "paper"),
+    }
+}
+
+/// One for all charts, where it hides no curve.
+fn legend_ui(ui: &mut egui::Ui, courses: &Courses) {
+    let dark = ui.visuals().dark_mode;
+    ui.horizontal_wrapped(|ui| {
+        for way in Way::ALL.into_iter().filter(|way| courses.iter().any(|(_, own, _)| own == way)) {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), Sense::hover());
+            let (middle, color) = (rect.center(), ink(way_ink(way), dark));
+            let (shape, name) = look(way);
+            match shape {
+                MarkerShape::Up => {
+                    let corners = [(0.0, -5.0), (5.0, 4.0), (-5.0, 4.0)];
+                    let corners = corners.map(|(x, y)| middle + egui::vec2(x, y)).to_vec();
+                    let none = egui::Stroke::NONE;
+                    ui.painter().add(egui::Shape::convex_polygon(corners, color, none));
+                }
+                MarkerShape::Square => {
+                    let square = egui::Rect::from_center_size(middle, egui::Vec2::splat(8.0));
+                    ui.painter().rect_filled(square, 0.0, color);
+                }
+                _ => {
+                    ui.painter().circle_filled(middle, 4.5, color);
+                }
+            }
+            ui.label(name).on_hover_text(format!(
+                "{}: the line is the median over the seeds, the band from lowest to highest",
+                way.name()
+            ));
+        }
+        ui.weak("band: lowest to highest over seeds, star: breaks");
+    });
 }
 
 /// A place of a curve: step, lowest, median and highest error.
@@ -59,10 +102,13 @@ fn one_ui(ui: &mut egui::Ui, courses: &Courses) {
     let names = name;
     let plot = Plot::new(("stability", harm.title()))
         .height(HEIGHT)
-        .legend(Legend::default().position(Corner::LeftTop))
-        .x_axis_label(harm.unit())
         .y_axis_label("error of reflectance (log)")
-        .x_axis_formatter(move |mark, _| names(mark.value))
+        .custom_x_axes(vec![
+            AxisHints::new_x()
+                .label(harm.unit())
+                .formatter(move |mark, _| names(mark.value))
+                .label_spacing(egui::Rangef::new(12.0, 24.0)),
+        ])
         .y_axis_formatter(|mark, _| power(mark))
         .x_grid_spacer(whole)
         .y_grid_spacer(logarithmic)
@@ -87,11 +133,7 @@ fn one_ui(ui: &mut egui::Ui, courses: &Courses) {
                 let line = || -> Vec<[f64; 2]> {
                     curve.iter().map(|(step, errors)| [*step, errors[1].log10()]).collect()
                 };
-                let (shape, name) = match way {
-                    Way::Joint => (MarkerShape::Circle, "joint (circles)"),
-                    Way::Bare => (MarkerShape::Square, "bare (squares)"),
-                    Way::Paper => (MarkerShape::Up, "paper (triangles)"),
-                };
+                let (shape, name) = look(*way);
                 plot.line(Line::new(name, line()).color(color).width(1.8).allow_hover(false));
                 let points = Points::new(name, line()).shape(shape).color(color).radius(4.0);
                 plot.points(points.allow_hover(false));

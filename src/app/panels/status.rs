@@ -16,6 +16,13 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             ui.set_min_height(20.0);
             match &state.project {
                 Some(Project { run: Some(run), .. }) => running(ui, run, actions),
+                _ if state.jobs.studies.running().is_some() => {
+                    ui.spinner();
+                    if let Some((_, course)) = state.jobs.studies.running() {
+                        let (done, planned) = (course.done(), course.planned());
+                        ui.label(format!("Studying: {done} of {planned} runs"));
+                    }
+                }
                 _ if state.jobs.exporting.is_some() => {
                     ui.spinner();
                     ui.label("Writing results");
