@@ -113,7 +113,8 @@ fn one_lamp_explains_everything_with_few_lobes() {
     room.capture.materials[1].kind = MaterialKind::Diffuse;
     let result = reconstruct(&room, &options(), 2);
     let first = trial(&result, TrialPart::Lamp(1));
-    assert!(first.supported && first.change < -0.5, "{first:?}");
+    let clearly = first.standard_error.is_some_and(|error| first.change < -2.0 * error);
+    assert!(first.supported && clearly, "{first:?}");
     let lamps: Vec<_> =
         result.lights.lights.iter().filter(|light| light.kind == LightKind::Lamp).collect();
     let nearest = lamps
@@ -124,9 +125,9 @@ fn one_lamp_explains_everything_with_few_lobes() {
     let Selection { candidates, kept, .. } = *selection(&result);
     assert_eq!(kept, result.solution.active_lobes());
     assert!(4 * kept < candidates, "{kept} of {candidates}");
-    for c in 0..3 {
-        let found = result.solution.reflectances[1].unwrap().diffuse[c];
-        assert!((found - BOX[c]).abs() < 0.01, "{found} for {}", BOX[c]);
+    let found = result.solution.reflectances[1].unwrap().diffuse;
+    for (found, truth) in found.into_iter().zip(BOX) {
+        assert!((found - truth).abs() < 0.01, "{found} for {truth}");
     }
 }
 

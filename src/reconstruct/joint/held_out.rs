@@ -57,7 +57,13 @@ pub fn predict(
     fits: &Fits,
 ) -> Result<Prediction, Error> {
     let fold: Vec<usize> = blocks(fitter).into_iter().map(fold).collect();
-    let parts: Vec<(Rgb, f64, Vec<(usize, f64)>)> = (0..FOLDS)
+    /// What one fold's rows add.
+    struct Part {
+        sum: Rgb,
+        weight: f64,
+        losses: Vec<(usize, f64)>,
+    }
+    let parts: Vec<Part> = (0..FOLDS)
         .into_par_iter()
         .map(|held| {
             let weights: Vec<f64> = fitter
@@ -67,25 +73,25 @@ pub fn predict(
                 .map(|(&weight, &fold)| if fold == held { 0.0 } else { weight })
                 .collect();
             let fitted = fitter.fit(model, lambda, &weights, Some(fits))?;
-            let (mut sum, mut total, mut losses) = ([0.0; CHANNELS], 0.0, Vec::new());
+            let mut part = Part { sum: [0.0; CHANNELS], weight: 0.0, losses: Vec::new() };
             for (row, &weight) in fitter.weights.iter().enumerate() {
                 if fold[row] == held {
-                    total += weight;
-                    for (sum, fit) in sum.iter_mut().zip(&fitted) {
+                    part.weight += weight;
+                    for (sum, fit) in part.sum.iter_mut().zip(&fitted) {
                         *sum += weight * fit.residuals[row].powi(2);
                     }
-                    losses.push((row, weight * loss_of(fitter, &fitted, row)));
+                    part.losses.push((row, weight * loss_of(fitter, &fitted, row)));
                 }
             }
-            Ok((sum, total, losses))
+            Ok(part)
         })
         .collect::<Result<_, Error>>()?;
-    let total: f64 = parts.iter().map(|(_, total, _)| total).sum();
+    let total: f64 = parts.iter().map(|part| part.weight).sum();
     let error = std::array::from_fn(|c| {
-        (parts.iter().map(|(sum, ..)| sum[c]).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt()
+        (parts.iter().map(|part| part.sum[c]).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt()
     });
     let mut losses = vec![0.0; fitter.weights.len()];
-    for (row, loss) in parts.into_iter().flat_map(|(.., losses)| losses) {
+    for (row, loss) in parts.into_iter().flat_map(|part| part.losses) {
         losses[row] = loss;
     }
     Ok(Prediction { error, losses })
