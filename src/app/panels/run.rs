@@ -155,11 +155,15 @@ pub fn run_button(
 pub fn progress_ui(ui: &mut egui::Ui, run: &Run, width: f32) {
     let Some(progress) = run.progress.filter(|progress| progress.total > 0) else { return };
     let part = progress.done as f32 / progress.total as f32;
-    let text = format!("{} / {}", count(progress.done as usize), count(progress.total as usize));
-    ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(width).text(text));
-    if let Some(left) = run.secs_left() {
-        ui.label(format!("{} left", duration(left)));
-    }
+    // Beside the bar: within it a text is either on the filled part's colour or on the other's.
+    ui.horizontal(|ui| {
+        ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(width));
+        let (done, total) = (count(progress.done as usize), count(progress.total as usize));
+        ui.label(format!("{done} / {total}"));
+        if let Some(left) = run.secs_left() {
+            ui.label(format!("{} left", duration(left)));
+        }
+    });
 }
 
 /// The stages with a check mark and seconds for each that is done.
@@ -176,7 +180,7 @@ fn running(ui: &mut egui::Ui, run: &Run) {
                 ui.strong(stage.name());
                 ui.horizontal(|ui| {
                     ui.label(duration(began.elapsed().as_secs_f64()));
-                    progress_ui(ui, run, 110.0);
+                    progress_ui(ui, run, 60.0);
                 });
             }
             ui.end_row();

@@ -59,7 +59,7 @@ fn running(ui: &mut egui::Ui, run: &Run, actions: &mut Vec<Action>) {
     ui.spinner();
     let stage = run.stage().map_or("starting", |stage| stage.name());
     ui.label(if run.cancelling { "Cancelling".to_owned() } else { format!("Stage {stage}") });
-    progress_ui(ui, run, 140.0);
+    progress_ui(ui, run, 80.0);
     ui.weak(duration(run.began.elapsed().as_secs_f64()));
     if ui.small_button("Cancel").on_hover_text("Stop the run (Esc)").clicked() {
         actions.push(Action::Cancel);

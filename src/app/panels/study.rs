@@ -48,8 +48,9 @@ pub fn course_ui(
             actions.push(Action::Study(Study::Cancel(kind)));
         }
         let (done, planned) = (course.done(), course.planned());
-        let bar = egui::ProgressBar::new(done as f32 / planned.max(1) as f32).desired_width(120.0);
-        ui.add(bar.text(format!("{done} / {planned} runs")));
+        let bar = egui::ProgressBar::new(done as f32 / planned.max(1) as f32).desired_width(80.0);
+        ui.add(bar);
+        ui.label(format!("{done} / {planned} runs"));
         ui.label(match course.secs_left() {
             Some(left) => format!("about {} left", duration(left.max(1.0))),
             None => format!("for {}", duration(course.elapsed_secs())),
