@@ -14,3 +14,8 @@ pub fn srgb(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
+
+/// The same as a code of 8 bits; 0 of what is not a number.
+pub fn srgb_code(linear: f32) -> u8 {
+    (255.0 * srgb(linear)).round() as u8
+}

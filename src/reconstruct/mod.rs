@@ -182,19 +182,21 @@ pub fn run_withholding(
     clock.begin(Stage::Samples);
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let seed = options.general.seed as u64;
-    let (mut gains, mut corrected) = (Vec::new(), None);
-    if options.photographs.gain == GainUse::Apply {
-        let views = Views::new(capture, &caster, watch)?;
-        let samples = samples::place(&views, &options.samples, seed, watch)?;
-        gains = gain::estimate(capture, &samples);
-        corrected = gain::corrected(capture, &gains);
-    }
-    let capture = corrected.as_ref().unwrap_or(capture);
-    let views = Views::new(capture, &caster, watch)?;
+    let mut views = Views::new(capture, &caster, watch)?;
     let mut samples = samples::place(&views, &options.samples, seed, watch)?;
-    if options.photographs.gain == GainUse::Report {
-        gains = gain::estimate(capture, &samples);
+    let gains = match options.photographs.gain {
+        GainUse::Off => Vec::new(),
+        GainUse::Report | GainUse::Apply => gain::estimate(capture, &samples),
+    };
+    let corrected = match options.photographs.gain {
+        GainUse::Apply => gain::corrected(capture, &gains),
+        GainUse::Off | GainUse::Report => None,
+    };
+    if let Some(corrected) = &corrected {
+        views = Views::new(corrected, &caster, watch)?;
+        samples = samples::place(&views, &options.samples, seed, watch)?;
     }
+    let capture = views.capture;
     let unseen =
         withheld.map_or_else(Vec::new, |part| predict::withhold(&views, &mut samples, part));
     let samples = Arc::new(samples);

@@ -69,14 +69,6 @@ pub fn measure(
     let solution = summary(capture, options, &whole, 0.0);
     let score = truth.map(|truth| score::compare(&solution, truth));
     let [samples_s, lights_s, transport_s, solve_s, textures_s] = whole.seconds;
-    let widths: Vec<f64> = solution
-        .materials
-        .iter()
-        .filter_map(|material| material.diffuse_interval)
-        .flatten()
-        .flatten()
-        .map(|[low, high]| 0.5 * (high - low))
-        .collect();
     let measured = Measured {
         samples: whole.samples.samples.len(),
         lobes: whole.lobes.lobes.len(),
@@ -93,7 +85,7 @@ pub fn measure(
             .as_ref()
             .and_then(|s| s.channel_scale)
             .map(|e| e.errors.mean_diffuse),
-        half_width: (!widths.is_empty()).then(|| widths.iter().sum::<f64>() / widths.len() as f64),
+        half_width: score::mean_half_width(&solution),
         held_out: HeldOut::default(),
     };
     drop(whole);

@@ -9,8 +9,8 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
 use crate::reconstruct::{self, Options, Quality};
 use crate::scene::Capture;
-use crate::study::guarded;
 use crate::study::stability::{Design, Way};
+use crate::study::{guarded, score};
 use crate::watch::Watch;
 
 /// A reference for each way, or why there is none.
@@ -95,15 +95,7 @@ fn own_reference(
     watch: &Watch,
 ) -> Result<Reference, reconstruct::Error> {
     let own = solve(capture, &way.options(base, 1), watch)?;
-    let widths: Vec<f64> = careful
-        .materials
-        .iter()
-        .filter_map(|material| material.diffuse_interval)
-        .flatten()
-        .flatten()
-        .map(|[low, high]| 0.5 * (high - low))
-        .collect();
-    let mean = widths.iter().sum::<f64>() / widths.len().max(1) as f64;
+    let mean = score::mean_half_width(careful).unwrap_or(0.0);
     let differs = Reference::of(careful).errors(&own, &[]).map_or(0.0, |[raw, _]| raw);
     Ok(Reference { own_error: ERROR_PER_HALF_WIDTH * mean + differs, ..Reference::of(&own) })
 }

@@ -169,6 +169,13 @@ fn contains([low, high]: [f64; 2], truth: f64) -> bool {
     (low..=high).contains(&truth)
 }
 
+/// Mean half width of the intervals of all diffuse reflectances; `None` without any.
+pub fn mean_half_width(solution: &Solution) -> Option<f64> {
+    let intervals = solution.materials.iter().filter_map(|material| material.diffuse_interval);
+    let widths = intervals.flatten().flatten().map(half_width);
+    mean_and_largest(widths).map(|(mean, _)| mean)
+}
+
 fn half_width([low, high]: [f64; 2]) -> f64 {
     0.5 * (high - low)
 }

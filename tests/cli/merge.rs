@@ -127,19 +127,21 @@ fn times_come_from_exif_and_series_share_a_scale() {
     assert!((compare(&single, 1.0).0 / first - 1.0).abs() < 1e-3);
 }
 
+/// Exposures without EXIF, `0.png` and so on.
+fn numbered(folder: &Path, times: &[f64]) -> Vec<PathBuf> {
+    let one = |(index, &time): (usize, &f64)| {
+        let file = folder.join(format!("{index}.png"));
+        picture(time, 1.0).save_with_format(&file, ImageFormat::Png).unwrap();
+        file
+    };
+    times.iter().enumerate().map(one).collect()
+}
+
 #[test]
 fn times_may_be_given_and_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("x.exr");
-    let files: Vec<PathBuf> = [0.0625, 0.25, 1.0]
-        .into_iter()
-        .enumerate()
-        .map(|(index, time)| {
-            let file = folder.path().join(format!("{index}.png"));
-            picture(time, 1.0).save_with_format(&file, ImageFormat::Png).unwrap();
-            file
-        })
-        .collect();
+    let files = numbered(folder.path(), &[0.0625, 0.25, 1.0]);
     Run::of(&mut merge(&files, &out)).fails(1, &["0.png", "exposure time", "--times"]);
     Run::of(merge(&files, &out).args(["--times", "1/16,1/4,1"])).succeeds();
     let (_, error) = compare(&out, 1.0);
@@ -158,16 +160,7 @@ fn times_may_be_given_and_are_asked_for() {
 fn wrong_times_are_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("x.exr");
-    let real = [0.0625, 0.125, 0.25, 0.5, 0.5, 0.5];
-    let files: Vec<PathBuf> = real
-        .into_iter()
-        .enumerate()
-        .map(|(index, time)| {
-            let file = folder.path().join(format!("{index}.png"));
-            picture(time, 1.0).save_with_format(&file, ImageFormat::Png).unwrap();
-            file
-        })
-        .collect();
+    let files = numbered(folder.path(), &[0.0625, 0.125, 0.25, 0.5, 0.5, 0.5]);
     let run = Run::of(merge(&files, &out).args(["--times", "1/16,1/8,1/4,1/2,1,2"])).succeeds();
     let run = run.says(&["contradict", "3.png", "4.png", "5.png", "left out"]);
     assert!(!run.err.contains("0.png"), "{}", run.err);

@@ -6,13 +6,14 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::joint::options::ModelSize;
-use lobelia::reconstruct::options::{Method, Options};
+use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::solution::{Selection, Trial, TrialPart};
 use lobelia::reconstruct::{Reconstruction, Update};
 use lobelia::scene::MaterialKind;
 use lobelia::watch::Watch;
 
-use crate::rooms::{Room, Tracer, camera, quick};
+use crate::lights;
+use crate::rooms::{Room, Tracer, camera};
 
 const LOW: DVec3 = DVec3::new(-0.35, -0.3, 0.0);
 const HIGH: DVec3 = DVec3::new(0.3, 0.35, 0.6);
@@ -71,13 +72,8 @@ fn scene(gloss: f64) -> Room {
 }
 
 fn options() -> Options {
-    let mut options = quick();
-    options.general.method = Method::Joint;
-    options.samples.count = 1500;
-    options.samples.window_px = 1;
-    options.transport.rays = 100;
+    let mut options = lights::options();
     options.transport.glossy_rays = 100;
-    options.joint.light_sets = 2;
     options.joint.max_lamps = 3;
     options.joint.model = ModelSize::Auto;
     options

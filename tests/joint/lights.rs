@@ -18,7 +18,7 @@ const HIGH: DVec3 = DVec3::new(0.3, 0.35, 0.6);
 const FLOOR: Rgb = [0.12, 0.09, 0.06];
 const BOX: Rgb = [0.05, 0.10, 0.13];
 
-fn options() -> Options {
+pub fn options() -> Options {
     let mut options = quick();
     options.general.method = Method::Joint;
     options.samples.count = 1500;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use eframe::egui::{self, Key, Modifiers};
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::NodeT;
 use image::RgbImage;
 use lobelia::io::exr;
 
-use crate::Window;
+use crate::{Dropped, Window};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/import").join(name)
@@ -237,20 +237,6 @@ fn work_on_the_page_is_cancelled() {
         window.click("Merge 4 series to radiance");
     }
     window.wait_for("Response of red, green and blue");
-}
-
-/// A folder that is dropped onto the window.
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        Err("a folder has none".to_owned())
-    }
 }
 
 #[test]

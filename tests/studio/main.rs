@@ -30,6 +30,20 @@ fn example() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/examples/corner")
 }
 
+/// A folder that is dropped onto the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("a folder has none".to_owned())
+    }
+}
+
 impl Window {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");

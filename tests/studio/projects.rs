@@ -1,12 +1,12 @@
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui;
 use lobelia::app::viewport::{Content, ViewCamera};
 
 use crate::viewport::{bare, picture, window};
-use crate::{Window, example};
+use crate::{Dropped, Window, example};
 
 fn copy_example(to: &Path) {
     fs::create_dir_all(to.join("images")).unwrap();
@@ -137,20 +137,6 @@ fn another_project_of_that_name_is_not_replaced_unasked() {
     window.click("Diffuse");
     window.key(egui::Modifiers::COMMAND, egui::Key::S);
     assert!(!window.has("Replace the file?"), "its own file is not asked about");
-}
-
-/// A folder that is dropped onto the window.
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        Err("a folder has none".to_owned())
-    }
 }
 
 #[test]

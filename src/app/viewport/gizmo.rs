@@ -9,7 +9,7 @@ use glam::{Quat, Vec2, Vec3};
 use crate::app::relight::{self, Added, Motion, middle, moved, reach_m};
 use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, ViewportEvent};
-use crate::app::viewport::input::has_keys;
+use crate::app::viewport::input::{self, has_keys};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::Projection;
 use crate::geometry::bvh::RayCaster;
@@ -99,7 +99,7 @@ pub fn interact(
 ) -> bool {
     let origin = response.rect.min;
     let pointer = ui.input(|i| i.pointer.latest_pos());
-    let local = pointer.map(|position| Vec2::new(position.x - origin.x, position.y - origin.y));
+    let local = pointer.map(|position| input::local(origin, position));
     if view.gizmo.active.is_some() {
         go_on(view, ui, response, content, projection, local, events);
         return true;
@@ -133,7 +133,7 @@ pub fn interact(
     if response.drag_started_by(PointerButton::Primary)
         && let Some(press) = ui.input(|i| i.pointer.press_origin())
     {
-        let press = Vec2::new(press.x - origin.x, press.y - origin.y);
+        let press = input::local(origin, press);
         let Some(center) = projection.project(middle) else { return false };
         let held = tips(projection, middle)
             .into_iter()

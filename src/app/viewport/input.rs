@@ -190,6 +190,11 @@ fn zoom_photograph(placement: &mut Placement, factor: f32, cursor: Vec2) {
     placement.zoom = zoom;
 }
 
+/// A place in the window from the viewport's corner, in points.
+pub fn local(origin: Pos2, position: Pos2) -> Vec2 {
+    Vec2::new(position.x - origin.x, position.y - origin.y)
+}
+
 /// Clicks and boxes.
 pub fn select(
     view: &mut Viewport,
@@ -200,7 +205,7 @@ pub fn select(
     events: &mut Vec<ViewportEvent>,
 ) {
     let origin = response.rect.min;
-    let local = |position: Pos2| Vec2::new(position.x - origin.x, position.y - origin.y);
+    let local = |position: Pos2| local(origin, position);
     let modifiers = ui.input(|i| i.modifiers);
     let picker = view
         .scene

@@ -6,7 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::{Viewport, palette};
-use crate::math::rgb::srgb;
+use crate::math::rgb::srgb_code;
 use crate::scene::{Capture, Role, Surface};
 
 const BAR: egui::Vec2 = vec2(176.0, 10.0);
@@ -234,7 +234,7 @@ fn name_materials(entries: &mut Vec<Entry>, names: &[String], most: usize) {
 
 /// Linear light as the screen shows it.
 fn encoded(t: f32) -> Color32 {
-    Color32::from_gray((255.0 * srgb(t)).round() as u8)
+    Color32::from_gray(srgb_code(t))
 }
 
 /// The shoulder of `common.wgsl`, up to where it reaches white.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use eframe::{egui, wgpu};
 
 use crate::app::viewport::palette;
+use crate::math::rgb::srgb_code;
 use crate::reconstruct::solution::Solution;
 use crate::scene::{Capture, Role};
 
@@ -46,7 +47,7 @@ pub fn rows(
                 (Role::Material(material), Some((_, solution))) => {
                     let found = solution.reflectances.get(material).and_then(Option::as_ref);
                     found.map(|found| {
-                        let [r, g, b] = found.diffuse.map(encoded);
+                        let [r, g, b] = found.diffuse.map(|value| srgb_code(value as f32));
                         egui::Color32::from_rgb(r, g, b)
                     })
                 }
@@ -89,13 +90,6 @@ pub fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, rows: &[[u32; 4]]) {
 fn extent(rows: &[[u32; 4]]) -> wgpu::Extent3d {
     let height = (rows.len() / WIDTH) as u32;
     wgpu::Extent3d { width: WIDTH as u32, height, depth_or_array_layers: 1 }
-}
-
-/// A reflectance as the screen shows it.
-fn encoded(value: f64) -> u8 {
-    let v = if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
-    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * v).round() as u8
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use serde_json::{Map as Object, Value, json};
 
 use super::super::{Error, atomic};
 use super::points;
-use crate::math::rgb::{CHANNELS, Radiance, srgb};
+use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::edits::Shape;
 use crate::render::looks::Brdf;
 use crate::render::model::{Map, Model, Part, PartLook, View};
@@ -195,11 +195,8 @@ impl Glb {
         map: &Map,
         value: impl Fn(Radiance) -> Radiance,
     ) -> std::io::Result<usize> {
-        let pixels: Vec<u8> = map
-            .texels
-            .iter()
-            .flat_map(|&texel| value(texel).map(|value| (srgb(value) * 255.0 + 0.5) as u8))
-            .collect();
+        let pixels: Vec<u8> =
+            map.texels.iter().flat_map(|&texel| value(texel).map(srgb_code)).collect();
         let mut encoded = Cursor::new(Vec::new());
         image::write_buffer_with_format(
             &mut encoded,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::super::{Error, atomic, exr};
 use super::file_name;
-use crate::math::rgb::{CHANNELS, Radiance, srgb};
+use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::composite::compose;
 use crate::render::film::Film;
 use crate::scene::Image;
@@ -99,8 +99,7 @@ pub fn write_png(
     pixels: &[Radiance],
 ) -> Result<(), Error> {
     let white = percentile(pixels, 0.99).max(f32::MIN_POSITIVE);
-    let bytes: Vec<u8> =
-        pixels.iter().flatten().map(|value| (srgb(value / white) * 255.0 + 0.5) as u8).collect();
+    let bytes: Vec<u8> = pixels.iter().flatten().map(|value| srgb_code(value / white)).collect();
     let mut encoded = Cursor::new(Vec::new());
     let (w, h) = (width as u32, height as u32);
     image::write_buffer_with_format(

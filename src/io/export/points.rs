@@ -10,7 +10,7 @@ use super::super::table::{self, SampleRow};
 use super::super::{Error, atomic};
 use super::pictures::percentile;
 use super::ply::{Points, write_points};
-use crate::math::rgb::{Radiance, srgb};
+use crate::math::rgb::{Radiance, srgb_code};
 use crate::reconstruct::lights::LightKind;
 use crate::render::lights::Light;
 use crate::render::model::Model;
@@ -63,7 +63,7 @@ pub fn write_samples(folder: &Path, rows: &[SampleRow]) -> Result<(), Error> {
 }
 
 fn colour(radiance: [f64; 3], white: f32) -> Vec<u8> {
-    radiance.iter().map(|&value| (srgb(value as f32 / white) * 255.0 + 0.5) as u8).collect()
+    radiance.iter().map(|&value| srgb_code(value as f32 / white)).collect()
 }
 
 const LIGHT_FLOATS: [&str; 10] =

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::io::picture::{self, Format};
 use crate::io::{Error, photograph};
+use crate::math::rgb::srgb_code;
 
 /// Of radiance that 95 % of the pixels stay below, what part of white it becomes.
 const BRIGHT_PART: f32 = 0.8;
@@ -44,7 +45,7 @@ pub fn read(file: &Path, longest: usize) -> Result<Shown, Error> {
         count => *values.select_nth_unstable_by(place.min(count - 1), f32::total_cmp).1,
     };
     let scale = if bright > 0.0 { BRIGHT_PART / bright } else { 1.0 };
-    let pixels = pixels.into_par_iter().map(|pixel| pixel.map(|value| encoded(scale * value)));
+    let pixels = pixels.into_par_iter().map(|pixel| pixel.map(|value| srgb_code(scale * value)));
     Ok(Shown { step, width, height, pixels: pixels.collect() })
 }
 
@@ -74,13 +75,6 @@ fn squares(
             sum.map(|sum| sum / (step_x * step_y) as f32)
         })
         .collect()
-}
-
-/// sRGB's code for a linear value.
-fn encoded(value: f32) -> u8 {
-    let v = value.clamp(0.0, 1.0);
-    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * v).round() as u8
 }
 
 #[cfg(test)]

@@ -10,12 +10,12 @@ use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::held_out::{self, Change};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::judge;
-use crate::reconstruct::joint::lamps::{self, COLUMNS, Candidates};
+use crate::reconstruct::joint::lamps::{COLUMNS, Candidates};
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::prepare::Fine;
 use crate::reconstruct::joint::sources::{self, Found, Wanted};
 use crate::reconstruct::joint::thin::Thin;
-use crate::reconstruct::joint::{Chosen, choose_world, has_unknown_light, relook};
+use crate::reconstruct::joint::{Chosen, choose_world, lamp_candidates, relook};
 use crate::reconstruct::solution::{Selection, Trial, TrialPart};
 use crate::scene::Environment;
 use crate::watch::Watch;
@@ -29,10 +29,7 @@ pub(super) fn grow(
     watch: &Watch,
 ) -> Result<Chosen, Error> {
     let mut quick = thin.fitter(fitter);
-    let mut candidates = lamps::candidates(&quick)?;
-    if !has_unknown_light(&fine.model) {
-        candidates.clear();
-    }
+    let candidates = lamp_candidates(&quick, &fine.model)?;
     let background = thin.model(fitter, &room);
     let mut choice = choose_world(&mut quick, background, &candidates, history, notes, watch)?;
     let of_lights = |trial: &Trial| match trial.part {
@@ -67,7 +64,7 @@ pub(super) fn grow(
     fitter.known_specular.clone_from(&quick.known_specular);
     let choice = on_all(fitter, choice, room, fine)?;
     history.push(fitter, &choice.found.fits);
-    Ok(Chosen { choice, exponents, candidates, tried })
+    Ok(Chosen { choice, exponents, candidates, tried: Some(tried) })
 }
 
 /// Half as many of the background's lights under the same lamps, where the other half is not borne

@@ -177,7 +177,7 @@ pub fn solve(
         })
     };
     let computed = history.computed(&fits);
-    if joint.model == ModelSize::Auto {
+    if let Some(tried) = tried {
         let kept = emission.iter().filter(|rgb| rgb.iter().any(|&e| e > 0.0)).count();
         let trials = std::mem::take(&mut choice.trials);
         let (selection, told) = grow::report(&fitter, &choice.found, trials, tried, kept);
@@ -208,8 +208,8 @@ struct Chosen {
     choice: Choice,
     exponents: Vec<Exponents>,
     candidates: Candidates,
-    /// Lobes that were tried.
-    tried: usize,
+    /// Lobes that were tried, of a model that was grown.
+    tried: Option<usize>,
 }
 
 /// The light with as many lamps as explain enough, and gloss wherever it is tagged.
@@ -220,23 +220,24 @@ fn chosen(
     notes: &mut Vec<String>,
     watch: &Watch,
 ) -> Result<Chosen, Error> {
-    let mut candidates = lamps::candidates(fitter)?;
-    if !has_unknown_light(&fine.model) {
-        candidates.clear();
-    }
+    let candidates = lamp_candidates(fitter, &fine.model)?;
     let choice = choose_world(fitter, room, &candidates, history, notes, watch)?;
-    let tried = choice.found.model.columns() + fine.model.columns();
     let mut choice = or_fine_lobes(fitter, choice, fine, notes)?;
     watch.tick()?;
     let exponents = choice.find_exponents(fitter)?;
-    Ok(Chosen { choice, exponents, candidates, tried })
+    Ok(Chosen { choice, exponents, candidates, tried: None })
 }
 
-/// Whether any light is unknown. Where every ray from the samples meets a photographed surface, a
-/// lamp in between would only take the place of what these send.
-fn has_unknown_light(model: &Model) -> bool {
+/// Where lamps may be; nowhere if no light of the model is unknown. Every ray from the samples then
+/// meets a photographed surface, and a lamp in between would only take the place of what these
+/// send.
+fn lamp_candidates(fitter: &Fitter, model: &Model) -> Result<Candidates, Error> {
+    let mut candidates = lamps::candidates(fitter)?;
     let is_unknown = |light: &VirtualLight| !matches!(light.kind, LightKind::Known(_));
-    model.set.lights.lights.iter().any(is_unknown)
+    if !model.set.lights.lights.iter().any(is_unknown) {
+        candidates.clear();
+    }
+    Ok(candidates)
 }
 
 /// The lights of a room or of the open sky, whichever the photographs speak for.
