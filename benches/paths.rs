@@ -3,25 +3,29 @@
 //!
 //!     LOBELIA_CAPTURES=... LOBELIA_PYTHON=/path/to/python cargo bench --bench paths
 //!
-//! prints a line such as `paths corner-diffuse 640x480, 32 a pixel: 2.0 M/s, Mitsuba llvm_ad_rgb
-//! 3.0 M/s, ratio 0.67 (by processor time 0.70)`: ours and theirs in turn, the best of three each.
-//! On a busy machine the second ratio is the one to look at. Without LOBELIA_CAPTURES the shipped
-//! example is rendered; Mitsuba is left out where LOBELIA_PYTHON (default `python3`) cannot import
-//! it. Its first picture, for which it compiles, does not count.
+//! prints two lines such as `paths corner-diffuse 640x480, 32 a pixel, recovered light: 2.0 M/s,
+//! Mitsuba llvm_ad_rgb 4.6 M/s, ratio 0.45 (by processor time 0.47)`: ours and theirs in turn, the
+//! best of three each. On a busy machine the second ratio is the one to look at. The second line
+//! is of the same room lit by one added panel alone, which Mitsuba's own plugins draw, so that
+//! `scalar_rgb` can (a plugin in Python would be called ray by ray). Without LOBELIA_CAPTURES the
+//! shipped example is rendered; Mitsuba is left out where LOBELIA_PYTHON (default `python3`) cannot
+//! import it. Its first picture, for which it may compile, does not count.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
+use glam::Vec3;
+
 use lobelia::geometry::bvh::RayCaster;
 use lobelia::io::{capture, export::mitsuba};
 use lobelia::reconstruct::{Options, run};
-use lobelia::render::edits::Edits;
+use lobelia::render::edits::{AddedLight, Edits, Shape, Surroundings};
 use lobelia::render::model::Model;
 use lobelia::render::scene::{Geometry, Scene, Solved};
 use lobelia::render::{RenderOptions, render};
-use lobelia::scene::Views;
+use lobelia::scene::{Capture, Emitter, Views};
 use lobelia::watch::Watch;
 
 const SPP: usize = 32;
@@ -32,14 +36,18 @@ const PEER: &str = r#"
 import sys, time
 sys.path.insert(0, sys.argv[1])
 import mitsuba as mi
-mi.set_variant("llvm_ad_rgb")
-import drjit as dr
-import lobelia_mitsuba
-scene = mi.load_file(sys.argv[1] + "/recovered.xml")
+variant = sys.argv[4]
+mi.set_variant(variant)
+if variant != "scalar_rgb":
+    import drjit as dr
+    import lobelia_mitsuba
+scene = mi.load_file(sys.argv[1] + "/" + sys.argv[3])
 def once(seed):
     wall, used = time.perf_counter(), time.process_time()
-    dr.eval(mi.render(scene, sensor=0, spp=int(sys.argv[2]), seed=seed))
-    dr.sync_thread()
+    picture = mi.render(scene, sensor=0, spp=int(sys.argv[2]), seed=seed)
+    if variant != "scalar_rgb":
+        dr.eval(picture)
+        dr.sync_thread()
     return time.perf_counter() - wall, time.process_time() - used
 once(0)
 print("ready", flush=True)
@@ -63,15 +71,53 @@ fn main() {
     let solved = Solved::from(&run(&capture, &options, &watch, &|_| ()).expect("it reconstructs"));
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(&capture, &caster, &watch).expect("not cancelled");
-    let edits = Edits::default();
-    let geometry = Geometry::new(&capture, &edits);
-    let scene = Scene::new(&views, &geometry, &solved, &edits, &[]);
-    let model = Model::new(&scene, &views, &solved, &edits, &watch).expect("not cancelled");
+    compare(
+        &views,
+        &solved,
+        &Edits::default(),
+        "recovered light",
+        ("recovered.xml", "llvm_ad_rgb"),
+    );
+    let edits = lit_by_a_panel(&capture);
+    compare(&views, &solved, &edits, "one panel", ("added.xml", "scalar_rgb"));
+}
+
+/// Nothing but a panel of a quarter of the room's width below its top, facing down.
+fn lit_by_a_panel(capture: &Capture) -> Edits {
+    let places = &capture.mesh.positions;
+    let low = places.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+    let high = places.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+    let (middle, half) = (0.5 * (low + high), 0.125 * (high - low));
+    let height = high.z - half.z;
+    let corner = |x: f32, y: f32| Vec3::new(middle.x + x * half.x, middle.y + y * half.y, height);
+    let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    let shape = Shape::Emitter(Emitter::Rectangle { corners, normal: Vec3::NEG_Z });
+    Edits {
+        original_light: 0.0,
+        surroundings: Surroundings::Open,
+        lights: vec![AddedLight { name: "panel".to_owned(), shape, emission: [10.0; 3] }],
+        ..Edits::default()
+    }
+}
+
+/// Prints how fast we are on a scene, and how fast Mitsuba's variant is on its export.
+fn compare(
+    views: &Views,
+    solved: &Solved,
+    edits: &Edits,
+    what: &str,
+    (file, variant): (&str, &str),
+) {
+    let watch = Watch::new();
+    let capture = views.capture;
+    let geometry = Geometry::new(capture, edits);
+    let scene = Scene::new(views, &geometry, solved, edits, &[]);
+    let model = Model::new(&scene, views, solved, edits, &watch).expect("not cancelled");
     let options = RenderOptions { spp: SPP, ..RenderOptions::default() };
     let place = tempfile::tempdir().expect("a temporary folder");
     mitsuba::write(place.path(), &model, options.reflections, &watch).expect("it can be written");
 
-    let mut peer = Peer::start(place.path());
+    let mut peer = Peer::start(place.path(), file, variant);
     let camera = capture.photographs[0].camera;
     let mut least = [[f64::INFINITY; 2]; 2];
     for round in 0..ROUNDS {
@@ -89,7 +135,7 @@ fn main() {
     let paths = (camera.width * camera.height * SPP) as f64 / 1e6;
     let [ours, theirs] = least;
     print!(
-        "paths {} {}x{}, {SPP} a pixel: {:.2} M/s",
+        "paths {} {}x{}, {SPP} a pixel, {what}: {:.2} M/s",
         capture.name,
         camera.width,
         camera.height,
@@ -97,7 +143,7 @@ fn main() {
     );
     if peer.is_some() {
         println!(
-            ", Mitsuba llvm_ad_rgb {:.2} M/s, ratio {:.2} (by processor time {:.2})",
+            ", Mitsuba {variant} {:.2} M/s, ratio {:.2} (by processor time {:.2})",
             paths / theirs[0],
             theirs[0] / ours[0],
             theirs[1] / ours[1]
@@ -122,13 +168,13 @@ struct Peer {
 }
 
 impl Peer {
-    fn start(folder: &Path) -> Option<Self> {
+    fn start(folder: &Path, file: &str, variant: &str) -> Option<Self> {
         let python = std::env::var_os("LOBELIA_PYTHON").unwrap_or("python3".into());
         let mut process = Command::new(python)
             .arg("-c")
             .arg(PEER)
             .arg(folder)
-            .arg(SPP.to_string())
+            .args([&SPP.to_string(), file, variant])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

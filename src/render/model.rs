@@ -11,7 +11,7 @@ use crate::reconstruct::unwrap::{TexelSize, unwrap};
 use crate::render::edits::{AddedLight, Edits};
 use crate::render::lights::Light;
 use crate::render::looks::{Brdf, SurfaceLook, surface_looks};
-use crate::render::scene::{Scene, Shell, Solved};
+use crate::render::scene::{Scene, Shell, Solved, unseen_shines};
 use crate::scene::{Camera, Capture, Image, Photograph, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -52,6 +52,8 @@ pub struct Part {
     pub texcoords: Vec<Vec2>,
     pub triangles: Vec<[u32; 3]>,
     pub look: PartLook,
+    /// What it sends of the recovered light is the light of recovered lights on it already.
+    pub is_counted: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -112,7 +114,10 @@ impl Model {
                     (PartLook::Shining(map), name.clone(), Some(corners))
                 }
             };
-            parts.push(Part::new(name, material, look, &capture.mesh, triangles, corners));
+            let mut part = Part::new(name, material, look, &capture.mesh, triangles, corners);
+            let is_unseen = surface.material().is_some_and(|m| solved.reflectances[m].is_none());
+            part.is_counted = is_unseen && unseen_shines(solved);
+            parts.push(part);
         }
         for object in &edits.objects {
             let mesh = object.placed();
@@ -227,6 +232,7 @@ impl Part {
             texcoords: Vec::new(),
             triangles: Vec::new(),
             look,
+            is_counted: false,
         };
         let mut known = HashMap::new();
         for (index, &triangle) in triangles.iter().enumerate() {

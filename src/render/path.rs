@@ -8,6 +8,9 @@
 //! - recovered light reaches what the path comes to over known surfaces and objects alone;
 //! - added light also by way of the [`Shell`](super::scene::Shell) that stands for the room.
 //!
+//! Where virtual lights lie on known surfaces that no photograph shows, they are all that these
+//! send: a path that comes there goes on for added light alone.
+//!
 //! A ray that leaves the known scene meets no recovered light: that was gathered where the ray
 //! began, also for the specular lobe, which is widened by the light's size as in the solve.
 
@@ -154,7 +157,7 @@ impl Scene<'_> {
         most: usize,
         sequence: &mut Sequence,
         mut gathered: Gathered,
-        meets_shell: bool,
+        is_within: bool,
     ) -> First {
         let mut first = First::default();
         let mut throughput = [1.0f32; CHANNELS];
@@ -162,7 +165,8 @@ impl Scene<'_> {
         // Where the ray began, and the density with which its direction was chosen; none for the
         // camera's.
         let mut from: Option<(Site, f32)> = None;
-        let mut by_shell = false;
+        // From here on the recovered light is counted already.
+        let mut is_counted = false;
         for depth in 0..=most {
             let hit = self.geometry.caster.closest(&ray);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
@@ -175,10 +179,14 @@ impl Scene<'_> {
                     if depth == 0 {
                         first = self.first(site, hit.t, &met, self.is_object(hit.triangle));
                     }
+                    // What a camera sees there has to be guessed: what it would reflect.
+                    is_counted |= (depth > 0 || is_within)
+                        && !self.is_object(hit.triangle)
+                        && self.is_counted(site);
                     match met {
                         Met::Surface(brdf) => (site, brdf),
                         Met::Shining(radiance) => {
-                            if !by_shell {
+                            if !is_counted {
                                 let depth = depth.saturating_sub(1);
                                 gathered.add(0, depth, times(throughput, radiance));
                             }
@@ -188,11 +196,11 @@ impl Scene<'_> {
                 }
                 None => {
                     let Some(shell) =
-                        self.shell.filter(|_| (depth > 0 || meets_shell) && !self.added.is_empty())
+                        self.shell.filter(|_| (depth > 0 || is_within) && !self.added.is_empty())
                     else {
                         break;
                     };
-                    by_shell = true;
+                    is_counted = true;
                     let grey = [shell.albedo; CHANNELS];
                     let brdf = Brdf { diffuse: grey, specular: [0.0; CHANNELS], exponent: 1.0 };
                     (shell.exit(ray.origin, ray.direction), brdf)
@@ -203,7 +211,7 @@ impl Scene<'_> {
             }
             let mirror = mirrored(-ray.direction, site.normal);
             let place = Place { site, brdf, mirror, throughput, depth };
-            if !by_shell {
+            if !is_counted {
                 self.recovered_at(&place, sequence, &mut gathered);
             }
             self.added_at(&place, sequence, &mut gathered);

@@ -120,6 +120,8 @@ pub struct Scene<'a> {
     pub recovered: Arc<Recovered>,
     pub added: Vec<Added>,
     pub shell: Option<Shell>,
+    /// Places that no photograph measures have recovered lights of their own.
+    unseen_shines: bool,
 }
 
 /// The box that stands for the unmodelled room.
@@ -213,7 +215,14 @@ impl<'a> Scene<'a> {
             recovered,
             added,
             shell,
+            unseen_shines: unseen_shines(solved),
         }
+    }
+
+    /// Whether what the capture's surface sends from a site is the light of recovered lights on
+    /// it already (Section 4.2: virtual lights on known surfaces that no photograph shows).
+    pub fn is_counted(&self, site: Site) -> bool {
+        self.unseen_shines && !self.photographs.is_measured(site)
     }
 
     /// Radiance of all added domes from a direction.
@@ -274,6 +283,11 @@ impl<'a> Map<'a> {
     }
 }
 
+/// Whether known surfaces shine that no photograph shows.
+pub fn unseen_shines(solved: &Solved) -> bool {
+    solved.lights.lights.iter().any(|light| light.kind == LightKind::Surface)
+}
+
 /// Room that the surroundings leave around what they hold, in diagonals.
 const MARGIN: f32 = 0.02;
 /// Room around added lights that shine to all sides, in diagonals: so close to a wall that they
@@ -293,6 +307,8 @@ fn shell(
         Surroundings::Open => return None,
         Surroundings::Auto if is_open => return None,
         Surroundings::Auto => GREY,
+        // What returns nothing need not be met.
+        Surroundings::Albedo(0.0) => return None,
         Surroundings::Albedo(albedo) => albedo,
     };
     // Photographs are taken in the room, too; without them it would change with the frames that

@@ -133,7 +133,7 @@ fn no_edit_makes_what_is_no_number() {
     let mut chance = Chance(Dice::new(5));
     let eye = DVec3::new(1.5, -1.8, 1.2);
     let view = camera((4, 3), 0.9, eye, DVec3::new(0.0, 0.0, 0.2));
-    for round in 0..2000 {
+    for round in 0..10_000 {
         let mut stage = room(&mut chance).spp(2);
         for index in 0..chance.below(4) {
             let (shape, emission) = (chance.shape(), chance.strength());

@@ -9,7 +9,7 @@ use lobelia::reconstruct::transport::{Falloff, arriving};
 use lobelia::scene::{Emitter, KnownLight, Site, Views};
 use lobelia::watch::Watch;
 
-use crate::rooms::{Dice, Room};
+use crate::rooms::{Dice, Room, camera};
 use crate::stage::{Estimate, Stage, reflectance};
 
 /// A floor and a wall with a box between them, which hides parts of what there is.
@@ -186,4 +186,36 @@ fn dark_lights_change_nothing() {
     stage.solved.emission[lit..].fill([0.0; 3]);
     let after = stage.film(&crate::stage::needle(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO));
     assert_eq!(before.beauty(), after.beauty());
+}
+
+/// A light on a wall that no photograph shows is all that the wall sends, since it was solved for
+/// as that; what the wall reflects of it and of other lights would come on top (Section 4.2). Of
+/// added light the wall knows nothing yet, and reflects it.
+#[test]
+fn unseen_surfaces_that_shine_do_not_reflect_what_was_recovered() {
+    let mut stage = corner().spp(64);
+    add(&mut stage, "lamp");
+    add(&mut stage, "surface");
+    let eye = camera((48, 48), 0.8, DVec3::new(0.5, -1.9, 3.0), DVec3::new(0.5, -1.5, 0.0));
+    stage.room.photograph(eye, |_| [1.0; 3]);
+    let floor = |stage: &Stage, most: usize| {
+        let stage = stage.clone().most(most);
+        stage.radiance(DVec3::new(0.5, -1.4, 0.5), DVec3::new(0.5, -1.5, 0.0))[1]
+    };
+    let apart = |a: Estimate, b: Estimate| (a.mean - b.mean) / a.error.hypot(b.error);
+    let (once, often) = (floor(&stage, 1), floor(&stage, 12));
+    assert!(apart(often, once).abs() < 4.5, "{often:?}, not {once:?}");
+
+    let mut lit = stage.clone();
+    lit.edits.original_light = 0.0;
+    let panel = crate::stage::ceiling([0.5, 1.1], [0.8, 1.4], 2.1);
+    let lit = lit.light(panel, [5.0; 3]);
+    let (once, often) = (floor(&lit, 1), floor(&lit, 12));
+    assert!(apart(often, once) > 10.0, "{often:?}, {once:?}");
+
+    // Where a photograph shows the wall, what it reflects was taken from there instead.
+    let across = camera((48, 48), 0.8, DVec3::new(0.0, -1.5, 1.2), DVec3::new(0.0, 2.0, 1.2));
+    stage.room.photograph(across, |_| [1.0; 3]);
+    let (once, often) = (floor(&stage, 1), floor(&stage, 12));
+    assert!(apart(often, once) > 10.0, "{often:?}, {once:?}");
 }

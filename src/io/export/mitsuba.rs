@@ -41,7 +41,10 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         model.recovered.iter().filter_map(|light| recovered(light, model)).collect();
     let has_recovered = !rows.is_empty();
     let table = "  <emitter type=\"lobelia_lights\"><string name=\"set\" value=";
-    let mut recovered = shapes.join("");
+    let mut recovered = String::new();
+    for (part, shape) in model.parts.iter().zip(&shapes) {
+        recovered += &if part.is_counted { blackened(shape) } else { shape.clone() };
+    }
     if has_recovered {
         recovered += &format!("{table}\"recovered\"/></emitter>\n");
     }
@@ -209,6 +212,14 @@ const EMITTER: &str = "<emitter type=\"area\">";
 fn without_emitter(shape: &str) -> String {
     match (shape.find(EMITTER), shape.find("</emitter>")) {
         (Some(from), Some(to)) => format!("{}{}", &shape[..from], &shape[to + 10..]),
+        _ => shape.to_owned(),
+    }
+}
+
+/// Recovered lights on it are all that it sends.
+fn blackened(shape: &str) -> String {
+    match (shape.find("<bsdf"), shape.rfind("</bsdf>")) {
+        (Some(from), Some(to)) => format!("{}{BLACK}{}", &shape[..from], &shape[to + 7..]),
         _ => shape.to_owned(),
     }
 }
