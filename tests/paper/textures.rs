@@ -4,12 +4,12 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::Reconstruction;
 use lobelia::reconstruct::textures::{Texture, mean_reflectance};
 
-use crate::rooms::{Room, cube_cameras, icosphere, quick, run};
+use crate::rooms::{Room, Tracer, cube_cameras, icosphere, quick, run, sight};
 
 /// Radiance of the dome.
 const SKY: Rgb = [2.0, 1.0, 0.5];
@@ -136,8 +136,9 @@ fn assert_gradient(texture: &Texture, where_is: impl Fn(usize, usize) -> Option<
             let exact = gradient(px, py);
             for c in 0..3 {
                 let error = (f64::from(texture.texels[index][c]) - exact[c]).abs();
-                // The value is read at a pixel's centre.
-                let bound = SLOPES[c] * pixel_reach(px, py) + irradiance_error(radius);
+                // Pixels count that show any part of the texel: half its diagonal further away,
+                // which is 0.7 of theirs.
+                let bound = SLOPES[c] * 1.7 * pixel_reach(px, py) + irradiance_error(radius);
                 assert!(error < bound, "{px}, {py}: off by {error}, bound {bound}");
             }
         }
@@ -227,7 +228,10 @@ fn a_checker_comes_back_away_from_its_lines() {
     let is_dark =
         move |x: f64, y: f64| ((x / cell).floor() + (y / cell).floor()).rem_euclid(2.0) < 1.0;
     let room = dome(true, move |x, y| if is_dark(x, y) { dark } else { bright });
-    let result = run(&room, &quick()).unwrap();
+    let mut options = quick();
+    // These pixels are no means over what they cover.
+    options.textures.sharpen = 0;
+    let result = run(&room, &options).unwrap();
     let texture = the_texture(&result);
     let mut checked = [0; 2];
     for y in 0..texture.unwrap.height {
@@ -250,6 +254,57 @@ fn a_checker_comes_back_away_from_its_lines() {
         }
     }
     assert!(checked.iter().all(|&count| count > 100), "{checked:?}");
+}
+
+/// Pixels show the mean over what they cover; stripes little wider than that are told apart only
+/// by taking this into account.
+#[test]
+fn stripes_of_two_pixels_are_sharper_than_by_the_nearest_pixel() {
+    // Pixels below the eye are 6 mm wide.
+    let stripes = |x: f64| 0.5 + 0.3 * (2.0 * PI * x / 0.026).sin();
+    let mut room = dome(true, |x, _| [stripes(x); 3]);
+    let tracer = Tracer::new(&room.capture.mesh);
+    let below = room.capture.photographs.pop().unwrap().camera;
+    let side = 5;
+    let part = |pixel: usize, k: usize| {
+        let corner = DVec2::new((pixel % below.width) as f64, (pixel / below.width) as f64);
+        let within = DVec2::new((k % side) as f64, (k / side) as f64) + 0.5;
+        let direction = sight(&below, corner + within / side as f64);
+        let (distance, face) = tracer.nearest(below.position, direction).unwrap();
+        let x = (below.position + distance * direction).x;
+        if room.capture.mesh.surface[face] == 0 { stripes(x) } else { 1.0 }
+    };
+    let pixel = |pixel: usize| {
+        let mean = (0..side * side).map(|k| part(pixel, k)).sum::<f64>() / (side * side) as f64;
+        SKY.map(|sky| (mean * sky) as f32)
+    };
+    let pixels = (0..below.width * below.height).map(pixel).collect();
+    room.photograph_of(below, pixels, None);
+    let error = |rounds: usize| {
+        let mut options = quick();
+        options.textures.sharpen = rounds;
+        options.textures.max_side = 1024;
+        // Of the pixels of most of the floor, which lies further away.
+        options.textures.texel_px = 0.35;
+        let result = run(&room, &options).unwrap();
+        let texture = the_texture(&result);
+        let (mut sum, mut count) = (0.0, 0);
+        for index in 0..texture.texels.len() {
+            let width = texture.unwrap.width;
+            let Some((x, y)) = place_of(&room, texture, index % width, index / width) else {
+                continue;
+            };
+            if x.hypot(y) < 0.25 {
+                sum += (f64::from(texture.texels[index][1]) - stripes(x)).powi(2);
+                count += 1;
+            }
+        }
+        assert!(count > 1000, "{count} texels");
+        (sum / f64::from(count)).sqrt()
+    };
+    let (nearest, sharpened) = (error(0), error(4));
+    assert!(nearest > 0.05, "{nearest}");
+    assert!(sharpened < 0.5 * nearest, "{sharpened}, {nearest} by the nearest pixel");
 }
 
 #[test]

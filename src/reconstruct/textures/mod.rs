@@ -4,6 +4,7 @@
 //! the light are not taken for texture.
 
 pub(super) mod light;
+mod sharpen;
 
 use std::collections::VecDeque;
 
@@ -31,12 +32,15 @@ options! {
         enabled: bool = true, None, "";
         /// Size of a texel, as a multiple of the surface that a pixel of the nearest photograph
         /// covers.
-        texel_px: f64 = 1.0, Some((0.1, 100.0)), "px";
+        texel_px: f64 = 0.7, Some((0.1, 100.0)), "px";
         /// Texels along a texture's side at most.
         max_side: usize = 1024, Some((4.0, 16384.0)), "texels";
         /// Irradiance is computed at every so many texels, and between them only where it
         /// changes quickly.
-        stride: usize = 8, Some((1.0, 64.0)), "texels";
+        stride: usize = 12, Some((1.0, 64.0)), "texels";
+        /// Rounds in which the texels of diffuse surfaces are sharpened until their means over the
+        /// photographs' pixels are what these measured. More rounds: sharper, and noisier.
+        sharpen: usize = 4, Some((0.0, 1000.0)), "rounds";
         /// Rays that gather the light of photographed surfaces where irradiance is computed.
         rays: usize = 196, Some((1.0, 1e5)), "";
         /// Rays over a light's disc there.
@@ -99,7 +103,7 @@ pub fn reconstruct(
         watch.begin(2 * places.len() as u64);
         let irradiance =
             light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
-        let estimated: Vec<Option<Radiance>> = places
+        let mut estimated: Vec<Option<Radiance>> = places
             .par_iter()
             .zip(&irradiance)
             .map(|(place, irradiance)| {
@@ -110,12 +114,44 @@ pub fn reconstruct(
                 Ok(light.texel(views, place.site, *irradiance, reflectance, &options.textures))
             })
             .collect::<Result<_, Cancelled>>()?;
+        let is_diffuse = reflectance.specular.iter().all(|&specular| specular == 0.0);
+        if is_diffuse && options.textures.sharpen > 0 {
+            estimated =
+                sharpened(views, &unwrap, estimated, &irradiance, options.textures.sharpen, watch)?;
+        }
         let seen: Vec<bool> = estimated.iter().map(Option::is_some).collect();
         let fallback = reflectance.diffuse.map(|value| value as f32);
         let texels = fill(estimated, unwrap.width, fallback);
         textures.push(Texture { surface, material, unwrap, texels, seen });
     }
     Ok(textures)
+}
+
+/// Reflectances with more detail; of texels that have one.
+fn sharpened(
+    views: &Views,
+    unwrap: &Unwrap,
+    estimated: Vec<Option<Radiance>>,
+    irradiance: &[Option<Rgb>],
+    rounds: usize,
+    watch: &Watch,
+) -> Result<Vec<Option<Radiance>>, Cancelled> {
+    let factors: Vec<Option<Radiance>> = irradiance
+        .iter()
+        .map(|irradiance| irradiance.map(|e| e.map(|e| (e / std::f64::consts::PI) as f32)))
+        .collect();
+    let times = |(texel, factor): (Option<Radiance>, &Option<Radiance>)| {
+        texel.zip(*factor).map(|(texel, factor)| std::array::from_fn(|c| texel[c] * factor[c]))
+    };
+    let sent = estimated.into_iter().zip(&factors).map(times).collect();
+    let sent = sharpen::sharpen(views, unwrap, sent, rounds, watch)?;
+    let over = |(texel, factor): (Option<Radiance>, &Option<Radiance>)| {
+        let over = |(sent, factor): (Radiance, Radiance)| {
+            std::array::from_fn(|c| (sent[c] / factor[c]).clamp(0.0, 1.0))
+        };
+        texel.zip(*factor).map(over)
+    };
+    Ok(sent.into_iter().zip(&factors).map(over).collect())
 }
 
 /// Mean over the measured texels of a material's textures; `None` where it has none.
