@@ -54,6 +54,8 @@ pub enum Action {
     HideSelected,
     ShowAllSurfaces,
     Run,
+    /// Runs without taking anything over from earlier runs.
+    RunAfresh,
     Cancel,
     /// Makes a photograph anew from the results.
     Compare(usize),
@@ -233,7 +235,8 @@ pub fn apply(state: &mut State, action: Action) {
                 project.selection.hidden.clear();
             }
         }
-        Action::Run => run(state),
+        Action::Run => run(state, false),
+        Action::RunAfresh => run(state, true),
         Action::Cancel if state.is_importing() => import::apply(state, import::Do::Cancel),
         Action::Cancel => {
             if let Some(project) = &mut state.project {
@@ -279,12 +282,12 @@ pub fn apply(state: &mut State, action: Action) {
     }
 }
 
-fn run(state: &mut State) {
+fn run(state: &mut State, afresh: bool) {
     if let Some(obstacle) = state.obstacle_to_run() {
         state.messages.notice(obstacle);
     } else if let Some(project) = &mut state.project {
         state.probe.restart();
-        state.jobs.run(project);
+        state.jobs.run(project, afresh);
     }
 }
 

@@ -14,7 +14,7 @@ use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Iteration, Solution};
-use crate::reconstruct::{Reconstruction, Stage, Update};
+use crate::reconstruct::{Keeper, Reconstruction, Stage, Update};
 use crate::render::edits::Edits;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
@@ -41,6 +41,8 @@ pub struct Project {
     /// Where the results of the present tags and options were written to.
     pub solution: Option<PathBuf>,
     pub run: Option<Run>,
+    /// What runs of this capture made, as far as another may take it over.
+    pub keeper: Keeper,
 }
 
 /// What is selected, everywhere in the window.
@@ -97,6 +99,8 @@ pub struct Products {
 pub struct Run {
     pub job: Job,
     pub began: Instant,
+    /// The stages that were taken over from earlier runs; they come before all others.
+    pub kept: Vec<Stage>,
     /// The stages so far with the seconds they took; the last is the current one.
     pub stages: Vec<(Stage, Instant, f64)>,
     pub progress: Option<Progress>,
@@ -121,6 +125,7 @@ impl Project {
             products: Products::default(),
             solution: None,
             run: None,
+            keeper: Keeper::default(),
         }
     }
 
@@ -262,6 +267,7 @@ impl Project {
                 run.stages.push((stage, Instant::now(), 0.0));
                 run.progress = None;
             }
+            Update::Kept(stage) => run.kept.push(stage),
             Update::Samples(samples) => self.products.samples = Some(samples),
             Update::Lights(lights, lobes) => self.products.lights = Some((lights, lobes)),
             Update::Transport(_) => {}
@@ -309,6 +315,7 @@ impl Run {
         Self {
             job,
             began: Instant::now(),
+            kept: Vec::new(),
             stages: Vec::new(),
             progress: None,
             previous,

@@ -35,8 +35,11 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         return Ok(());
     };
     let load_secs = began.elapsed().as_secs_f64();
-    let command =
-        Command::Reconstruct { capture: capture.clone(), options: Box::new(options.clone()) };
+    let command = Command::Reconstruct {
+        capture: capture.clone(),
+        options: Box::new(options.clone()),
+        keeper: None,
+    };
     let Happening::Reconstructed(reconstruction) = job::wait(&mut worker, command, &mut display)?
     else {
         return Ok(());

@@ -47,10 +47,10 @@ pub(super) fn report(
     }
     let stages: Vec<String> = Stage::ALL
         .iter()
-        .zip(reconstruction.seconds)
+        .zip(reconstruction.spent())
         .map(|(stage, seconds)| format!("{} {seconds:.2}", stage.name()))
         .collect();
-    let total = load_secs + reconstruction.seconds.iter().sum::<f64>();
+    let total = load_secs + reconstruction.spent().iter().sum::<f64>();
     let stages = stages.join(", ");
     lines.extend(wrapped(&format!("seconds: load {load_secs:.2}, {stages}, total {total:.2}")));
     lines

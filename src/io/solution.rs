@@ -44,6 +44,10 @@ pub struct Solution {
     /// Why the refinement stopped.
     pub stopped: String,
     pub seconds: Seconds,
+    /// The stages that were taken over from an earlier run of the studio, so that this one spent
+    /// no seconds in them; left out where there are none, and always by the terminal.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kept_stages: Vec<String>,
     #[serde(default)]
     pub warnings: Vec<String>,
 }
@@ -166,7 +170,7 @@ pub struct Trial {
     pub supported: bool,
 }
 
-/// Time spent in each stage.
+/// Time that the run spent in each stage: 0 in those of `kept_stages`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Seconds {
@@ -233,6 +237,7 @@ impl Solution {
             iterations: 0,
             stopped: String::new(),
             seconds: Seconds::default(),
+            kept_stages: Vec::new(),
             warnings: Vec::new(),
         }
     }

@@ -1,5 +1,7 @@
 //! Section 5.1: what reaches each sample, from the photographed surfaces and from each lobe.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -42,12 +44,13 @@ options! {
 }
 
 /// Everything that is needed to compute a sample's radiance from reflectances and emissions.
+/// Records and hidden points are the bulk of it, and are shared between clones.
 #[derive(Clone, Debug)]
 pub struct Transport {
     /// I_s per sample: irradiance from photographed surfaces, in the photographs' unit times sr.
     pub irradiance: Vec<Radiance>,
     /// The radiance records of all specular samples, one after the other.
-    pub records: Vec<Record>,
+    pub records: Arc<Vec<Record>>,
     /// Per sample the first of its records, and at the end their number; equal for diffuse ones.
     pub first_record: Vec<usize>,
     /// The projected solid angle of each record, cos θ_j ω_j in sr: all are equal, since the
@@ -57,7 +60,7 @@ pub struct Transport {
     /// (Eq. 10 with 1/r²).
     pub coupling: Mat<f64>,
     /// Where rays from the samples met known surfaces that no photograph shows, sample by sample.
-    pub hidden: Vec<Hidden>,
+    pub hidden: Arc<Vec<Hidden>>,
     /// Per sample the first of these, and at the end their number.
     pub first_hidden: Vec<usize>,
     /// What those surfaces send; nothing unless it was computed.
@@ -175,24 +178,26 @@ pub fn photographed(
             Ok(gathered)
         })
         .collect::<Result<_, Cancelled>>()?;
-    let mut transport = Transport {
+    let (mut records, mut hidden) = (Vec::new(), Vec::new());
+    let (mut first_record, mut first_hidden) = (vec![0], vec![0]);
+    let mut irradiance = Vec::with_capacity(count);
+    for own in gathered {
+        irradiance.push(own.irradiance);
+        records.extend(own.records);
+        first_record.push(records.len());
+        hidden.extend(own.hidden);
+        first_hidden.push(hidden.len());
+    }
+    Ok(Transport {
+        irradiance,
+        records: records.into(),
+        first_record,
         record_weight: std::f64::consts::PI / (glossy_side * glossy_side) as f64,
         coupling: Mat::zeros(count, 0),
-        irradiance: Vec::with_capacity(count),
-        records: Vec::new(),
-        first_record: vec![0],
-        hidden: Vec::new(),
-        first_hidden: vec![0],
+        hidden: hidden.into(),
+        first_hidden,
         hidden_light: HiddenLight::default(),
-    };
-    for Gathered { irradiance, records, hidden } in gathered {
-        transport.irradiance.push(irradiance);
-        transport.records.extend(records);
-        transport.first_record.push(transport.records.len());
-        transport.hidden.extend(hidden);
-        transport.first_hidden.push(transport.hidden.len());
-    }
-    Ok(transport)
+    })
 }
 
 /// Couples every lobe with every sample: k_ij, samples × lobes.

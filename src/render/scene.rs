@@ -46,7 +46,7 @@ impl From<&Reconstruction> for Solved {
 pub struct Geometry {
     /// `None` without objects: the capture's own will do.
     caster: Option<RayCaster>,
-    pub normals: Vec<Vec3>,
+    pub normals: Arc<[Vec3]>,
     /// Triangles of the capture; those of objects follow.
     pub known: usize,
     /// Of each object's triangle the index into `Edits::objects`, and its surface there.

@@ -5,6 +5,8 @@
 //! that project beside an edge need a ray of their own. A point has two sides, and a photograph
 //! sees only the one that faces it.
 
+use std::sync::Arc;
+
 use glam::{DVec2, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -19,7 +21,7 @@ pub struct Views<'a> {
     pub caster: &'a RayCaster,
     pub maps: Vec<PixelMap<'a>>,
     /// Unit normal of each triangle, by winding.
-    pub normals: Vec<Vec3>,
+    pub normals: Arc<[Vec3]>,
     /// Distance in metres by which rays are started off a surface, against hitting it again.
     pub offset_m: f32,
 }
@@ -35,7 +37,15 @@ pub struct PixelMap<'a> {
     camera_from_world: Mat3,
     focal_px: Vec2,
     principal_px: Vec2,
-    hits: Vec<PixelHit>,
+    hits: Arc<[PixelHit]>,
+}
+
+/// What every pixel of the measurements meets, to be used again: it depends on the mesh, the
+/// cameras and on which photographs are measurements, and on no tag. 16 bytes a pixel.
+#[derive(Clone)]
+pub struct Sightlines {
+    hits: Vec<Arc<[PixelHit]>>,
+    normals: Arc<[Vec3]>,
 }
 
 /// What the ray through a pixel's centre met.
@@ -84,20 +94,41 @@ impl<'a> Views<'a> {
         caster: &'a RayCaster,
         watch: &Watch,
     ) -> Result<Self, Cancelled> {
-        let extent = capture.mesh.bounds().map_or(1.0, |(low, high)| {
-            (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
-        });
-        let normals: Vec<Vec3> = (0..capture.mesh.triangles.len())
+        let normals: Arc<[Vec3]> = (0..capture.mesh.triangles.len())
             .map(|triangle| capture.mesh.normal(triangle))
             .collect();
         let mut maps = Vec::new();
         watch.begin(capture.measurements().map(|(_, camera, _)| camera.height as u64).sum());
         for (photograph, camera, image) in capture.measurements() {
-            let mut map = PixelMap::cast(caster, photograph, camera, image, watch)?;
+            let mut map = PixelMap::new(photograph, camera, image);
+            map.cast(caster, watch)?;
             map.mark_clean(capture, &normals);
             maps.push(map);
         }
-        Ok(Self { capture, caster, maps, normals, offset_m: 2e-5 * extent })
+        Ok(Self { capture, caster, maps, normals, offset_m: offset_m(capture) })
+    }
+
+    /// Without casting anything: along the lines of sight of an earlier capture of the same mesh,
+    /// cameras and measurements.
+    ///
+    /// # Panics
+    /// If a measurement has no line of sight for each pixel.
+    pub fn along(capture: &'a Capture, caster: &'a RayCaster, lines: &Sightlines) -> Self {
+        assert_eq!(capture.measurements().count(), lines.hits.len());
+        let maps = std::iter::zip(capture.measurements(), &lines.hits)
+            .map(|((photograph, camera, image), hits)| {
+                assert_eq!(camera.width * camera.height, hits.len());
+                PixelMap { hits: hits.clone(), ..PixelMap::new(photograph, camera, image) }
+            })
+            .collect();
+        let normals = lines.normals.clone();
+        Self { capture, caster, maps, normals, offset_m: offset_m(capture) }
+    }
+
+    /// What was cast, to be used again.
+    pub fn lines(&self) -> Sightlines {
+        let hits = self.maps.iter().map(|map| map.hits.clone()).collect();
+        Sightlines { hits, normals: self.normals.clone() }
     }
 
     /// Whether any pixel of any photograph shows the known geometry.
@@ -111,7 +142,7 @@ impl<'a> Views<'a> {
         for map in &self.maps {
             let name = &self.capture.photographs[map.photograph].name;
             let (mut shown, mut inner) = (0usize, 0usize);
-            for hit in &map.hits {
+            for hit in map.hits.iter() {
                 if let Some(triangle) = hit.triangle() {
                     let sight = hit.position - map.position;
                     shown += 1;
@@ -240,31 +271,30 @@ pub struct Seen {
 }
 
 impl<'a> PixelMap<'a> {
-    fn cast(
-        caster: &RayCaster,
-        photograph: usize,
-        camera: &'a Camera,
-        image: &'a Image,
-        watch: &Watch,
-    ) -> Result<Self, Cancelled> {
-        let position = camera.position.as_vec3();
-        let mut hits = vec![NO_HIT; camera.width * camera.height];
-        hits.par_chunks_mut(camera.width.max(1)).enumerate().try_for_each(|(y, row)| {
+    /// Without lines of sight.
+    fn new(photograph: usize, camera: &'a Camera, image: &'a Image) -> Self {
+        Self {
+            photograph,
+            camera,
+            image,
+            position: camera.position.as_vec3(),
+            camera_from_world: camera.world_from_camera.transpose().as_mat3(),
+            focal_px: camera.focal_px.as_vec2(),
+            principal_px: camera.principal_px.as_vec2(),
+            hits: Arc::default(),
+        }
+    }
+
+    fn cast(&mut self, caster: &RayCaster, watch: &Watch) -> Result<(), Cancelled> {
+        let (camera, position) = (self.camera, self.position);
+        self.hits = std::iter::repeat_n(NO_HIT, camera.width * camera.height).collect();
+        let rows = Arc::make_mut(&mut self.hits).par_chunks_mut(camera.width.max(1));
+        rows.enumerate().try_for_each(|(y, row)| {
             watch.tick()?;
             for (x, hit) in row.iter_mut().enumerate() {
                 *hit = cast(caster, camera, position, x, y);
             }
             Ok(())
-        })?;
-        Ok(Self {
-            photograph,
-            camera,
-            image,
-            position,
-            camera_from_world: camera.world_from_camera.transpose().as_mat3(),
-            focal_px: camera.focal_px.as_vec2(),
-            principal_px: camera.principal_px.as_vec2(),
-            hits,
         })
     }
 
@@ -293,7 +323,7 @@ impl<'a> PixelMap<'a> {
             .into_par_iter()
             .map(|index| self.is_clean(capture, normals, index % width, index / width))
             .collect();
-        for (hit, clean) in self.hits.iter_mut().zip(clean) {
+        for (hit, clean) in Arc::make_mut(&mut self.hits).iter_mut().zip(clean) {
             if clean {
                 hit.triangle_and_clean |= CLEAN;
             }
@@ -369,6 +399,14 @@ impl<'a> PixelMap<'a> {
             })
         })
     }
+}
+
+/// By which rays are started off the surfaces of a capture.
+fn offset_m(capture: &Capture) -> f32 {
+    let extent = capture.mesh.bounds().map_or(1.0, |(low, high)| {
+        (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
+    });
+    2e-5 * extent
 }
 
 fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> PixelHit {

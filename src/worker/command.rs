@@ -11,7 +11,7 @@ use crate::io::import::{self, Holds, Import, Survey, Writing};
 use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
-use crate::reconstruct::{self, Options, Reconstruction};
+use crate::reconstruct::{self, Keeper, Options, Reconstruction};
 use crate::scene::{Capture, Views};
 use crate::study::{Findings, Study};
 use crate::watch::{Cancelled, Watch};
@@ -36,8 +36,8 @@ pub enum Command {
     CheckShot { survey: Arc<Survey>, shot: usize },
     /// Find what exposure series share: the response, shifts, whether their times are right.
     Investigate { series: Vec<Series>, options: Box<MergeOptions> },
-    /// Reconstruct a loaded capture.
-    Reconstruct { capture: Arc<Capture>, options: Box<Options> },
+    /// Reconstruct a loaded capture; with a keeper from where it differs from earlier runs.
+    Reconstruct { capture: Arc<Capture>, options: Box<Options>, keeper: Option<Keeper> },
     /// Write a reconstruction into a folder, each file whole or not at all.
     Export {
         capture: Arc<Capture>,
@@ -124,9 +124,15 @@ impl Command {
                     Err(error) => Happening::Failed(error.to_string()),
                 }
             }
-            Self::Reconstruct { capture, options } => {
+            Self::Reconstruct { capture, options, keeper } => {
                 let update = |update| emit(Happening::Update(update));
-                match reconstruct::run(&capture, &options, watch, &update) {
+                let result = match &keeper {
+                    Some(keeper) => {
+                        reconstruct::run_keeping(&capture, &options, keeper, watch, &update)
+                    }
+                    None => reconstruct::run(&capture, &options, watch, &update),
+                };
+                match result {
                     Ok(reconstruction) => Happening::Reconstructed(Arc::new(reconstruction)),
                     Err(reconstruct::Error::Cancelled(_)) => Happening::Cancelled,
                     Err(error) => Happening::Failed(error.to_string()),

@@ -149,6 +149,7 @@ mod tests {
             let job = worker.send(Command::Reconstruct {
                 capture: Arc::new(Capture::default()),
                 options: Box::default(),
+                keeper: None,
             });
             match ending(&worker, job) {
                 Happening::Failed(message) => assert!(message.contains("no photograph")),
@@ -173,6 +174,7 @@ mod tests {
         let second = worker.send(Command::Reconstruct {
             capture: Arc::new(Capture::default()),
             options: Box::new(Options::default()),
+            keeper: None,
         });
         assert!(matches!(ending(&worker, second), Happening::Failed(_)));
     }

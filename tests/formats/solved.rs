@@ -130,11 +130,11 @@ fn write(folder: &std::path::Path, solved: &Solved) {
         lobes: Arc::new(solved.lobes.clone()),
         transport: Arc::new(Transport {
             irradiance: Vec::new(),
-            records: Vec::new(),
+            records: Arc::default(),
             first_record: Vec::new(),
             record_weight: 0.0,
             coupling: faer::Mat::zeros(0, 0),
-            hidden: Vec::new(),
+            hidden: Arc::default(),
             first_hidden: Vec::new(),
             hidden_light: HiddenLight::default(),
         }),
@@ -152,6 +152,7 @@ fn write(folder: &std::path::Path, solved: &Solved) {
         textures: solved.textures.clone(),
         gains: Vec::new(),
         seconds: [0.0; 5],
+        kept: [false; 5],
         warnings: Vec::new(),
     };
     let (options, watch) = (Options::default(), Watch::new());

@@ -24,6 +24,8 @@ mod traps;
 mod lights;
 /// Models that are grown as far as held-out samples bear them out.
 mod grown;
+/// Runs that take over what earlier ones made.
+mod kept;
 /// Whole reconstructions of degenerate scenes, and cancelling one.
 mod whole;
 

@@ -81,7 +81,7 @@ fn what_no_photograph_shows_is_the_rest_of_the_hemisphere() {
     // but for the eye's distance from the centre.
     let hidden = hidden / result.samples.samples.len() as f64;
     assert!((hidden - 0.5).abs() < 0.05, "{hidden}");
-    for met in &transport.hidden {
+    for met in transport.hidden.iter() {
         let surface = room.capture.mesh.surface[met.triangle as usize];
         let plane = room.capture.mesh.normal(met.triangle as usize);
         assert_eq!(surface, 0);

@@ -1,6 +1,7 @@
 //! The modified Phong lobe of Eq. 12 under uniform radiance, against quadrature.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use lobelia::math::rgb::Rgb;
@@ -58,10 +59,10 @@ fn equations(tilt: f64, rings: usize, spokes: usize, radiance: [f32; 3]) -> Equa
     let transport = Transport {
         irradiance: vec![radiance.map(|value| value * std::f32::consts::PI)],
         first_record: vec![0, records.len()],
-        records,
+        records: records.into(),
         record_weight: PI / (rings * spokes) as f64,
         coupling: faer::Mat::zeros(1, 0),
-        hidden: Vec::new(),
+        hidden: Arc::default(),
         first_hidden: Vec::new(),
         hidden_light: HiddenLight::default(),
     };
@@ -118,11 +119,11 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
     let equations = equations(0.9, RINGS, SPOKES, radiance);
     let transport = Transport {
         irradiance: vec![radiance.map(|value| value * std::f32::consts::PI)],
-        records: Vec::new(),
+        records: Arc::default(),
         first_record: vec![0, 0],
         record_weight: 0.0,
         coupling: faer::Mat::zeros(1, 0),
-        hidden: Vec::new(),
+        hidden: Arc::default(),
         first_hidden: Vec::new(),
         hidden_light: HiddenLight::default(),
     };

@@ -1,6 +1,7 @@
 //! Eq. 13 and 14 on hand-made irradiances and radiances.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use faer::Mat;
 use glam::Vec3;
@@ -29,11 +30,11 @@ fn case(radiances: &[[f32; 3]], irradiances: &[[f32; 3]], coupling: &[[f64; 2]])
         cloud(radiances.iter().map(|&l| bare_sample(Vec3::ZERO, Vec3::Z, material, l)).collect());
     let transport = Transport {
         irradiance: irradiances.to_vec(),
-        records: Vec::new(),
+        records: Arc::default(),
         first_record: vec![0; radiances.len() + 1],
         record_weight: 0.0,
         coupling: Mat::from_fn(radiances.len(), 2, |row, column| coupling[row][column]),
-        hidden: Vec::new(),
+        hidden: Arc::default(),
         first_hidden: Vec::new(),
         hidden_light: HiddenLight::default(),
     };

@@ -101,7 +101,7 @@ fn a_cancelled_run_gives_back_what_was_there() {
     window.key(egui::Modifiers::COMMAND, egui::Key::R);
     // Run again before the numbers of each sample have been worked out.
     window.wait("the results", |window| window.has_part("Done in "));
-    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.key(egui::Modifiers::COMMAND | egui::Modifiers::SHIFT, egui::Key::R);
     window.menu("File", "Close project");
     assert!(window.has_part("The reconstruction that runs would be cancelled"));
     window.click("Cancel");
@@ -109,4 +109,28 @@ fn a_cancelled_run_gives_back_what_was_there() {
     window.wait("both", |window| !window.harness.state().is_busy());
     window.click("Error per sample");
     assert!(window.has_part("RMS of the logarithm"), "the numbers of each sample are lost");
+}
+
+#[test]
+fn a_changed_option_runs_again_from_its_stage_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::at(folder.path(), Some(&coarse(folder.path(), 150)));
+    window.wait_for("Photographs (6)");
+    window.click("Reconstruct");
+    assert!(!window.has_part("The next run"), "there is nothing to keep yet");
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    assert!(window.has("The next run keeps every stage: nothing has changed."));
+    // These stand far down the panel, out of the pointer's reach.
+    window.node("Textures").click_accesskit();
+    window.step();
+    window.node("Enabled").click_accesskit();
+    let kept = "The next run keeps samples, transport, solve and lights, and begins with textures.";
+    window.wait_for(kept);
+    window.click("Run reconstruction");
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    assert!(window.has_part("samples kept, lights kept, transport kept, solve kept, textures 0."));
+    window.click("Run afresh");
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    assert!(!window.has_part("kept, "), "all of it was done anew");
 }

@@ -224,7 +224,16 @@ fn run(list: &mut Vec<Command>) {
         "Run reconstruction",
         key(COMMAND, Key::R),
         Action::Run,
-        "Recover reflectances and light with the present tags and options",
+        "Recover reflectances and light with the present tags and options; stages that neither \
+         changed are kept",
+    );
+    add(
+        list,
+        Run,
+        "Run all stages afresh",
+        key(COMMAND | Modifiers::SHIFT, Key::R),
+        Action::RunAfresh,
+        "Do every stage anew, also those that an earlier run has done with the same tags and options",
     );
     add(
         list,

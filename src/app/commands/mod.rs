@@ -95,7 +95,7 @@ impl Command {
             Action::AskMaterial | Action::HideSelected => {
                 project.is_some_and(|p| !p.selection.surfaces.is_empty())
             }
-            Action::Run => state.obstacle_to_run().is_none(),
+            Action::Run | Action::RunAfresh => state.obstacle_to_run().is_none(),
             Action::Cancel if state.is_importing() => {
                 state.import.as_ref().is_some_and(|page| page.is_busy())
             }
@@ -145,7 +145,8 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
             }
         });
         // A run that cannot begin says why not.
-        if pressed && (command.is_enabled(state) || command.action == Action::Run) {
+        let is_run = matches!(command.action, Action::Run | Action::RunAfresh);
+        if pressed && (command.is_enabled(state) || is_run) {
             if typing {
                 end_typing(ctx);
             }

@@ -245,6 +245,7 @@ fn give_back(project: &mut Project) {
 fn line(update: &Update) -> Option<String> {
     Some(match update {
         Update::Stage(stage) => format!("Stage {}", stage.name()),
+        Update::Kept(stage) => format!("Stage {} kept", stage.name()),
         Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
         Update::Lights(lights, lobes) => {
             format!("{} virtual lights, {} lobes", lights.lights.len(), lobes.lobes.len())

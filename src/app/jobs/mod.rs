@@ -145,12 +145,18 @@ impl Jobs {
         }
     }
 
-    pub fn run(&mut self, project: &mut Project) {
+    /// Begins a run; `afresh` where nothing is to be taken over from earlier ones.
+    pub fn run(&mut self, project: &mut Project, afresh: bool) {
         self.derived = None;
         project.solution = None;
         let (edit, capture) = (project.edit().clone(), project.capture.clone());
         let options = Box::new(edit.run_options());
-        let job = self.runner.send(Command::Reconstruct { capture: capture.clone(), options });
+        let keeper = if afresh { project.keeper.afresh() } else { project.keeper.clone() };
+        let job = self.runner.send(Command::Reconstruct {
+            capture: capture.clone(),
+            options,
+            keeper: Some(keeper),
+        });
         let before = project.products.derived.clone().or(project.products.before.clone());
         let next = Products { of: Some((edit, capture)), before, ..Products::default() };
         let previous = std::mem::replace(&mut project.products, next);

@@ -1,24 +1,35 @@
 //! The run: method, options, stages.
 
+use std::sync::Arc;
+
 use eframe::egui;
 
 use super::numbers::{check_mark, count, cut, duration, named, rgb};
 use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
-use crate::app::edit::Change;
+use crate::app::edit::{Change, Edit};
 use crate::app::project::{Project, Run};
 use crate::options::Declaration;
-use crate::reconstruct::Stage;
+use crate::reconstruct::{Method, Stage};
 
 pub struct RunPanelState {
     declarations: Vec<Declaration>,
     changed_only: bool,
+    foreseen: Option<Foreseen>,
+}
+
+/// Which stages the next run would take over, and of what that is true.
+struct Foreseen {
+    edit: Arc<Edit>,
+    /// Of what is kept.
+    changes: u64,
+    kept: [bool; 5],
 }
 
 impl Default for RunPanelState {
     fn default() -> Self {
         let declarations = crate::reconstruct::Options::default().declarations();
-        Self { declarations, changed_only: false }
+        Self { declarations, changed_only: false, foreseen: None }
     }
 }
 
@@ -32,7 +43,10 @@ pub fn run_ui(
     run_button(ui, project, ["Run reconstruction", "Cancel reconstruction"], size, actions);
     match &project.run {
         Some(run) => running(ui, run),
-        None => finished(ui, project),
+        None => {
+            finished(ui, project);
+            next(ui, project, state, actions);
+        }
     }
     ui.separator();
     let any_changed = state
@@ -169,6 +183,12 @@ pub fn progress_ui(ui: &mut egui::Ui, run: &Run, width: f32) {
 /// The stages with a check mark and seconds for each that is done.
 fn running(ui: &mut egui::Ui, run: &Run) {
     egui::Grid::new("stages").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
+        for stage in &run.kept {
+            check_mark(ui);
+            ui.label(stage.name());
+            ui.weak("kept").on_hover_text(KEPT);
+            ui.end_row();
+        }
         let current = run.stages.len().saturating_sub(1);
         for (index, (stage, began, secs)) in run.stages.iter().enumerate() {
             if index < current {
@@ -186,7 +206,8 @@ fn running(ui: &mut egui::Ui, run: &Run) {
             ui.end_row();
         }
         let begun: Vec<Stage> = run.stages.iter().map(|(stage, ..)| *stage).collect();
-        for stage in Stage::ALL.into_iter().filter(|stage| !begun.contains(stage)) {
+        let is_to_come = |stage: &Stage| !begun.contains(stage) && !run.kept.contains(stage);
+        for stage in Stage::ALL.into_iter().filter(is_to_come) {
             ui.label("");
             ui.weak(stage.name());
             ui.label("");
@@ -203,13 +224,110 @@ fn finished(ui: &mut egui::Ui, project: &Project) {
         });
         let text: Vec<String> = Stage::ALL
             .iter()
-            .zip(whole.seconds)
-            .map(|(stage, secs)| format!("{} {}", stage.name(), duration(secs)))
+            .map(|stage| {
+                let index = *stage as usize;
+                match whole.kept[index] {
+                    true => format!("{} kept", stage.name()),
+                    false => format!("{} {}", stage.name(), duration(whole.seconds[index])),
+                }
+            })
             .collect();
-        ui.weak(text.join(", "));
+        let text = ui.weak(text.join(", "));
+        if whole.kept.contains(&true) {
+            text.on_hover_text(KEPT);
+        }
     } else if project.products.of.is_some() {
         ui.weak("The last run did not end; what it found so far is shown.");
     } else {
         ui.weak("Not run yet.");
+    }
+}
+
+const KEPT: &str =
+    "Taken over from an earlier run, in which nothing was different that it depends on";
+
+/// What the next run takes over, and where it begins.
+fn next(
+    ui: &mut egui::Ui,
+    project: &Project,
+    state: &mut RunPanelState,
+    actions: &mut Vec<Action>,
+) {
+    let changes = project.keeper.changes();
+    if changes == 0 {
+        state.foreseen = None;
+        return;
+    }
+    let edit = project.edit();
+    let is_of_now = |own: &Foreseen| own.changes == changes && Arc::ptr_eq(&own.edit, edit);
+    if !state.foreseen.as_ref().is_some_and(is_of_now) {
+        let kept = project.keeper.stages(&project.capture, &edit.run_options());
+        state.foreseen = Some(Foreseen { edit: edit.clone(), changes, kept });
+    }
+    let Some(Foreseen { kept, .. }) = state.foreseen else { return };
+    ui.horizontal_wrapped(|ui| {
+        ui.label(foreseen(kept, edit.options.general.method));
+        if kept.contains(&true) {
+            let obstacle = project.obstacle();
+            let button = egui::Button::new("Run afresh").small();
+            let response = ui
+                .add_enabled(obstacle.is_none(), button)
+                .on_hover_text("Do every stage anew and take nothing over (Ctrl+Shift+R)")
+                .on_disabled_hover_text(obstacle.unwrap_or_default());
+            if response.clicked() {
+                actions.push(Action::RunAfresh);
+            }
+        }
+    });
+}
+
+/// Where the next run begins, in a sentence.
+fn foreseen(kept: [bool; 5], method: Method) -> String {
+    let order = match method {
+        Method::Joint => {
+            [Stage::Samples, Stage::Transport, Stage::Solve, Stage::Lights, Stage::Textures]
+        }
+        Method::Paper => Stage::ALL,
+    };
+    let names = |wanted: bool| -> Vec<&str> {
+        let own = order.iter().filter(|stage| kept[**stage as usize] == wanted);
+        own.map(|stage| stage.name()).collect()
+    };
+    match (names(true).as_slice(), names(false).as_slice()) {
+        ([], _) => "The next run does every stage.".to_owned(),
+        (_, []) => "The next run keeps every stage: nothing has changed.".to_owned(),
+        ([one], [first, ..]) => format!("The next run keeps {one} and begins with {first}."),
+        ([others @ .., last], [first, ..]) => {
+            let others = others.join(", ");
+            format!("The next run keeps {others} and {last}, and begins with {first}.")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_next_run_is_told_in_the_order_of_its_stages() {
+        let kept = |stages: &[Stage]| Stage::ALL.map(|stage| stages.contains(&stage));
+        let tell = |stages: &[Stage], method| foreseen(kept(stages), method);
+        use Stage::{Lights, Samples, Solve, Textures, Transport};
+        assert_eq!(tell(&[], Method::Joint), "The next run does every stage.");
+        assert_eq!(
+            tell(&[Samples], Method::Paper),
+            "The next run keeps samples and begins with lights."
+        );
+        assert_eq!(
+            tell(&[Samples], Method::Joint),
+            "The next run keeps samples and begins with transport."
+        );
+        assert_eq!(
+            tell(&[Samples, Transport, Lights, Solve], Method::Joint),
+            "The next run keeps samples, transport, solve and lights, and begins with textures."
+        );
+        let all = [Samples, Transport, Lights, Solve, Textures];
+        let nothing = "The next run keeps every stage: nothing has changed.";
+        assert_eq!(tell(&all, Method::Paper), nothing);
     }
 }

@@ -96,11 +96,11 @@ pub(crate) fn reconstruction() -> Reconstruction {
         lobes: Arc::new(lobes),
         transport: Arc::new(Transport {
             irradiance: Vec::new(),
-            records: Vec::new(),
+            records: Arc::default(),
             first_record: Vec::new(),
             record_weight: 0.0,
             coupling: faer::Mat::zeros(0, 0),
-            hidden: Vec::new(),
+            hidden: Arc::default(),
             first_hidden: Vec::new(),
             hidden_light: HiddenLight::default(),
         }),
@@ -118,6 +118,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
         textures: Arc::default(),
         gains: Vec::new(),
         seconds: [0.0; 5],
+        kept: [false; 5],
         warnings: Vec::new(),
     }
 }

@@ -29,7 +29,7 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
 use crate::reconstruct::gain::GainUse;
 use crate::reconstruct::textures::{self, Texture};
-use crate::reconstruct::{Options, Reconstruction, emission};
+use crate::reconstruct::{Options, Reconstruction, Stage, emission};
 use crate::scene::{Capture, MaterialKind};
 use crate::watch::Watch;
 
@@ -152,8 +152,10 @@ pub fn summary(
             samples: counts[index],
         }
     };
-    let [samples, lights, transport, solve, textures] = reconstruction.seconds;
-    let total = load_secs + reconstruction.seconds.iter().sum::<f64>();
+    let spent = reconstruction.spent();
+    let [samples, lights, transport, solve, textures] = spent;
+    let total = load_secs + spent.iter().sum::<f64>();
+    let kept = Stage::ALL.into_iter().filter(|stage| reconstruction.kept[*stage as usize]);
     let (first, last) = (result.iterations.first(), result.iterations.last());
     solution::Solution {
         materials: (0..capture.materials.len()).map(material).collect(),
@@ -197,6 +199,7 @@ pub fn summary(
         iterations: result.iterations.len(),
         stopped: result.stopped.describe().to_owned(),
         seconds: Seconds { load: load_secs, samples, lights, transport, solve, textures, total },
+        kept_stages: kept.map(|stage| stage.name().to_owned()).collect(),
         warnings: capture.warnings.iter().chain(&reconstruction.warnings).cloned().collect(),
         ..solution::Solution::new(options.general.method.text())
     }

@@ -100,23 +100,24 @@ impl Thin {
 }
 
 fn transport_of(all: &Transport, samples: &[usize]) -> Transport {
-    let mut transport = Transport {
+    let (mut records, mut hidden) = (Vec::new(), Vec::new());
+    let (mut first_record, mut first_hidden) = (vec![0], vec![0]);
+    for &sample in samples {
+        records.extend_from_slice(all.records_of(sample));
+        first_record.push(records.len());
+        hidden.extend_from_slice(all.hidden_of(sample));
+        first_hidden.push(hidden.len());
+    }
+    Transport {
         irradiance: samples.iter().map(|&sample| all.irradiance[sample]).collect(),
-        records: Vec::new(),
-        first_record: vec![0],
+        records: records.into(),
+        first_record,
         record_weight: all.record_weight,
         coupling: Mat::zeros(samples.len(), 0),
-        hidden: Vec::new(),
-        first_hidden: vec![0],
+        hidden: hidden.into(),
+        first_hidden,
         hidden_light: HiddenLight::default(),
-    };
-    for &sample in samples {
-        transport.records.extend_from_slice(all.records_of(sample));
-        transport.first_record.push(transport.records.len());
-        transport.hidden.extend_from_slice(all.hidden_of(sample));
-        transport.first_hidden.push(transport.hidden.len());
     }
-    transport
 }
 
 /// Every so-manieth sample of each material, so that about `KEPT` are kept, and of each material

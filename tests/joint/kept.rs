@@ -1,0 +1,439 @@
+//! A run that takes over what an earlier one made comes to the same bytes as one from the
+//! beginning: for every option that there is, and for every tag.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
+use glam::{DVec3, Vec3};
+use lobelia::io::export::summary;
+use lobelia::io::solution::Solution;
+use lobelia::options::{Declaration, Kind};
+use lobelia::reconstruct::options::{Method, Options};
+use lobelia::reconstruct::{Error, Keeper, Reconstruction, Stage, Update, run, run_keeping};
+use lobelia::scene::{Capture, Emitter, Environment, KnownLight, MaterialKind, Role};
+use lobelia::watch::Watch;
+
+use crate::rooms::{Room, camera, quick};
+
+/// A room with something for every option to act on: a glossy floor, a textured box, a small card
+/// beside a lamp in sight, a lamp out of sight, and a photograph that was exposed otherwise.
+fn capture() -> Capture {
+    let mut room = Room::default();
+    let floor = room.material("floor", MaterialKind::Specular);
+    let sides = room.diffuse("box");
+    let card = room.diffuse("card");
+    let wall = room.diffuse("wall");
+    let lamp = room.luminaire("lamp");
+    room.square(floor, 1.0, 0.0);
+    room.open_box(sides, DVec3::new(-0.3, -0.2, 0.0), DVec3::new(0.25, 0.3, 0.5));
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    room.rectangle(card, DVec3::new(0.5, -0.6, 0.01), 0.3 * x, 0.3 * y);
+    room.rectangle(wall, DVec3::new(-1.0, 1.0, 0.0), 2.0 * x, 1.2 * z);
+    room.rectangle(lamp, DVec3::new(0.5, 0.5, 0.9), 0.3 * y, 0.3 * x);
+    room.capture.materials[sides].textured = true;
+    room.capture.lights.push(KnownLight::Shape {
+        name: "bulb".into(),
+        emitter: Emitter::Sphere { center: Vec3::new(-1.2, -0.4, 1.6), radius_m: 0.1 },
+        emission: None,
+        color: None,
+    });
+    let places = [(1.6, -1.8, 1.4, 1.0), (-1.7, -1.2, 1.5, 1.25), (0.2, -2.1, 1.0, 1.0)];
+    for (px, py, pz, gain) in places {
+        let eye = DVec3::new(px, py, pz);
+        room.photograph(camera((48, 36), 0.9, eye, DVec3::new(0.0, 0.0, 0.2)), |struck| {
+            let base = [[0.5, 0.4, 0.3], [0.2, 0.5, 0.7], [0.6, 0.6, 0.6], [0.7, 0.5, 0.4]];
+            let p = struck.position;
+            let Some(base) = base.get(struck.surface) else { return [9.0; 3] };
+            let stripes = if struck.surface == sides { 0.2 * (20.0 * p.z).sin() } else { 0.0 };
+            let mirrored = (p - eye).normalize_or_zero() * DVec3::new(1.0, 1.0, -1.0);
+            let towards = (DVec3::new(-1.2, -0.4, 1.6) - p).normalize_or_zero();
+            let shine =
+                if struck.surface == floor { mirrored.dot(towards).max(0.0).powi(12) } else { 0.0 };
+            let lit = 1.0 + 0.3 * (2.0 * p.x).sin() + 0.2 * p.y + stripes;
+            base.map(|value| (gain * (value * lit + 0.4 * shine)) as f32)
+        });
+    }
+    room.capture
+}
+
+fn options(method: Method) -> Options {
+    let mut options = quick();
+    options.general.method = method;
+    options.samples.count = 70;
+    options.samples.min_per_material = 10;
+    options.lights.count = 12;
+    options.lobes.mask_px = 16;
+    options.lobes.grid = 2;
+    options.transport.rays = 16;
+    options.transport.glossy_rays = 16;
+    options.joint.light_sets = 2;
+    options.joint.max_lamps = 1;
+    options.joint.coarse_spacing = 1.0;
+    options.joint.coarse_grid = 2;
+    options.joint.fine_spacing = 0.8;
+    options.joint.fine_grid = 2;
+    options.refine.max_iterations = 3;
+    options.gloss.max_evaluations = 30;
+    options.textures.max_side = 16;
+    options.textures.stride = 4;
+    options.textures.rays = 16;
+    options
+}
+
+fn afresh(capture: &Capture, options: &Options) -> Result<Reconstruction, Error> {
+    run(capture, options, &Watch::new(), &|_| ())
+}
+
+fn kept(capture: &Capture, options: &Options, keeper: &Keeper) -> Result<Reconstruction, Error> {
+    run_keeping(capture, options, keeper, &Watch::new(), &|_| ())
+}
+
+/// Everything that a result consists of but seconds, every number to its last digit.
+fn told(result: &Result<Reconstruction, Error>) -> String {
+    let whole = match result {
+        Ok(whole) => whole,
+        Err(error) => return error.to_string(),
+    };
+    let mut solution = (*whole.solution).clone();
+    solution.iterations.iter_mut().for_each(|iteration| iteration.elapsed_secs = 0.0);
+    let whole = Reconstruction {
+        solution: solution.into(),
+        seconds: [0.0; 5],
+        kept: [false; 5],
+        ..whole.clone()
+    };
+    format!("{whole:?}")
+}
+
+/// Other values of an option, as text.
+fn others(declaration: &Declaration, options: &Options) -> Vec<String> {
+    let now = options.get(declaration.section, declaration.name).unwrap();
+    let (low, high) = declaration.range.unwrap_or((f64::MIN, f64::MAX));
+    match declaration.kind {
+        Kind::Switch => vec![(now != "true").to_string()],
+        Kind::Choice(names) => {
+            names.iter().filter(|name| **name != now).map(|name| (*name).to_owned()).collect()
+        }
+        Kind::Integer | Kind::Number | Kind::NumberOrAuto => {
+            let value = now.parse().unwrap_or(0.1_f64);
+            let tried = [2.0 * value + 1.0, 1.4 * value, 0.6 * value, 0.02, 0.0];
+            let whole = declaration.kind == Kind::Integer;
+            let text = |value: f64| if whole { value.round() } else { value }.to_string();
+            let mut texts: Vec<String> = tried
+                .into_iter()
+                .filter(|value| (low..=high).contains(value))
+                .map(text)
+                .filter(|text| *text != now)
+                .collect();
+            texts.truncate(1);
+            texts
+        }
+    }
+}
+
+/// Changes every option in turn; those whose change made no difference.
+fn every_option(method: Method) -> Vec<String> {
+    let capture = capture();
+    let base = options(method);
+    let plain = told(&afresh(&capture, &base));
+    let keeper = Keeper::default();
+    let mut idle = Vec::new();
+    for declaration in base.declarations() {
+        let Declaration { section, name, .. } = declaration;
+        let others = others(&declaration, &base);
+        assert!(!others.is_empty(), "{section}.{name} has no other value");
+        let mut differs = false;
+        for text in others {
+            // What was kept is that of the plain options, and is not spoilt by the others.
+            assert!(told(&kept(&capture, &base, &keeper)) == plain, "before {section}.{name}");
+            let mut changed = base.clone();
+            changed.set(section, name, &text).unwrap();
+            let foreseen = keeper.stages(&capture, &changed);
+            let (all, part) = (afresh(&capture, &changed), kept(&capture, &changed, &keeper));
+            let all = told(&all);
+            assert!(all == told(&part), "{section}.{name} = {text}");
+            if let Ok(part) = part {
+                assert_eq!(part.kept, foreseen, "{section}.{name} = {text}");
+            }
+            differs |= all != plain;
+        }
+        if !differs {
+            idle.push(format!("{section}.{name}"));
+        }
+    }
+    idle
+}
+
+/// Options that do nothing in the scene with the paper's method, where the one other value that is
+/// tried is no limit there. Every other one makes a difference, so that a table that forgot it
+/// would be noticed.
+const IDLE: [&str; 6] = [
+    "samples.min_cosine",
+    "refine.weight_floor",
+    "gloss.views_per_sample",
+    "gloss.max_exponent",
+    "gloss.max_equations",
+    "textures.stride",
+];
+
+#[test]
+fn any_option_changed_gives_the_bytes_of_a_paper_run_from_the_beginning() {
+    let idle = every_option(Method::Paper);
+    let (others, own): (Vec<String>, Vec<String>) =
+        idle.into_iter().partition(|name| name.starts_with("joint."));
+    assert_eq!(own, IDLE);
+    assert_eq!(others.len(), 20, "{others:?}");
+}
+
+#[test]
+fn any_option_changed_gives_the_bytes_of_a_joint_run_from_the_beginning() {
+    let idle = every_option(Method::Joint);
+    for own in ["samples.count", "transport.rays", "joint.ridge", "textures.rays"] {
+        assert!(!idle.iter().any(|name| name == own), "{own} makes no difference");
+    }
+}
+
+/// The keeper that a finished run of the plain options leaves.
+fn keeper(capture: &Capture, options: &Options) -> Keeper {
+    let keeper = Keeper::default();
+    let first = kept(capture, options, &keeper).unwrap();
+    assert_eq!(first.kept, [false; 5]);
+    keeper
+}
+
+fn stages(kept: [bool; 5]) -> Vec<Stage> {
+    Stage::ALL.into_iter().filter(|stage| kept[*stage as usize]).collect()
+}
+
+#[test]
+fn a_run_begins_where_the_table_says() {
+    use Stage::{Lights, Samples, Solve, Textures, Transport};
+    let capture = capture();
+    let all = vec![Samples, Lights, Transport, Solve, Textures];
+    let before_textures = vec![Samples, Lights, Transport, Solve];
+    let of = |method: Method, section: &str, name: &str, text: &str| {
+        let plain = options(method);
+        let keeper = keeper(&capture, &plain);
+        let mut changed = plain.clone();
+        changed.set(section, name, text).unwrap();
+        stages(kept(&capture, &changed, &keeper).unwrap().kept)
+    };
+    for method in [Method::Joint, Method::Paper] {
+        assert_eq!(of(method, "textures", "rays", "49"), before_textures);
+        assert_eq!(of(method, "samples", "count", "60"), []);
+        assert_eq!(of(method, "general", "seed", "2"), []);
+    }
+    assert_eq!(of(Method::Joint, "joint", "ridge", "0.02"), [Samples, Transport]);
+    assert_eq!(of(Method::Joint, "gloss", "start_exponent", "9"), [Samples, Transport]);
+    assert_eq!(of(Method::Joint, "transport", "rays", "25"), [Samples]);
+    assert_eq!(of(Method::Joint, "refine", "max_iterations", "2"), all, "it is not its method's");
+    assert_eq!(of(Method::Joint, "general", "method", "paper"), [Samples]);
+    assert_eq!(of(Method::Paper, "general", "method", "joint"), [Samples, Transport]);
+    assert_eq!(of(Method::Paper, "refine", "max_iterations", "2"), [Samples, Lights, Transport]);
+    assert_eq!(of(Method::Paper, "transport", "rays", "25"), [Samples, Lights]);
+    assert_eq!(of(Method::Paper, "lights", "count", "9"), [Samples]);
+    assert_eq!(of(Method::Paper, "joint", "ridge", "0.02"), all);
+}
+
+/// A change of the capture, with its name.
+type Tag = (&'static str, fn(&mut Capture));
+
+const TAGS: [Tag; 14] = [
+    ("known", |capture| capture.materials[2].known_diffuse = Some([0.4, 0.5, 0.6])),
+    ("known, textured", |capture| capture.materials[1].known_diffuse = Some([0.4, 0.5, 0.6])),
+    ("deviation", |capture| {
+        capture.materials[2].known_diffuse = Some([0.4, 0.5, 0.6]);
+        capture.materials[2].known_diffuse_sd = Some([0.05; 3]);
+    }),
+    ("matt", |capture| capture.materials[0].kind = MaterialKind::Diffuse),
+    ("glossy", |capture| capture.materials[3].kind = MaterialKind::Specular),
+    ("textured", |capture| capture.materials[3].textured = true),
+    ("no texture", |capture| capture.materials[1].textured = false),
+    ("another name", |capture| capture.materials[3].name = "plaster".into()),
+    ("one material fewer", |capture| {
+        capture.surfaces[3].role = Role::Material(1);
+        capture.materials[1].surfaces.push(3);
+        capture.materials.remove(3);
+    }),
+    ("untagged", |capture| {
+        capture.surfaces[3].role = Role::Untagged;
+        capture.materials.remove(3);
+    }),
+    ("another light", |capture| {
+        capture.lights.push(KnownLight::Shape {
+            name: "spot".into(),
+            emitter: Emitter::Point { position: Vec3::new(1.3, 1.1, 1.2) },
+            emission: Some([0.4; 3]),
+            color: None,
+        });
+    }),
+    ("no light", |capture| capture.lights.truncate(1)),
+    ("outside", |capture| capture.environment = Environment::Open),
+    ("a photograph fewer", |capture| capture.photographs[2].image = None),
+];
+
+#[test]
+fn any_tag_changed_gives_the_bytes_of_a_run_from_the_beginning() {
+    let capture = capture();
+    for method in [Method::Joint, Method::Paper] {
+        let mut options = options(method);
+        options.start.insert("box".into(), [0.3; 3]);
+        let keeper = Keeper::default();
+        for (name, change) in TAGS {
+            kept(&capture, &options, &keeper).unwrap();
+            let mut changed = capture.clone();
+            change(&mut changed);
+            let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &keeper));
+            assert!(told(&all) == told(&part), "{name}, {method:?}");
+        }
+        // With gains divided out the samples depend on which materials are matt.
+        options.photographs.gain = lobelia::reconstruct::gain::GainUse::Apply;
+        kept(&capture, &options, &keeper).unwrap();
+        let mut changed = capture.clone();
+        changed.materials[0].kind = MaterialKind::Diffuse;
+        let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &keeper));
+        assert!(told(&all) == told(&part), "gains, {method:?}");
+        assert_eq!(part.unwrap().kept, [false; 5]);
+    }
+}
+
+#[test]
+fn tags_leave_what_does_not_read_them() {
+    use Stage::{Lights, Samples, Transport};
+    let capture = capture();
+    let of = |method: Method, change: fn(&mut Capture)| {
+        let options = options(method);
+        let keeper = keeper(&capture, &options);
+        let mut changed = capture.clone();
+        change(&mut changed);
+        stages(kept(&changed, &options, &keeper).unwrap().kept)
+    };
+    for (name, change) in TAGS {
+        let expected: &[Stage] = match name {
+            "known" | "known, textured" | "deviation" | "textured" | "no texture"
+            | "another light" | "no light" | "outside" => &[Samples, Transport],
+            "matt" | "glossy" => &[Samples],
+            _ => &[],
+        };
+        assert_eq!(of(Method::Joint, change), expected, "{name}");
+    }
+    assert_eq!(of(Method::Paper, TAGS[0].1), [Samples, Lights, Transport]);
+    assert_eq!(of(Method::Paper, TAGS[3].1), [Samples, Lights]);
+}
+
+#[test]
+fn what_is_kept_is_told_as_if_it_were_new() {
+    let capture = capture();
+    let options = options(Method::Joint);
+    let keeper = keeper(&capture, &options);
+    let tell = |keeper: &Keeper| {
+        let told = Mutex::new(Vec::new());
+        let whole = run_keeping(&capture, &options, keeper, &Watch::new(), &|update| {
+            told.lock().unwrap().push(match update {
+                Update::Stage(stage) => format!("does {}", stage.name()),
+                Update::Kept(stage) => format!("keeps {}", stage.name()),
+                Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
+                Update::Lights(lights, _) => format!("{} lights", lights.lights.len()),
+                Update::Transport(_) => "transport".to_owned(),
+                Update::Iteration(iteration) => format!("iteration {}", iteration.index),
+            });
+        });
+        (told.into_inner().unwrap(), whole.unwrap())
+    };
+    let (again, second) = tell(&keeper);
+    let (first, anew) = tell(&keeper.afresh());
+    let as_new: Vec<String> = again.iter().map(|line| line.replace("keeps", "does")).collect();
+    assert_eq!(as_new, first);
+    assert_eq!((second.kept, anew.kept), ([true; 5], [false; 5]));
+    assert_eq!(second.spent(), [0.0; 5]);
+    assert!(second.seconds.iter().sum::<f64>() > 0.0, "what they took once is still known");
+    assert_eq!(anew.spent(), anew.seconds);
+    // And the report says so, in numbers still.
+    let file = tempfile::tempdir().unwrap();
+    let file = file.path().join("solution.json");
+    let report = |whole: &Reconstruction| {
+        summary(&capture, &options, whole, 0.5).write(&file).unwrap();
+        (Solution::read(&file).unwrap(), std::fs::read_to_string(&file).unwrap())
+    };
+    let (read, _) = report(&second);
+    assert_eq!(read.kept_stages, Stage::ALL.map(Stage::name));
+    assert_eq!((read.seconds.load, read.seconds.solve, read.seconds.total), (0.5, 0.0, 0.5));
+    let (read, text) = report(&anew);
+    assert!(read.seconds.solve > 0.0 && !text.contains("kept"));
+}
+
+/// A run that is cancelled as a stage begins.
+fn stopped(capture: &Capture, options: &Options, keeper: &Keeper, at: Stage) {
+    let watch = Watch::new();
+    let stops = AtomicUsize::new(0);
+    let result = run_keeping(capture, options, keeper, &watch, &|update| {
+        if matches!(update, Update::Stage(stage) if stage == at) {
+            stops.fetch_add(1, SeqCst);
+            watch.cancel();
+        }
+    });
+    assert!(matches!(result, Err(Error::Cancelled(_))));
+    assert_eq!(stops.load(SeqCst), 1, "the moment to cancel never came");
+}
+
+#[test]
+fn a_run_that_was_stopped_takes_nothing_away_and_leaves_its_own() {
+    use Stage::{Samples, Solve, Textures, Transport};
+    let capture = capture();
+    let plain = options(Method::Joint);
+    let keeper = keeper(&capture, &plain);
+    let mut other = plain.clone();
+    other.set("samples", "count", "60").unwrap();
+    stopped(&capture, &other, &keeper, Solve);
+    assert_eq!(keeper.stages(&capture, &plain), [true; 5], "what was there before");
+    assert_eq!(stages(keeper.stages(&capture, &other)), [Samples, Transport]);
+    // Stopped once more before anything new is done.
+    let mut third = plain.clone();
+    third.set("samples", "count", "50").unwrap();
+    stopped(&capture, &third, &keeper, Samples);
+    assert_eq!(stages(keeper.stages(&capture, &other)), [Samples, Transport]);
+    // And on from there, with another option of the stage that it was stopped in.
+    other.set("joint", "ridge", "0.02").unwrap();
+    let part = kept(&capture, &other, &keeper);
+    assert_eq!(stages(part.as_ref().unwrap().kept), [Samples, Transport]);
+    assert!(told(&part) == told(&afresh(&capture, &other)));
+    stopped(&capture, &plain, &keeper.afresh(), Textures);
+    assert_eq!(keeper.stages(&capture, &other), [true; 5]);
+    assert_eq!(keeper.stages(&capture, &plain), [true, true, true, true, false]);
+}
+
+#[test]
+fn a_solve_that_was_done_on_kept_stages_is_kept_with_them() {
+    for (method, section, name) in
+        [(Method::Joint, "joint", "light_sets"), (Method::Paper, "refine", "max_iterations")]
+    {
+        let capture = capture();
+        let plain = options(method);
+        let keeper = keeper(&capture, &plain);
+        let mut other = plain.clone();
+        other.set(section, name, "1").unwrap();
+        stopped(&capture, &other, &keeper, Stage::Textures);
+        assert_eq!(keeper.stages(&capture, &other), [true, true, true, true, false]);
+        assert_eq!(keeper.stages(&capture, &plain), [true; 5]);
+    }
+}
+
+#[test]
+fn nothing_is_copied_and_another_capture_finds_nothing() {
+    let capture = capture();
+    let options = options(Method::Joint);
+    let keeper = keeper(&capture, &options);
+    let (a, b) =
+        (kept(&capture, &options, &keeper).unwrap(), kept(&capture, &options, &keeper).unwrap());
+    assert!(std::sync::Arc::ptr_eq(&a.samples, &b.samples));
+    assert!(std::sync::Arc::ptr_eq(&a.transport, &b.transport));
+    assert!(std::sync::Arc::ptr_eq(&a.solution, &b.solution));
+    // The same read again: equal, but not known to be without looking at every pixel.
+    let mut again = capture.clone();
+    again.mesh = std::sync::Arc::new((*capture.mesh).clone());
+    assert_eq!(keeper.stages(&again, &options), [false; 5]);
+    let mut again = capture.clone();
+    again.photographs[0].image =
+        again.photographs[0].image.as_deref().cloned().map(std::sync::Arc::new);
+    assert_eq!(keeper.stages(&again, &options), [false; 5]);
+}
