@@ -5,12 +5,15 @@ use std::path::Path;
 
 use lobelia::io::import::{alicevision, bundler, colmap, metashape, opensfm, reality_capture};
 use lobelia::io::mesh::{gltf, ply, stl};
-use lobelia::io::{exr, hdr, mtl, obj, picture, transforms};
+use lobelia::io::{
+    exr, hdr, mtl, obj, photograph, picture, project, raw, response, tags, transforms,
+};
+use lobelia::scene::{Role, Surface};
 
 /// A reader's name, where its stored corpus lies below tests/data, and the reader.
 pub type Reader = (&'static str, &'static [&'static str], fn(&[u8]));
 
-pub const READERS: [Reader; 20] = [
+pub const READERS: [Reader; 25] = [
     ("colmap_cameras_bin", &["import/colmap_binary/cameras.bin"], |bytes| {
         let _ = colmap::binary_cameras(file(), bytes);
     }),
@@ -93,6 +96,45 @@ pub const READERS: [Reader; 20] = [
     }),
     ("picture_size", &["import/grey_160x120.png", "bad/jpeg/corrupt-iptc-8011.jpg"], |bytes| {
         from_disk("a.png", bytes, |file| drop(picture::dimensions(file)));
+    }),
+    (
+        "photograph",
+        &[
+            "photographs/exif.jpg",
+            "photographs/deep.tif",
+            "import/grey_160x120.png",
+            "bad/jpeg/corrupt-exif-recursive-ifd.jpg",
+            "bad/tiff/test_ifd_loop_to_self.tif",
+        ],
+        |bytes| {
+            from_disk("a.jpg", bytes, |file| {
+                let _ = photograph::shot(file);
+                let _ = photograph::read(file);
+            });
+        },
+    ),
+    ("raw", &["photographs/lossless.dng"], |bytes| {
+        from_disk("a.dng", bytes, |file| {
+            let _ = photograph::shot(file);
+            let _ = raw::srgb_from_camera(file);
+            let _ = photograph::read(file);
+        });
+    }),
+    ("tags", &["../../assets/examples/corner/tags.json"], |bytes| {
+        from_disk("tags.json", bytes, |file| {
+            let surface = |name: &str| Surface {
+                name: name.to_owned(),
+                role: Role::Untagged,
+                has_texcoords: true,
+            };
+            let _ = tags::read(file, &mut ["floor", "wall1", "wall2"].map(surface));
+        });
+    }),
+    ("response", &["photographs/response.csv"], |bytes| {
+        from_disk("a.csv", bytes, |file| drop(response::read(file)));
+    }),
+    ("project", &["formats/project.lobelia"], |bytes| {
+        from_disk("a.lobelia", bytes, |file| drop(project::read(file)));
     }),
 ];
 

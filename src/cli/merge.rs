@@ -8,6 +8,7 @@ use clap::ArgMatches;
 use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
+use crate::exposures::options::ResponseKind;
 use crate::exposures::{MergeOptions, Response};
 use crate::io;
 use crate::io::brackets::{self, Series};
@@ -30,7 +31,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         })
         .transpose()?;
     let series = brackets::group(&files, times.as_ref(), matches.get_flag("one"))?;
-    if response.is_none() {
+    if response.is_none() && options.response != ResponseKind::Linear {
         check(&series)?;
     }
     let is_file = out.extension().is_some_and(|own| own.eq_ignore_ascii_case("exr"));
@@ -76,9 +77,11 @@ fn listed(series: &[Series]) -> String {
     series.iter().take(4).map(first).collect::<Vec<_>>().join(", ")
 }
 
-/// A series of one exposure is a slip more often than not, and determines no response.
+/// A series of one exposure is a slip more often than not, and determines no response; RAW files
+/// need none.
 fn check(series: &[Series]) -> Result<(), Ending> {
-    match series.iter().find(|series| series.files.len() < 2) {
+    let is_raw = |series: &Series| series.files.iter().all(|file| io::raw::is_raw(file));
+    match series.iter().find(|series| series.files.len() < 2 && !is_raw(series)) {
         None => Ok(()),
         Some(single) => Err(anyhow!(
             "{}: this exposure is alone; a series needs two. The files were grouped to {}. Give \

@@ -7,7 +7,7 @@
 //! pixel (their Eq. 6) with weights that know noise and clipping; [`align`] finds the
 //! translations of hand-held exposures (Ward, "Fast, Robust Image Registration for Compositing
 //! High Dynamic Range Photographs from Hand-Held Exposures", 2003); [`times`] holds the stated
-//! times against the pixels.
+//! times against the pixels; [`mosaic`] makes pixels of what a sensor measured.
 //!
 //! Nothing here knows files; codes come in as they are stored, radiance goes out. The unit of
 //! radiance is that which gives the middle code in one second, in every channel; series that
@@ -15,6 +15,7 @@
 
 pub mod align;
 pub mod merge;
+pub mod mosaic;
 pub mod options;
 pub mod response;
 pub mod samples;

@@ -28,6 +28,16 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// What the channels of RAW photographs are.
+    RawColor {
+        /// Linear sRGB, by the camera's matrix for daylight; no white balance.
+        Srgb = "srgb",
+        /// What the sensor measured behind its filters.
+        Camera = "camera",
+    }
+}
+
 crate::options! {
     /// Options of merging exposures.
     MergeOptions in "merge" {
@@ -49,6 +59,10 @@ crate::options! {
         saturation: f64 = 0.98, Some((0.5, 1.0)), "";
         /// Find the translations of hand-held exposures, and undo them.
         align: bool = true, None, "";
+        /// What the channels of RAW photographs become: linear sRGB by the camera's matrix for
+        /// daylight, the same for all lights and photographs (no white balance), or what the
+        /// camera measured behind its filters.
+        raw_color: RawColor = RawColor::Srgb, None, "";
         /// Vignetting to divide out: the images are radiance times 1 + a r^2 + b r^4, r in half
         /// diagonals from the middle; this is a.
         vignetting_a: f64 = 0.0, Some((-0.95, 2.0)), "";

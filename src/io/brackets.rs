@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
 use super::photograph::{self, Photo, Shot};
-use super::{Error, Fault};
-use crate::exposures::options::ResponseKind;
+use super::{Error, Fault, raw};
+use crate::exposures::options::{RawColor, ResponseKind};
 use crate::exposures::response::Undetermined;
 use crate::exposures::samples::{self, Readings};
 use crate::exposures::times::{self, Checked};
@@ -44,6 +45,8 @@ pub struct Found {
     pub checked: Checked,
     /// Of each series and exposure, in pixels.
     pub shifts: Vec<Vec<[isize; 2]>>,
+    /// Of each series, linear sRGB from the channels of its files, where that is to be applied.
+    pub colors: Vec<Option<DMat3>>,
     pub warnings: Vec<String>,
 }
 
@@ -90,8 +93,12 @@ pub fn merge_all(
             }
         };
         let Checked { response, trusted, .. } = &found.checked;
-        let merged = merge(&exposures, &trusted[index], one.reference, response, options, watch)?;
+        let mut merged =
+            merge(&exposures, &trusted[index], one.reference, response, options, watch)?;
         drop(exposures);
+        if let Some(matrix) = found.colors[index] {
+            turn(&mut merged, matrix);
+        }
         watch.tick()?;
         done(index, merged)?;
     }
@@ -142,10 +149,62 @@ fn examine(
         None => times::recover_checked(&readings, options.smoothness)
             .map_err(|Undetermined| undetermined(series))?,
     };
-    let warnings = std::iter::zip(series, std::iter::zip(&checked.links, &checked.trusted))
-        .flat_map(|(series, (links, trusted))| contradictions(series, links, trusted))
-        .collect();
-    Ok((Found { checked, shifts, warnings }, kept))
+    let mut warnings: Vec<String> =
+        std::iter::zip(series, std::iter::zip(&checked.links, &checked.trusted))
+            .flat_map(|(series, (links, trusted))| contradictions(series, links, trusted))
+            .collect();
+    let colors = colors(series, options, &mut warnings)?;
+    Ok((Found { checked, shifts, colors, warnings }, kept))
+}
+
+/// What the channels of each series are multiplied by once it is merged: a channel that is
+/// saturated in one exposure must not spoil the others.
+fn colors(
+    series: &[Series],
+    options: &MergeOptions,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Option<DMat3>>, Error> {
+    let mut unknown = None;
+    let mut colors = Vec::with_capacity(series.len());
+    for one in series {
+        let file = &one.files[one.reference];
+        let is_raw = one.files.iter().any(|file| raw::is_raw(file));
+        if is_raw != one.files.iter().all(|file| raw::is_raw(file)) {
+            return Err(Error::Invalid(Fault::new(
+                file,
+                "",
+                "RAW photographs and others are in one series",
+                "Give the RAW files alone, or the others alone",
+            )));
+        }
+        let matrix = match options.raw_color {
+            RawColor::Srgb if is_raw => {
+                let matrix = raw::srgb_from_camera(file)?;
+                if matrix.is_none() {
+                    unknown.get_or_insert(file);
+                }
+                matrix
+            }
+            _ => None,
+        };
+        colors.push(matrix);
+    }
+    if let Some(file) = unknown {
+        warnings.push(format!(
+            "{}: neither the file nor what is known of its camera says what its channels are in \
+             sRGB. They are left as the camera measured them (as with --merge.raw_color camera).",
+            file.display()
+        ));
+    }
+    Ok(colors)
+}
+
+/// Makes linear sRGB of a camera's own channels.
+fn turn(merged: &mut Merged, srgb_from_camera: DMat3) {
+    let matrix = srgb_from_camera.as_mat3();
+    merged.pixels.par_iter_mut().for_each(|pixel| {
+        *pixel = (matrix * Vec3::from_array(*pixel)).to_array();
+    });
 }
 
 fn apply(exposures: &mut [Exposure], shifts: &[[isize; 2]]) {

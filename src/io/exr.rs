@@ -4,23 +4,22 @@
 //! and an allocation that fails ends the process. Blocks are then decoded one by one into the
 //! result, so the memory is the image's own plus one block. Panics of the decoder become errors.
 
+mod decode;
+mod write;
+
 use std::fs::File;
 use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use exr::block::UncompressedBlock;
-use exr::block::chunk::CompressedBlock;
-use exr::block::reader::ChunksReader;
+use exr::meta::MetaData;
 use exr::meta::header::Header;
-use exr::meta::{BlockDescription, MetaData};
-use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Layer, LayerAttributes, LineOrder,
-    SampleType, Vec2, WritableImage, f16,
-};
+use exr::prelude::{Compression, Vec2};
 
+use self::decode::{block_size, decode};
+pub use self::write::{write_rgb, write_rgb_with};
 use super::picture::{LARGEST_BYTES, LARGEST_SIDE_PRODUCT, Picture};
-use super::{Error, Fault, atomic};
+use super::{Error, Fault};
 use crate::math::rgb::Radiance;
 
 /// No block of pixels (some scan lines or a tile) of a sound file is larger.
@@ -269,203 +268,4 @@ fn no_colour(file: &Path, meta: &MetaData) -> Error {
         ),
         "Save it with channels named R, G and B",
     ))
-}
-
-fn decode(
-    file: &Path,
-    header: &Header,
-    choice: &Choice,
-    note: Option<String>,
-) -> Result<Picture, Error> {
-    let display = header.shared_attributes.display_window;
-    let Vec2(width, height) = display.size;
-    let origin = header.own_attributes.layer_position;
-    let shift = [
-        i64::from(origin.0) - i64::from(display.position.0),
-        i64::from(origin.1) - i64::from(display.position.1),
-    ];
-    // What no block covers is NaN, so that it counts as no measurement.
-    let mut pixels = vec![[f32::NAN; 3]; width * height];
-    let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
-    let place = |block: UncompressedBlock| {
-        for line in block.lines(&header.channels) {
-            let Some(slots) = slots_of(choice.channels, line.location.channel) else { continue };
-            let y = line.location.position.1 as i64 + shift[1];
-            if y < 0 || y >= height as i64 {
-                continue;
-            }
-            let row = &mut pixels[y as usize * width..][..width];
-            let first = line.location.position.0 as i64 + shift[0];
-            let kind = header.channels.list[line.location.channel].sample_type;
-            for_each_sample(kind, line.value, |index, value| {
-                let x = first + index as i64;
-                if (0..width as i64).contains(&x) {
-                    for &slot in slots {
-                        row[x as usize][slot] = value;
-                    }
-                }
-            });
-        }
-    };
-    decompress(open, choice.layer, place).map_err(|failure| failed(file, failure))?;
-    if matches!(choice.channels, Channels::LuminanceChroma(_)) {
-        pixels.iter_mut().for_each(|pixel| *pixel = colour_of_luminance_chroma(*pixel));
-    }
-    Ok(Picture { width, height, pixels, notes: note.into_iter().collect() })
-}
-
-/// Decodes the blocks of a layer at full resolution.
-fn decompress(
-    file: File,
-    layer: usize,
-    mut place: impl FnMut(UncompressedBlock),
-) -> Result<(), exr::error::Error> {
-    let reader = exr::block::read(BufReader::new(file), false)?;
-    let chunks = reader.filter_chunks(false, |_, tile, block| {
-        block.layer == layer && tile.level_index == Vec2(0, 0)
-    })?;
-    let meta = chunks.meta_data().clone();
-    for chunk in chunks {
-        let chunk = chunk?;
-        // A damaged table may lead to a chunk of another layer or level.
-        let Some(header) =
-            meta.headers.get(chunk.layer_index).filter(|_| chunk.layer_index == layer)
-        else {
-            return Err(exr::error::Error::Invalid("table of pixel blocks".into()));
-        };
-        check_cosine_sizes(header, &chunk.compressed_block)?;
-        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false)?;
-        if block.index.level == Vec2(0, 0) {
-            place(block);
-        }
-    }
-    Ok(())
-}
-
-/// DWAA and DWAB blocks begin with the sizes of their decompressed parts, which the decoder
-/// allocates as they stand; one changed byte can make that exabytes.
-fn check_cosine_sizes(header: &Header, block: &CompressedBlock) -> Result<(), exr::error::Error> {
-    let bytes = match block {
-        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
-        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
-        _ => return Ok(()),
-    };
-    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
-        return Ok(());
-    }
-    // Parts are padded to 8 × 8 pixels, and run lengths may grow what they cannot shrink.
-    let Vec2(width, height) = block_size(header);
-    let padded = width.next_multiple_of(8) as u128 * height.next_multiple_of(8) as u128;
-    let most = 2 * padded * header.channels.bytes_per_pixel as u128 + 4096;
-    // Counters 1, 6 and 7 are in bytes, 8 and 9 in values of two bytes.
-    let counters = bytes.as_chunks::<8>().0.iter().take(10).enumerate();
-    for (index, counter) in counters {
-        let unit = match index {
-            1 | 6 | 7 => 1,
-            8 | 9 => 2,
-            _ => continue,
-        };
-        if unit * u128::from(u64::from_le_bytes(*counter)) > most {
-            return Err(exr::error::Error::Invalid("sizes of a DWA block".into()));
-        }
-    }
-    Ok(())
-}
-
-/// Width and height of the largest block of pixels.
-fn block_size(header: &Header) -> Vec2<usize> {
-    match header.blocks {
-        BlockDescription::ScanLines => {
-            let Vec2(width, height) = header.layer_size;
-            Vec2(width, header.compression.scan_lines_per_block().min(height))
-        }
-        BlockDescription::Tiles(tiles) => tiles.tile_size,
-    }
-}
-
-/// Which of the three values of a pixel a channel fills.
-fn slots_of(channels: Channels, channel: usize) -> Option<&'static [usize]> {
-    match channels {
-        Channels::Grey(grey) => (grey == channel).then_some(&[0, 1, 2]),
-        Channels::Colour(three) | Channels::LuminanceChroma(three) => {
-            const SLOTS: [&[usize]; 3] = [&[0], &[1], &[2]];
-            three.iter().position(|&index| index == channel).map(|slot| SLOTS[slot])
-        }
-    }
-}
-
-fn for_each_sample(kind: SampleType, bytes: &[u8], mut visit: impl FnMut(usize, f32)) {
-    match kind {
-        SampleType::F16 => {
-            for (index, sample) in bytes.as_chunks::<2>().0.iter().enumerate() {
-                visit(index, f16::from_ne_bytes(*sample).to_f32());
-            }
-        }
-        SampleType::F32 => {
-            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
-                visit(index, f32::from_ne_bytes(*sample));
-            }
-        }
-        SampleType::U32 => {
-            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
-                visit(index, u32::from_ne_bytes(*sample) as f32);
-            }
-        }
-    }
-}
-
-/// R, G, B of Y, RY = (R − Y)/Y, BY = (B − Y)/Y, with the luminance of Rec. 709, OpenEXR's
-/// default.
-fn colour_of_luminance_chroma([y, ry, by]: Radiance) -> Radiance {
-    let (red, blue) = ((ry + 1.0) * y, (by + 1.0) * y);
-    [red, (y - 0.2126 * red - 0.0722 * blue) / 0.7152, blue]
-}
-
-/// Writes R, G, B as 32-bit floats, ZIP compressed, whole or not at all.
-pub fn write_rgb(
-    file: &Path,
-    width: usize,
-    height: usize,
-    pixels: &[Radiance],
-) -> Result<(), Error> {
-    write_rgb_with(file, width, height, pixels, &[])
-}
-
-/// As [`write_rgb`], with further named channels (a texture's `seen`).
-///
-/// # Panics
-/// If a channel does not have `width × height` values.
-pub fn write_rgb_with(
-    file: &Path,
-    width: usize,
-    height: usize,
-    pixels: &[Radiance],
-    further: &[(&str, &[f32])],
-) -> Result<(), Error> {
-    assert_eq!(pixels.len(), width * height);
-    let colour = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
-        let samples = pixels.iter().map(|pixel| pixel[channel]).collect();
-        AnyChannel::new(name, FlatSamples::F32(samples))
-    });
-    let further = further.iter().map(|(name, samples)| {
-        assert_eq!(samples.len(), width * height);
-        AnyChannel::new(*name, FlatSamples::F32(samples.to_vec()))
-    });
-    let layer = Layer::new(
-        (width, height),
-        LayerAttributes::default(),
-        Encoding {
-            compression: Compression::ZIP16,
-            blocks: exr::image::Blocks::ScanLines,
-            line_order: LineOrder::Increasing,
-        },
-        AnyChannels::sort(colour.chain(further).collect()),
-    );
-    let image = exr::image::Image::from_layer(layer);
-    atomic::write(file, |out| {
-        image.write().non_parallel().to_buffered(out).map_err(|failure| match failure {
-            exr::error::Error::Io(source) => source,
-            other => std::io::Error::other(other.to_string()),
-        })
-    })
 }

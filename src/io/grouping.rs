@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::brackets::{Series, relative_exposure};
 use super::photograph::{self, Shot};
-use super::{Error, Fault, error};
+use super::{Error, Fault, error, raw};
 use crate::watch::Watch;
 
 /// Photographs taken with more than this between them, in seconds, are of different views.
@@ -69,14 +69,14 @@ pub fn find(files: &[PathBuf], times: Option<&Times>, watch: &Watch) -> Result<V
 fn grouped(mut candidates: Vec<Candidate>) -> Vec<Series> {
     let is_timed = candidates.iter().all(|one| one.shot.taken_secs.is_some());
     candidates.sort_by(|a, b| {
-        let place = a.file.parent().cmp(&b.file.parent());
+        let place = shelf(&a.file).cmp(&shelf(&b.file));
         let time = match (a.shot.taken_secs, b.shot.taken_secs) {
             (Some(a), Some(b)) if is_timed => a.total_cmp(&b),
             _ => std::cmp::Ordering::Equal,
         };
         place.then(time).then_with(|| natural(&a.file).cmp(&natural(&b.file)))
     });
-    let groups = split(candidates, |a, b| a.file.parent() != b.file.parent());
+    let groups = split(candidates, |a, b| shelf(&a.file) != shelf(&b.file));
     let groups = split_unless_alone(groups, |a, b| stem_family(&a.file) != stem_family(&b.file));
     let groups = if is_timed {
         split_unless_alone(groups, |a, b| pause(a, b) > LONGEST_PAUSE_SECS)
@@ -84,6 +84,12 @@ fn grouped(mut candidates: Vec<Candidate>) -> Vec<Series> {
         groups
     };
     groups.into_iter().flat_map(split_where_repeated).map(series).collect()
+}
+
+/// What lies beside each other and may be of one series: cameras write RAW files and developed
+/// ones of the same exposures into one folder.
+fn shelf(file: &Path) -> (Option<&Path>, bool) {
+    (file.parent(), raw::is_raw(file))
 }
 
 fn series(candidates: Vec<Candidate>) -> Series {

@@ -31,6 +31,7 @@ pub mod polygon;
 mod pose;
 pub mod process;
 pub mod project;
+pub mod raw;
 pub mod records;
 pub mod response;
 pub mod settings;

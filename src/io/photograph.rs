@@ -1,7 +1,5 @@
-//! Photographs as cameras write them: 8 and 16 bits a channel in JPEG, PNG or TIFF, with the
-//! exposure that their EXIF states.
-//!
-//! RAW files are refused by name: the pure-Rust decoders that are kept well are under the LGPL.
+//! Photographs as cameras write them: 8 and 16 bits a channel in JPEG, PNG, TIFF or RAW (see
+//! [`raw`]), with the exposure that their EXIF states.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -12,14 +10,8 @@ use ::exif::{Exif, In, Tag, Value};
 use ::image::{DynamicImage, ImageReader, Limits};
 
 use super::picture::{Format, LARGEST_SIDE_PRODUCT};
-use super::{Error, Fault};
+use super::{Error, Fault, raw};
 use crate::exposures::Codes;
-
-/// RAW files by their extension; many of them look like TIFF from within.
-const RAW: [&str; 22] = [
-    "3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "iiq", "kdc", "mef", "mos", "mrw",
-    "nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "sr2", "srw",
-];
 
 /// The codes of a photograph.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +35,9 @@ pub struct Shot {
 /// cameras are calibrated on the pixels. A single channel becomes three equal ones, opacity is
 /// left out.
 pub fn read(file: &Path) -> Result<Photo, Error> {
+    if raw::is_raw(file) {
+        return raw::read(file);
+    }
     // Refuses other files, and sizes that no photograph has.
     head(file)?;
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
@@ -80,6 +75,9 @@ pub fn read(file: &Path) -> Result<Photo, Error> {
 /// Width, height and bytes a channel, from the file's head alone.
 pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
     use ::image::ImageDecoder;
+    if raw::is_raw(file) {
+        return raw::dimensions(file).map(|(width, height)| (width, height, 2));
+    }
     refuse_others(file)?;
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
     let reader =
@@ -102,6 +100,12 @@ pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
 
 /// What the EXIF data of a file say; nothing where there are none, or they are broken.
 pub fn shot(file: &Path) -> Result<Shot, Error> {
+    if raw::is_raw(file) {
+        return raw::shot(file).or_else(|failure| match failure {
+            Error::Read { .. } => Err(failure),
+            _ => Ok(Shot::default()),
+        });
+    }
     let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
     let read = || {
         let mut reader = ::exif::Reader::new();
@@ -138,7 +142,13 @@ fn taken(exif: &Exif) -> Option<f64> {
         Value::Ascii(lines) => lines.first().cloned(),
         _ => None,
     };
-    let date = ::exif::DateTime::from_ascii(&text(Tag::DateTimeOriginal)?).ok()?;
+    let part = text(Tag::SubSecTimeOriginal);
+    seconds_of(&text(Tag::DateTimeOriginal)?, part.as_deref())
+}
+
+/// Seconds since some day, of `YYYY:MM:DD HH:MM:SS` and the digits after the point.
+pub(super) fn seconds_of(date: &[u8], part: Option<&[u8]>) -> Option<f64> {
+    let date = ::exif::DateTime::from_ascii(date).ok()?;
     // Days by a count that only has to grow by one a day (proleptic Gregorian, from March).
     let (month, day) = (i64::from(date.month), i64::from(date.day));
     let year = i64::from(date.year) - i64::from(month <= 2);
@@ -146,25 +156,14 @@ fn taken(exif: &Exif) -> Option<f64> {
     let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
     let hours = 24 * days + i64::from(date.hour);
     let secs = 60 * (60 * hours + i64::from(date.minute)) + i64::from(date.second);
-    let part = text(Tag::SubSecTimeOriginal)
-        .and_then(|digits| format!("0.{}", String::from_utf8_lossy(&digits).trim()).parse().ok())
+    let part = part
+        .and_then(|digits| format!("0.{}", String::from_utf8_lossy(digits).trim()).parse().ok())
         .filter(|part: &f64| part.is_finite());
     Some(secs as f64 + part.unwrap_or(0.0))
 }
 
 /// Names what is no exposure in a form that is read here.
 fn refuse_others(file: &Path) -> Result<(), Error> {
-    let extension =
-        file.extension().map_or_else(String::new, |own| own.to_string_lossy().to_lowercase());
-    if RAW.contains(&extension.as_str()) {
-        return Err(Error::Unsupported(Fault::new(
-            file,
-            "",
-            format!("RAW photographs ({}) are not read", extension.to_uppercase()),
-            "Develop it to a linear 16-bit TIFF, for example with dcraw -4 -T FILE or \
-             darktable-cli FILE out.tif (linear profile, no tone curve), and give that",
-        )));
-    }
     match Format::of(file)? {
         Format::Png | Format::Jpeg | Format::Tiff => Ok(()),
         Format::OpenExr | Format::Radiance => Err(Error::Unsupported(Fault::new(
@@ -176,7 +175,7 @@ fn refuse_others(file: &Path) -> Result<(), Error> {
         Format::Unknown => Err(Error::Unsupported(Fault::new(
             file,
             "",
-            "this is no JPEG, PNG or TIFF photograph",
+            "this is no JPEG, PNG, TIFF or RAW photograph",
             "Give the exposures in one of these formats",
         ))),
     }

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{Error, Fault, exr, hdr};
+use super::{Error, Fault, exr, hdr, raw};
 use crate::math::rgb::Radiance;
 
 /// No photograph has more pixels.
@@ -85,6 +85,9 @@ fn extension(file: &Path) -> String {
 
 /// Width and height, from the file's head alone.
 pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
+    if raw::is_raw(file) {
+        return raw::dimensions(file);
+    }
     match Format::of(file)? {
         Format::OpenExr => exr::dimensions(file),
         Format::Radiance => hdr::dimensions(file),

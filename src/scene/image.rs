@@ -2,20 +2,25 @@
 
 use crate::math::rgb::Radiance;
 
+/// A pixel at or above this in a channel is no measurement, in whatever unit: sums of such values
+/// and their squares would leave the range of single precision, and an infinite radiance would
+/// spoil every equation it is part of.
+const LARGEST: f32 = 1e18;
+
 /// Linear radiance in the capture's arbitrary unit, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<Radiance>,
-    /// Finite, not negative and below saturation in every channel.
+    /// Finite, not negative, below saturation and below [`LARGEST`] in every channel.
     valid: Vec<bool>,
     invalid: usize,
 }
 
 impl Image {
-    /// Marks as invalid every pixel with a channel that is not finite, negative, or at or above
-    /// `saturation`.
+    /// Marks as invalid every pixel with a channel that is not finite, negative, at or above
+    /// `saturation`, or 1e18 and more.
     ///
     /// # Panics
     /// If `pixels` does not have `width × height` entries.
@@ -26,7 +31,7 @@ impl Image {
         saturation: Option<f32>,
     ) -> Self {
         assert_eq!(pixels.len(), width * height);
-        let limit = saturation.unwrap_or(f32::INFINITY);
+        let limit = saturation.unwrap_or(LARGEST).min(LARGEST);
         let valid: Vec<bool> = pixels
             .iter()
             .map(|pixel| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit))

@@ -179,7 +179,7 @@ fn other_files_are_refused_by_name() {
     };
     let sound = series(folder.path(), 1, 0, 1.0);
     let cases: [(PathBuf, &[&str]); 4] = [
-        (put("a.CR2", b"II\x2a\0"), &["a.CR2", "RAW", "dcraw -4 -T", "darktable-cli"]),
+        (put("a.CR2", b"II\x2a\0"), &["a.CR2", "RAW", "damaged", "Copy it"]),
         (put("b.jpg", &[0xFF, 0xD8, 0xFF, 0xE0, 0, 1]), &["b.jpg", "damaged"]),
         (put("c.jpg", b"text"), &["c.jpg", "no JPEG, PNG or TIFF"]),
         (folder.path().join("none.jpg"), &["none.jpg", "cannot be read"]),
@@ -205,6 +205,21 @@ fn other_files_are_refused_by_name() {
     ]))
     .fails(1, &["vignetting"]);
     Run::of(merge(&sound, &out).args(["--merge.weights", "none"])).fails(2, &["noise", "hat"]);
+}
+
+/// What the sensor measured needs no series to be linear, and no response.
+#[test]
+fn one_raw_photograph_is_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("x.exr");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photographs/lossless.dng");
+    let mut command = merge(&[file], &out);
+    let run = Run::of(command.args(["--merge.raw_color", "camera"])).succeeds();
+    assert!(run.out.contains("linear") && run.out.contains("48×32"), "{}", run.out);
+    let read = exr::read(&out).unwrap();
+    // The first site is blue, and holds 300 of 256 to 4095, in 1/60 s.
+    let blue = (300.0 - 256.0) / (4095.0 - 256.0) * (255.0 / 128.0) * 60.0;
+    assert!((read.pixels[0][2] / blue - 1.0).abs() < 2e-3, "{:?} for {blue}", read.pixels[0]);
 }
 
 #[test]

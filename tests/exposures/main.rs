@@ -4,6 +4,7 @@
 mod alignment; // hand-held series, tripods
 mod known; // radiance, response, what is never measured, linear codes, vignetting
 mod opencv; // the same exposures through createCalibrateDebevec and createMergeDebevec
+mod raw; // RAW photographs: levels, mosaic, crop, colours, damage
 mod times; // times that contradict the pixels
 
 use lobelia::exposures::samples::{self, Readings};

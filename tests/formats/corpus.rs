@@ -20,6 +20,7 @@ fn read(file: &Path) -> Option<String> {
         }
         "hdr" => picture::read(file).and_then(|_| hdr::dimensions(file)).map(drop),
         "png" | "jpg" | "jpeg" => picture::dimensions(file).and_then(|_| exposure(file)),
+        "dng" => exposure(file),
         "obj" => obj::load(file).map(drop),
         "mtl" => mtl::read_specular(file).map(drop),
         "gltf" | "glb" | "ply" | "stl" => mesh::load(file).map(drop),

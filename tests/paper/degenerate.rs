@@ -116,6 +116,31 @@ fn photographs_without_a_valid_pixel() {
     }
 }
 
+/// What damaged files and dead sites hold: values that are no number, and some whose sums or squares
+/// are none.
+#[test]
+fn pixels_of_any_size_leave_the_numbers_finite() {
+    let values = [f32::NAN, f32::INFINITY, f32::MAX, 1e38, 1e19];
+    let mut room = box_room();
+    let cameras: Vec<_> = room.capture.photographs.drain(..).map(|p| p.camera).collect();
+    for camera in cameras {
+        let pixels = (0..camera.width * camera.height).map(|index| {
+            let mut pixel = [0.4, 0.5, 0.3];
+            // Runs of three, so that whole windows are of them.
+            if index / 3 % 17 == 0 {
+                pixel[index / 51 % 3] = values[index / 51 % values.len()];
+            }
+            pixel
+        });
+        room.photograph_of(camera, pixels.collect(), None);
+    }
+    let result = run(&room, &quick()).unwrap();
+    assert_finite(&result);
+    for sample in &result.samples.samples {
+        assert!(sample.radiance.iter().all(|value| *value <= 0.51));
+    }
+}
+
 #[test]
 fn black_photographs() {
     let mut room = box_room();

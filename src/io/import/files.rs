@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::Shot;
 use crate::geometry::mesh::Mesh;
 use crate::io::obj::Geometry;
-use crate::io::{Error, atomic, inside};
+use crate::io::{Error, atomic, inside, raw};
 use crate::scene::Camera;
 
 /// A path below `images` for each shot, all different also where case does not count.
@@ -33,7 +33,8 @@ pub(super) fn names(shots: &[Shot]) -> Vec<String> {
             let extension = actual.map_or(own.into(), |own| own.to_string_lossy());
             // "img.001" found as img.001.png keeps its dot.
             let is_image = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"]
-                .contains(&own.to_lowercase().as_str());
+                .contains(&own.to_lowercase().as_str())
+                || raw::is_raw(Path::new(tail));
             let stem = if is_image || own.is_empty() { stem.to_owned() } else { tail.to_owned() };
             let whole = |number: usize| {
                 let number = if number == 1 { String::new() } else { format!("_{number}") };

@@ -3,12 +3,13 @@
 //!
 //! Programs write absolute paths, paths of other machines, or names without extension; photographs
 //! are developed to another format after the cameras were found. So the file's name decides, then
-//! as many of its folders as agree. An image of radiance is taken before one for display.
+//! as many of its folders as agree. An image of radiance is taken before one for display, and a
+//! RAW photograph where it is named, or lies there alone.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use crate::io::inside;
+use crate::io::{inside, raw};
 
 const EXTENSIONS: [&str; 7] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff"];
 /// Folders within folders: deep in those that the user gives, less so near a source, which may lie
@@ -108,7 +109,7 @@ impl Photographs {
                 .map_or_else(String::new, |own| own.to_string_lossy().to_lowercase());
             let is_radiance = ["exr", "hdr"].contains(&extension.as_str());
             let is_same = last.ends_with(&format!(".{extension}"));
-            (shared, is_radiance, is_same)
+            (shared, is_radiance, is_same, !raw::is_raw(path))
         };
         let best = candidates.iter().map(|&index| score(index)).max();
         let mut winners = candidates.iter().filter(|&&index| Some(score(index)) == best);
@@ -119,14 +120,26 @@ impl Photographs {
         }
     }
 
-    /// All files in the order of their paths.
+    /// All photographs in the order of their paths: RAW files only where there is no other of that
+    /// name.
     pub fn all(&self) -> Vec<PathBuf> {
-        self.files.iter().map(|(path, _)| path.clone()).collect()
+        let developed: HashSet<&[String]> = self
+            .files
+            .iter()
+            .filter(|(path, _)| !raw::is_raw(path))
+            .map(|(_, own)| &own[..])
+            .collect();
+        self.files
+            .iter()
+            .filter(|(path, own)| !raw::is_raw(path) || !developed.contains(&own[..]))
+            .map(|(path, _)| path.clone())
+            .collect()
     }
 }
 
 fn is_image(name: &str) -> bool {
-    name.rsplit_once('.').is_some_and(|(_, own)| EXTENSIONS.contains(&own))
+    raw::is_raw(Path::new(name))
+        || name.rsplit_once('.').is_some_and(|(_, own)| EXTENSIONS.contains(&own))
 }
 
 fn stem(name: &str) -> &str {
@@ -158,5 +171,11 @@ mod tests {
         assert_ne!(photographs.find("É b.jpg"), one(&jpeg));
         assert_eq!(photographs.find("./img.001"), one(&dotted));
         assert_eq!(photographs.find("notes.txt"), Found::None);
+        // Cameras write both; programs were given one of them.
+        let (raw, jpeg) = (put("c.NEF"), put("c.jpg"));
+        let photographs = Photographs::below(&[folder.path().to_owned()]);
+        assert_eq!(photographs.find("c.nef"), one(&raw));
+        assert_eq!(photographs.find("c"), one(&jpeg));
+        assert!(photographs.all().contains(&jpeg) && !photographs.all().contains(&raw));
     }
 }

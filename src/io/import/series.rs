@@ -9,10 +9,10 @@ use glam::DVec3;
 use super::{Import, ShotSeries};
 use crate::io::brackets::Series;
 use crate::io::grouping::{self, Times};
-use crate::io::{Error, Fault};
+use crate::io::{Error, Fault, raw};
 use crate::watch::Watch;
 
-/// What exposures are kept as.
+/// What exposures are kept as, beside RAW.
 const EXPOSURES: [&str; 5] = ["jpg", "jpeg", "png", "tif", "tiff"];
 /// Cameras of one view look the same way within this (3°),
 const SAME_VIEW_COSINE: f64 = 0.9986;
@@ -45,8 +45,10 @@ pub(super) fn find(
             None => loose.push((shot, image)),
         }
     }
-    let folders: BTreeSet<&Path> = loose.iter().filter_map(|(_, image)| image.parent()).collect();
-    let mut files: Vec<PathBuf> = folders.into_iter().flat_map(exposures).collect();
+    let folders: BTreeSet<(&Path, bool)> =
+        loose.iter().filter_map(|(_, image)| Some((image.parent()?, raw::is_raw(image)))).collect();
+    let mut files: Vec<PathBuf> =
+        folders.into_iter().flat_map(|(folder, is_raw)| exposures(folder, is_raw)).collect();
     files.truncate(MOST_FILES);
     let groups = grouping::find(&files, times, watch)?;
     let places: HashMap<&Path, (usize, usize)> = groups
@@ -111,12 +113,15 @@ fn stands_alike(import: &Import, a: usize, b: usize, spread: f64) -> bool {
     cosine >= SAME_VIEW_COSINE && a.position.distance(b.position) <= SAME_PLACE * spread
 }
 
-/// The files of a folder that may be exposures, by name.
-fn exposures(folder: &Path) -> Vec<PathBuf> {
+/// The files of a folder that may be exposures, RAW or others, by name.
+fn exposures(folder: &Path, is_raw: bool) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
         .filter(|path| {
+            if is_raw {
+                return raw::is_raw(path);
+            }
             let extension = path.extension().map(|own| own.to_string_lossy().to_lowercase());
             extension.is_some_and(|own| EXPOSURES.contains(&own.as_str()))
         })

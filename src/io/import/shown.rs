@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
-use crate::io::picture::{self, Format};
-use crate::io::{Error, photograph};
+use crate::io::picture::{self, Format, Picture};
+use crate::io::{Error, photograph, raw};
 use crate::math::rgb::srgb_code;
 
 /// Of radiance that 95 % of the pixels stay below, what part of white it becomes.
@@ -25,15 +26,18 @@ pub struct Shown {
 /// Reads a photograph, its longer side made no longer than `longest` by averaging whole squares of
 /// pixels. Radiance is exposed so that little of it is clipped.
 pub fn read(file: &Path, longest: usize) -> Result<Shown, Error> {
-    if !Format::of(file)?.is_radiance() {
+    let picture = if raw::is_raw(file) {
+        developed(file)?
+    } else if Format::of(file)?.is_radiance() {
+        picture::read(file)?
+    } else {
         let photo = photograph::read(file)?;
         let (step, width, height) = reduced(photo.width, photo.height, longest);
         let size = (photo.width, photo.height);
         let pixels = squares(size, (step, width, height), |index| photo.codes.at(index));
         let pixels = pixels.into_iter().map(|code| code.map(|value| value.round() as u8));
         return Ok(Shown { step, width, height, pixels: pixels.collect() });
-    }
-    let picture = picture::read(file)?;
+    };
     let (step, width, height) = reduced(picture.width, picture.height, longest);
     let usable = |value: f32| if value.is_finite() { value.max(0.0) } else { 0.0 };
     let size = (picture.width, picture.height);
@@ -47,6 +51,17 @@ pub fn read(file: &Path, longest: usize) -> Result<Shown, Error> {
     let scale = if bright > 0.0 { BRIGHT_PART / bright } else { 1.0 };
     let pixels = pixels.into_par_iter().map(|pixel| pixel.map(|value| srgb_code(scale * value)));
     Ok(Shown { step, width, height, pixels: pixels.collect() })
+}
+
+/// What a RAW photograph measured, in sRGB where that is known.
+fn developed(file: &Path) -> Result<Picture, Error> {
+    let photo = photograph::read(file)?;
+    let matrix = raw::srgb_from_camera(file)?.unwrap_or(DMat3::IDENTITY).as_mat3();
+    let pixels = (0..photo.codes.len())
+        .into_par_iter()
+        .map(|index| (matrix * Vec3::from_array(photo.codes.at(index))).to_array());
+    let (width, height) = (photo.width, photo.height);
+    Ok(Picture { width, height, pixels: pixels.collect(), notes: Vec::new() })
 }
 
 /// The side of the squares, and how many there are of them; those beyond the last whole one go.

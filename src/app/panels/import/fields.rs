@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, ComboBox, DragValue};
 
+use super::path;
 use crate::app::actions::Action;
 use crate::app::dialogs::Asked;
 use crate::app::import::{Field, ImportPage};
@@ -79,13 +80,11 @@ fn files(ui: &mut egui::Ui, page: &mut ImportPage, actions: &mut Vec<Action>) {
                     }
                 }
                 let text = &mut page.texts[field as usize];
-                let edit = egui::TextEdit::singleline(text)
-                    .id(super::id(name))
-                    .desired_width(f32::INFINITY);
                 let whole = page.chosen[field as usize].as_str();
                 let hover =
                     if whole.is_empty() { help.to_owned() } else { format!("{whole}\n{help}") };
-                let response = ui.add(edit).on_hover_text(hover).labelled_by(label.id);
+                let edit = path::path_edit(ui, super::id(name), text);
+                let response = edit.on_hover_text(hover).labelled_by(label.id);
                 if response.lost_focus() {
                     page.chosen[field as usize].clone_from(text);
                 }

@@ -3,6 +3,7 @@
 mod exposures;
 mod fields;
 mod found;
+mod path;
 mod photographs;
 
 use eframe::egui::{self, Id};
