@@ -123,6 +123,15 @@ impl Window {
         self.step();
     }
 
+    /// The same of a menu within a menu.
+    fn submenu(&mut self, menu: &str, within: &str, entry: &str) {
+        self.menu(menu, within);
+        self.harness.run_steps(5);
+        let found = self.harness.query_all_by_label_contains(entry).next();
+        found.unwrap_or_else(|| panic!("{within} has no \"{entry}\"")).click();
+        self.step();
+    }
+
     fn key(&mut self, modifiers: egui::Modifiers, key: egui::Key) {
         self.harness.key_press_modifiers(modifiers, key);
         self.step();

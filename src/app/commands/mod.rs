@@ -18,6 +18,8 @@ pub struct Command {
     pub action: Action,
     /// A line is drawn above it in the menu.
     pub begins_group: bool,
+    /// The part of the menu that opens beside it and holds this.
+    pub within: Option<&'static str>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
