@@ -126,7 +126,7 @@ fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Ve
         swatch(ui, list_color(project, index));
         ui.heading(own.name.as_str());
     });
-    let found_as = project.found_as(index).filter(|_| project.products.solution.is_some());
+    let found_as = project.found_as(index).filter(|_| project.products.solved.is_some());
     let Some(result) = found_as else {
         empty(ui, "Its reflectance is found by a run.");
         return;

@@ -206,7 +206,7 @@ impl Scene {
         }
         let rows = surfaces::rows(
             capture,
-            content.of_results().map(|of| &**of).zip(content.solution.as_deref()),
+            content.of_results().map(|of| &**of).zip(content.solved.as_deref()),
             &content.selected_surfaces,
             &content.hidden_surfaces,
         );

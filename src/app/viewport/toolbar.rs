@@ -120,7 +120,7 @@ fn relit(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     }
     let state = match (&content.relit, view.camera().orthographic && view.through.is_none()) {
         (_, true) => "Renderings have perspective: press 5".to_owned(),
-        (None, _) if !content.is_solved => "Run first".to_owned(),
+        (None, _) if content.solved.is_none() => "Run first".to_owned(),
         (None, _) => "Preparing…".to_owned(),
         (Some(relit), _) => format!("{} paths a pixel", relit.paths),
     };
