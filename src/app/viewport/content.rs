@@ -182,6 +182,8 @@ pub struct ViewSettings {
     pub shading: Shading,
     pub wireframe: bool,
     pub cameras: bool,
+    /// The photographs in their cameras.
+    pub thumbnails: bool,
     pub samples: bool,
     pub sample_color: SampleColor,
     pub lights: bool,
@@ -202,6 +204,7 @@ impl Default for ViewSettings {
             shading: Shading::default(),
             wireframe: true,
             cameras: true,
+            thumbnails: true,
             samples: true,
             sample_color: SampleColor::default(),
             lights: true,

@@ -30,8 +30,8 @@ pub struct Known {
     pub surfaces: Option<Surfaces>,
     pub samples: Option<Samples>,
     pub lights: Option<Lights>,
-    /// The selected photograph and the colours of lines.
-    pub lines: Option<(Option<usize>, Look)>,
+    /// The selected photograph, the colours of lines, and the number of photographs on hand.
+    pub lines: Option<(Option<usize>, Look, usize)>,
     pub relit: Option<Arc<Relit>>,
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use eframe::{egui, wgpu};
 
+use crate::app::viewport::gpu::note_upload;
 use crate::app::viewport::palette;
 use crate::math::rgb::srgb_code;
 use crate::render::scene::Solved;
@@ -84,6 +85,7 @@ pub fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, rows: &[[u32; 4]]) {
         bytes_per_row: Some(16 * WIDTH as u32),
         rows_per_image: None,
     };
+    note_upload(size_of_val(rows));
     queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(rows), layout, extent(rows));
 }
 
