@@ -58,6 +58,7 @@ impl Window {
             path: path.map(Path::to_owned),
             home: Some(home.to_owned()),
             own_dialogs: true,
+            began: None,
         };
         let harness = Harness::builder()
             .with_size([1280.0, 720.0])

@@ -50,6 +50,10 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has("Reflectances"));
     window.click("Error per sample");
     assert!(window.has_part("RMS of the logarithm"));
+    window.menu("Edit", "Select worst sample");
+    assert!(window.has("Error (ln)"));
+    window.menu("Edit", "Select strongest light");
+    assert!(window.has_part("Lobes, by emission"));
     window.click("Compare");
     window.wait("the first paths", |window| window.has_part("paths a pixel"));
     assert!(window.has_part("relative RMS"));
@@ -81,10 +85,16 @@ fn results_that_were_read_with_the_project_are_shown() {
     window.key(egui::Modifiers::COMMAND, egui::Key::R);
     window.wait("the end of the run", |window| !window.harness.state().is_busy());
     let results = folder.path().join("results");
+    // What is there already is not lost unasked.
+    std::fs::create_dir(&results).unwrap();
+    std::fs::write(results.join("solution.json"), "of another day").unwrap();
     window.menu("File", "Export results…");
     window.write("Path", results.to_str().unwrap());
     window.click_front("Export");
-    window.wait("the results", |_| results.join("solution.json").is_file());
+    window.wait_for("Replace the results?");
+    let text = std::fs::read_to_string(results.join("solution.json")).unwrap();
+    assert_eq!(text, "of another day");
+    window.click("Replace");
     window.wait("the folder", |window| window.has_part("Results written to"));
     window.key(egui::Modifiers::COMMAND, egui::Key::S);
     drop(window);

@@ -140,6 +140,22 @@ fn edit(list: &mut Vec<Command>) {
     group(
         list,
         Edit,
+        "Select worst sample",
+        None,
+        Action::Select(Select::WorstSample),
+        "The sample that the results are furthest from, by ratio",
+    );
+    add(
+        list,
+        Edit,
+        "Select strongest light",
+        None,
+        Action::Select(Select::StrongestLight),
+        "The virtual light that gives the selected sample most",
+    );
+    group(
+        list,
+        Edit,
         "Assign material…",
         key(NONE, Key::M),
         Action::AskMaterial,
