@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use super::derived;
 use super::dialogs::{self, Asked, Palette};
 use super::edit::Change;
 use super::files;
@@ -32,7 +33,11 @@ pub enum Action {
         file: PathBuf,
         replace: bool,
     },
-    ExportTo(PathBuf),
+    /// `replace` where results that are there may go.
+    ExportTo {
+        folder: PathBuf,
+        replace: bool,
+    },
     Close,
     Quit,
     /// The answer about unsaved work: save it first, or lose it.
@@ -88,7 +93,8 @@ pub enum Relight {
     /// An image of light from all around.
     AddDome(PathBuf),
     Load(PathBuf),
-    Save(PathBuf),
+    /// With `true` where a file of that name may go.
+    Save(PathBuf, bool),
     /// Takes the selected light or object away.
     Remove,
     Duplicate,
@@ -134,7 +140,11 @@ pub enum Select {
     Nothing,
     Material(usize),
     Sample(usize),
+    /// The one that the results are furthest from.
+    WorstSample,
     Light(usize),
+    /// The one that the selected sample gets most light from.
+    StrongestLight,
     Photograph(usize),
     Added(Added),
 }
@@ -167,9 +177,14 @@ pub fn apply(state: &mut State, action: Action) {
                 go_on(state, then);
             }
         }
-        Action::ExportTo(folder) => {
+        Action::ExportTo { folder, replace } => {
             if let Some(project) = &state.project {
-                state.jobs.export(project, folder);
+                let is_own = project.solution.as_ref() == Some(&folder);
+                if !replace && !is_own && folder.join("solution.json").exists() {
+                    state.dialogs.replace = Some((Asked::Export, folder));
+                } else {
+                    state.jobs.export(project, folder);
+                }
             }
         }
         Action::Compare(photograph) => {
@@ -363,7 +378,21 @@ pub(super) fn select(project: &mut Project, what: Select) {
             selection.sample = Some(sample);
             Focus::Sample
         }
+        Select::WorstSample => {
+            let derived = project.products.derived.as_ref();
+            selection.sample = derived.and_then(|derived| derived.worst()).or(selection.sample);
+            Focus::Sample
+        }
         Select::Light(light) => {
+            selection.light = Some(light);
+            Focus::Light
+        }
+        Select::StrongestLight => {
+            let lit = project.products.whole.as_deref().zip(selection.sample);
+            let lights = lit.map(|(whole, sample)| derived::irradiance_of(whole, sample).1);
+            let Some(&(light, _)) = lights.as_ref().and_then(|lights| lights.first()) else {
+                return;
+            };
             selection.light = Some(light);
             Focus::Light
         }

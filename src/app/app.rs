@@ -29,6 +29,11 @@ impl Studio {
         files::autosave_now(&mut self.state);
     }
 
+    /// Whether the capture is drawn with all that its photographs show.
+    pub fn is_drawn(&self) -> bool {
+        self.state.viewport.is_ready()
+    }
+
     /// Whether a job of any kind is under way.
     pub fn is_busy(&self) -> bool {
         let page = self.state.import.as_ref();
@@ -45,6 +50,12 @@ impl eframe::App for Studio {
         let ctx = ui.ctx().clone();
         let mut actions = Vec::new();
 
+        let is_drawn = [state.viewport.has_geometry(), state.viewport.is_ready()];
+        if let Some(report) = state.start.as_mut().and_then(|s| s.report(is_drawn[0], is_drawn[1]))
+        {
+            state.start = None;
+            state.messages.info(report);
+        }
         jobs::drain(state);
         import::follow(state);
         dialogs::poll(state, &mut actions);
@@ -79,6 +90,10 @@ impl eframe::App for Studio {
         title(&ctx, state);
         if let Some(soon) = state.messages.expire() {
             ctx.request_repaint_after(soon);
+        }
+        if state.start.is_some() && state.viewport.is_ready() {
+            // The report waits for the frame after.
+            ctx.request_repaint();
         }
         state.probe.add(began.elapsed());
     }

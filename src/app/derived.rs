@@ -67,6 +67,12 @@ impl Derived {
         Self { by_material, material_start, place, log_rms, lights: lights(whole), samples }
     }
 
+    /// The sample with the largest error.
+    pub fn worst(&self) -> Option<usize> {
+        let error = |index: usize| self.samples[index].log_error.abs();
+        (0..self.samples.len()).max_by(|a, b| error(*a).total_cmp(&error(*b)))
+    }
+
     /// The samples of a material with the largest errors, worst first.
     pub fn worst_of(&self, material: usize, count: usize) -> Vec<usize> {
         let (Some(&from), Some(&to)) =

@@ -78,8 +78,8 @@ pub struct Dialogs {
     pub path: Option<PathField>,
     /// What comes after the question about unsaved work.
     pub unsaved: Option<Then>,
-    /// A file that saving would replace.
-    pub replace: Option<PathBuf>,
+    /// What would be replaced, and by what.
+    pub replace: Option<(Asked, PathBuf)>,
     pub locate: Option<Locate>,
     pub palette: Option<Palette>,
     pub shortcuts: bool,
@@ -171,12 +171,12 @@ impl Asked {
             | Self::ImportOut => Action::Import(Do::Show(None)),
             Self::OpenCapture | Self::OpenProject => Action::Open(path),
             Self::SaveAs => Action::SaveTo { file: path, replace },
-            Self::Export => Action::ExportTo(path),
+            Self::Export => Action::ExportTo { folder: path, replace },
             Self::Locate => Action::Locate(path),
             Self::AddObject => Action::Relight(Relight::AddObject(path)),
             Self::AddDome => Action::Relight(Relight::AddDome(path)),
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
-            Self::SaveEdits => Action::Relight(Relight::Save(path)),
+            Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::Render(path)),
             Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
@@ -257,7 +257,7 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     match answer {
         Some(path) => {
             // The system has asked about a file of this very name.
-            let replace = is_project(&path);
+            let replace = is_project(&path) || asked == Asked::SaveEdits;
             actions.push(asked.action(path, replace));
         }
         None if took < NO_HAND => {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::dialogs::Locate;
+use super::dialogs::{Asked, Locate};
 use super::edit::Edit;
 use super::jobs::Reading;
 use super::leaving::{Stake, Then};
@@ -252,7 +252,7 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
     };
     let is_own = || file.canonicalize().ok().as_ref() == project.file.as_ref();
     if !replace && file.exists() && !is_own() {
-        state.dialogs.replace = Some(file);
+        state.dialogs.replace = Some((Asked::SaveAs, file));
         return false;
     }
     if let Err(error) = project::write(&file, &file_of(state, project)) {

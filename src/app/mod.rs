@@ -31,6 +31,7 @@ pub mod viewport;
 mod writer;
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use eframe::egui;
 
@@ -45,11 +46,15 @@ pub struct Launch {
     pub home: Option<PathBuf>,
     /// Ask for paths in the window only, never by the system's dialogs.
     pub own_dialogs: bool,
+    /// When the program began, to say how soon the capture was seen.
+    pub began: Option<Instant>,
 }
 
 /// Opens the window and returns when it is closed.
 pub fn open(path: Option<PathBuf>) -> Result<(), String> {
-    let launch = Launch { path, home: crate::io::settings::home(), own_dialogs: false };
+    let began = Instant::now();
+    let launch =
+        Launch { path, home: crate::io::settings::home(), own_dialogs: false, began: Some(began) };
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Lobelia")

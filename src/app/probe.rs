@@ -1,6 +1,7 @@
-//! How long the window's updates take: all that a frame does but drawing.
+//! How long the window's updates take, which is all that a frame does but drawing; and how soon a
+//! capture that it is started with is seen.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Updates since a run began.
 #[derive(Default)]
@@ -37,9 +38,55 @@ impl Probe {
     }
 }
 
+/// From the program's start to a capture that is drawn.
+pub struct Start {
+    began: Instant,
+    /// Window and graphics driver were there.
+    driver: Duration,
+    /// So was all that does not depend on the capture.
+    window: Duration,
+    /// The frame before this one had the geometry.
+    geometry: Option<Duration>,
+}
+
+impl Start {
+    pub fn new(began: Instant, driver: Instant) -> Self {
+        let driver = driver.saturating_duration_since(began);
+        Self { began, driver, window: began.elapsed(), geometry: None }
+    }
+
+    /// Asked at the beginning of a frame, when what the frame before drew is on the screen; says
+    /// how long all of it took once the capture is drawn with its photographs.
+    pub fn report(&mut self, has_geometry: bool, has_photographs: bool) -> Option<String> {
+        if has_geometry {
+            self.geometry.get_or_insert_with(|| self.began.elapsed());
+        }
+        let geometry = self.geometry.filter(|_| has_photographs)?;
+        let [driver, window, geometry, photographs] =
+            [self.driver, self.window, geometry, self.began.elapsed()].map(|d| d.as_secs_f64());
+        Some(format!(
+            "Since the program began: window and graphics driver {driver:.2} s, panels \
+             {window:.2} s, the geometry drawn {geometry:.2} s, with photographs {photographs:.2} s"
+        ))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_start_is_told_once_the_photographs_are_drawn() {
+        let began = Instant::now();
+        let mut start = Start::new(began, began + Duration::from_millis(120));
+        assert_eq!(start.report(false, false), None);
+        assert_eq!(start.report(true, false), None);
+        let report = start.report(true, true).unwrap();
+        assert!(
+            report.contains("driver 0.12 s") && report.contains("with photographs"),
+            "{report}"
+        );
+    }
 
     #[test]
     fn the_longest_of_a_hundred_is_not_what_most_stay_below() {

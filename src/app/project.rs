@@ -293,7 +293,7 @@ impl Project {
             selected_photograph: self.selection.photograph,
             edits: self.edit.relight.clone(),
             selected_added: self.selection.added,
-            is_solved: self.products.solved.is_some(),
+            solved: self.products.solved.clone(),
             relit: None,
         }
     }

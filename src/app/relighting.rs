@@ -6,6 +6,7 @@ use glam::Vec3;
 use serde_json::json;
 
 use super::actions::{self, Relight, Select};
+use super::dialogs::Asked;
 use super::edit::Change;
 use super::jobs::Reading;
 use super::relight::{self, Added, Motion};
@@ -40,8 +41,12 @@ pub fn apply(state: &mut State, what: Relight) {
             let project = state.project.as_ref();
             state.jobs.read_edits(project, Reading::File, EditSource::File(path));
         }
-        Relight::Save(path) => {
+        Relight::Save(path, replace) => {
             let path = if path.extension().is_some() { path } else { path.with_extension("json") };
+            if !replace && path.exists() {
+                state.dialogs.replace = Some((Asked::SaveEdits, path));
+                return;
+            }
             match edits::write(&path, &edits) {
                 Ok(()) => state.messages.notice(format!("Edits written to {}", path.display())),
                 Err(error) => {

@@ -16,7 +16,7 @@ use super::jobs::Jobs;
 use super::layout::Layout;
 use super::messages::Messages;
 use super::panels::PanelState;
-use super::probe::Probe;
+use super::probe::{Probe, Start};
 use super::project::Project;
 use super::theme;
 use super::viewport::Viewport;
@@ -52,6 +52,8 @@ pub struct State {
     /// The graphics adapter in use.
     pub adapter: String,
     pub probe: Probe,
+    /// Until the capture that the window was started with is drawn.
+    pub start: Option<Start>,
     pub quitting: bool,
     /// Whether a text field had the focus at the end of the frame before.
     pub was_typing: bool,
@@ -59,6 +61,7 @@ pub struct State {
 
 impl State {
     pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
+        let driver = Instant::now();
         let ctx = &cc.egui_ctx;
         let render = cc.wgpu_render_state.as_ref().ok_or("no graphics adapter was found")?;
         let no_thread = |error| format!("no thread can be started: {error}");
@@ -96,6 +99,10 @@ impl State {
             example: example(),
             adapter: adapter(render),
             probe: Probe::default(),
+            start: launch
+                .began
+                .filter(|_| launch.path.is_some())
+                .map(|began| Start::new(began, driver)),
             quitting: false,
             was_typing: false,
         })

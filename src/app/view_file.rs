@@ -30,6 +30,7 @@ pub fn value(settings: &ViewSettings, camera: &ViewCamera) -> Value {
         "shading": word(&SHADINGS, settings.shading),
         "wireframe": settings.wireframe,
         "cameras": settings.cameras,
+        "thumbnails": settings.thumbnails,
         "samples": settings.samples,
         "sample_color": word(&COLORS, settings.sample_color),
         "lights": settings.lights,
@@ -56,6 +57,7 @@ pub fn apply(value: &Value, settings: &mut ViewSettings) {
     };
     set("wireframe", &mut settings.wireframe);
     set("cameras", &mut settings.cameras);
+    set("thumbnails", &mut settings.thumbnails);
     set("samples", &mut settings.samples);
     set("lights", &mut settings.lights);
     set("lobes", &mut settings.lobes);
@@ -107,6 +109,7 @@ mod tests {
             shading: Shading::Plain,
             sample_color: SampleColor::Views,
             grid: false,
+            thumbnails: false,
             exposure_ev: -1.5,
             ..Default::default()
         };

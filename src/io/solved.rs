@@ -14,6 +14,7 @@ use crate::math::rgb::CHANNELS;
 use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
+use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::unwrap::Unwrap;
 use crate::render::scene::Solved;
@@ -37,6 +38,12 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
             diffuse,
             specular: found.specular.unwrap_or_default(),
             exponent: found.exponent.unwrap_or(1.0),
+        }));
+        solved.certainty.push(found.identified.map(|identified| MaterialCertainty {
+            diffuse: found.diffuse_interval.unwrap_or_default(),
+            specular: found.specular_interval.unwrap_or_default(),
+            exponent: found.exponent_interval,
+            identified,
         }));
     }
     let file = folder.join("lights.json");

@@ -11,6 +11,7 @@ use crate::reconstruct::Reconstruction;
 use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::lights::{LightKind, VirtualLights};
 use crate::reconstruct::lobes::Lobes;
+use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::Added;
@@ -28,16 +29,20 @@ pub struct Solved {
     pub lobes: Lobes,
     /// E per lobe.
     pub emission: Vec<Rgb>,
+    /// Per material how sure its reflectance is; empty where the method does not say.
+    pub certainty: Vec<Option<MaterialCertainty>>,
 }
 
 impl From<&Reconstruction> for Solved {
     fn from(whole: &Reconstruction) -> Self {
+        let certainty = whole.solution.certainty.as_ref();
         Self {
             reflectances: whole.solution.reflectances.clone(),
             textures: whole.textures.clone(),
             lights: (*whole.lights).clone(),
             lobes: (*whole.lobes).clone(),
             emission: whole.solution.emission.clone(),
+            certainty: certainty.map_or_else(Vec::new, |certainty| certainty.materials.clone()),
         }
     }
 }

@@ -118,6 +118,29 @@ fn clicks_pick_samples_lights_and_cameras() {
 }
 
 #[test]
+fn a_photograph_in_its_camera_is_selected() {
+    let mut window = window(bare());
+    window.state_mut().viewport.set_camera(TOP);
+    keep(&picture(&mut window), "thumbnails");
+    let capture = capture();
+    let (mut low, mut high) = capture.mesh.bounds().expect("a mesh");
+    for photograph in &capture.photographs {
+        let eye = photograph.camera.position.as_vec3();
+        (low, high) = (low.min(eye), high.max(eye));
+    }
+    // The middle of a picture lies as far before its camera as pictures of so few are drawn.
+    let depth = 0.09 * 0.5 * (high - low).length();
+    let middle = |index: usize| {
+        let camera = &capture.photographs[index].camera;
+        camera.position.as_vec3() - camera.world_from_camera.z_axis.as_vec3() * depth
+    };
+    let none = egui::Modifiers::NONE;
+    let place = at(middle(3).x, middle(3).y);
+    assert_eq!(click(&mut window, place, none), [ViewportEvent::PickPhotograph(3)]);
+    assert_eq!(window.state().viewport.is_looking_through(), None);
+}
+
+#[test]
 fn a_saturated_value_is_told_from_a_measured_one() {
     let mut own = lobelia::scene::Capture::clone(&capture());
     let image = own.photographs[0].image.clone().expect("a measurement");

@@ -58,6 +58,7 @@ impl Window {
             path: path.map(Path::to_owned),
             home: Some(home.to_owned()),
             own_dialogs: true,
+            began: None,
         };
         let harness = Harness::builder()
             .with_size([1280.0, 720.0])
@@ -120,6 +121,15 @@ impl Window {
         self.harness.run_steps(5);
         let found = self.harness.query_all_by_label_contains(entry).next();
         found.unwrap_or_else(|| panic!("the menu {menu} has no \"{entry}\"")).click();
+        self.step();
+    }
+
+    /// The same of a menu within a menu.
+    fn submenu(&mut self, menu: &str, within: &str, entry: &str) {
+        self.menu(menu, within);
+        self.harness.run_steps(5);
+        let found = self.harness.query_all_by_label_contains(entry).next();
+        found.unwrap_or_else(|| panic!("{within} has no \"{entry}\"")).click();
         self.step();
     }
 

@@ -50,6 +50,10 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has("Reflectances"));
     window.click("Error per sample");
     assert!(window.has_part("RMS of the logarithm"));
+    window.menu("Edit", "Select worst sample");
+    assert!(window.has("Error (ln)"));
+    window.menu("Edit", "Select strongest light");
+    assert!(window.has_part("Lobes, by emission"));
     window.click("Compare");
     window.wait("the first paths", |window| window.has_part("paths a pixel"));
     assert!(window.has_part("relative RMS"));
@@ -62,7 +66,7 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has_part("+50 % orange") && !window.has("Photograph or render"));
     window.click("Lights");
     // The window of the 3D view has a switch of that name.
-    window.menu("View", "Show lights");
+    window.submenu("View", "Panels", "Show lights");
     window.click("lights row 0");
     window.wait("the mask of a disc", |window| window.has_part("% of its hemisphere"));
     assert!(window.has_part("Lobes, by emission"));
@@ -70,6 +74,51 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has_part("The results were not exported"));
     window.click("Cancel");
     window.harness.run();
+}
+
+#[test]
+fn results_that_were_read_with_the_project_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = coarse(folder.path(), 150);
+    let mut window = Window::at(folder.path(), Some(&file));
+    window.wait_for("Photographs (6)");
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    let results = folder.path().join("results");
+    // What is there already is not lost unasked.
+    std::fs::create_dir(&results).unwrap();
+    std::fs::write(results.join("solution.json"), "of another day").unwrap();
+    window.menu("File", "Export results…");
+    window.write("Path", results.to_str().unwrap());
+    window.click_front("Export");
+    window.wait_for("Replace the results?");
+    let text = std::fs::read_to_string(results.join("solution.json")).unwrap();
+    assert_eq!(text, "of another day");
+    window.click("Replace");
+    window.wait("the folder", |window| window.has_part("Results written to"));
+    window.key(egui::Modifiers::COMMAND, egui::Key::S);
+    drop(window);
+
+    // What the file says is what is shown, whatever was found.
+    let solution = results.join("solution.json");
+    let mut json: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&solution).unwrap()).unwrap();
+    let material = &mut json["materials"][0];
+    material["diffuse"] = serde_json::json!([0.111, 0.222, 0.333]);
+    material["diffuse_interval"] = serde_json::json!([[0.1, 0.123], null, [0.3, 0.4]]);
+    material["identified"] = serde_json::json!([true, false, true]);
+    let name = material["name"].as_str().unwrap().to_owned();
+    std::fs::write(&solution, json.to_string()).unwrap();
+    let mut window = Window::at(folder.path(), Some(&file));
+    window.wait_for("Photographs (6)");
+    window.wait("the results", |window| !window.harness.state().is_busy());
+    window.click("Inspect");
+    window.click("Materials");
+    assert!(!window.has_part("found by a run"));
+    assert!(["0.111", "0.222", "0.333"].iter().all(|number| window.has(number)));
+    assert!(window.has_part("not identified in every channel"));
+    window.click("materials row 0");
+    assert!(window.has_part("[0.100, 0.123]"), "the interval of {name}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 use std::process::Command;
 
 use eframe::egui;
+use egui_kittest::kittest::Queryable as _;
 
 use crate::{Window, example};
 
@@ -78,6 +79,43 @@ fn recent_captures_survive_their_files() {
     assert!(window.has("vanished"));
     window.click("Take vanished off this list");
     assert!(!window.has("vanished"));
+}
+
+/// At the smallest window that is looked after, and larger text than is usual.
+#[test]
+fn no_entry_of_a_menu_is_out_of_reach() {
+    let mut window = Window::with_example();
+    for scale in ["Scale 100 %", "Scale 125 %", "Scale 150 %"] {
+        window.submenu("View", "Size of text and controls", scale);
+        let screen = window.harness.ctx.content_rect();
+        for (menu, within, entries) in [
+            ("File", None, ["Open capture…", "Export results…", "Quit"]),
+            ("Edit", None, ["Undo", "Select all surfaces", "New material"]),
+            ("View", None, ["Workspace Capture", "Panels", "Size of text and controls"]),
+            ("View", Some("Panels"), ["Show outliner", "Show log", "Show stability"]),
+            (
+                "View",
+                Some("Size of text and controls"),
+                ["Scale 75 %", "Scale 125 %", "Scale 200 %"],
+            ),
+            ("Relight", None, ["Add area light", "Duplicate", "Render to files…"]),
+            ("Help", None, ["Command palette…", "Keyboard shortcuts", "About"]),
+        ] {
+            window.click(menu);
+            window.harness.run_steps(5);
+            if let Some(within) = within {
+                window.click(within);
+                window.harness.run_steps(5);
+            }
+            for entry in entries {
+                let found = window.harness.query_all_by_label_contains(entry).last();
+                let place = found.unwrap_or_else(|| panic!("{menu} has no {entry}")).rect();
+                assert!(screen.contains_rect(place), "{menu}, {entry}: {place} at {scale}");
+            }
+            window.key(egui::Modifiers::NONE, egui::Key::Escape);
+            window.key(egui::Modifiers::NONE, egui::Key::Escape);
+        }
+    }
 }
 
 #[test]

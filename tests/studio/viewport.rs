@@ -13,6 +13,7 @@ use lobelia::app::viewport::{
     Content, Derived, Focus, SampleColor, Shading, ToneMapping, Viewport, ViewportEvent,
 };
 use lobelia::reconstruct::{self, Options, Reconstruction};
+use lobelia::render::scene::Solved;
 use lobelia::scene::{Camera, Capture, Distortion, Image, Role};
 use lobelia::watch::Watch;
 
@@ -94,6 +95,7 @@ pub fn whole() -> Content {
         samples: Some(found.samples.clone()),
         lights: Some((found.lights.clone(), found.lobes.clone())),
         solution: Some(found.solution.clone()),
+        solved: Some(Arc::new(Solved::from(found))),
         ..bare()
     }
 }

@@ -140,6 +140,22 @@ fn edit(list: &mut Vec<Command>) {
     group(
         list,
         Edit,
+        "Select worst sample",
+        None,
+        Action::Select(Select::WorstSample),
+        "The sample that the results are furthest from, by ratio",
+    );
+    add(
+        list,
+        Edit,
+        "Select strongest light",
+        None,
+        Action::Select(Select::StrongestLight),
+        "The virtual light that gives the selected sample most",
+    );
+    group(
+        list,
+        Edit,
         "Assign material…",
         key(NONE, Key::M),
         Action::AskMaterial,
@@ -177,11 +193,12 @@ fn view(list: &mut Vec<Command>) {
         Action::ResetLayout,
         "Put the panels of this workspace back in their places",
     );
+    let panels = list.len();
     for pane in Pane::ALL {
         let (name, help) = pane_command(pane);
-        let new = if pane == Pane::ALL[0] { group } else { add };
-        new(list, View, name, None, Action::ShowPane(pane), help);
+        add(list, View, name, None, Action::ShowPane(pane), help);
     }
+    put_within(list, panels, "Panels");
     group(
         list,
         View,
@@ -209,11 +226,13 @@ fn view(list: &mut Vec<Command>) {
     group(list, View, "Dark theme", None, Action::Theme("dark"), "Dark neutral greys");
     add(list, View, "Light theme", None, Action::Theme("light"), "Light neutral greys");
     add(list, View, "System theme", None, Action::Theme("system"), "As the desktop is set");
-    group(list, View, "Scale 75 %", None, Action::Scale(0.75), "Smaller text and controls");
+    let scales = list.len();
+    add(list, View, "Scale 75 %", None, Action::Scale(0.75), "Smaller text and controls");
     add(list, View, "Scale 100 %", None, Action::Scale(1.0), "The desktop's own scale");
     add(list, View, "Scale 125 %", None, Action::Scale(1.25), "Larger text and controls");
     add(list, View, "Scale 150 %", None, Action::Scale(1.5), "Larger text and controls");
     add(list, View, "Scale 200 %", None, Action::Scale(2.0), "Twice as large");
+    put_within(list, scales, "Size of text and controls");
 }
 
 fn run(list: &mut Vec<Command>) {
@@ -365,6 +384,11 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
     }
 }
 
+/// Moves the newest commands, from an index on, into a menu within the menu.
+fn put_within(list: &mut [Command], from: usize, name: &'static str) {
+    list[from..].iter_mut().for_each(|command| command.within = Some(name));
+}
+
 fn key(modifiers: Modifiers, key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(modifiers, key))
 }
@@ -377,7 +401,7 @@ fn add(
     action: Action,
     help: &'static str,
 ) {
-    list.push(Command { name, help, menu, key, action, begins_group: false });
+    list.push(Command { name, help, menu, key, action, begins_group: false, within: None });
 }
 
 fn group(
@@ -388,5 +412,5 @@ fn group(
     action: Action,
     help: &'static str,
 ) {
-    list.push(Command { name, help, menu, key, action, begins_group: true });
+    list.push(Command { name, help, menu, key, action, begins_group: true, within: None });
 }

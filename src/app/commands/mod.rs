@@ -4,7 +4,7 @@ mod list;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 
-use super::actions::{Action, Relight};
+use super::actions::{Action, Relight, Select};
 use super::dialogs::Asked;
 use super::state::State;
 
@@ -18,6 +18,8 @@ pub struct Command {
     pub action: Action,
     /// A line is drawn above it in the menu.
     pub begins_group: bool,
+    /// The part of the menu that opens beside it and holds this.
+    pub within: Option<&'static str>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +91,12 @@ impl Command {
             Action::Relight(_) => project.is_some_and(|p| p.selection.added.is_some()),
             Action::Undo => project.is_some_and(|p| p.history.undo_name().is_some()),
             Action::Redo => project.is_some_and(|p| p.history.redo_name().is_some()),
+            Action::Select(Select::WorstSample) => {
+                project.is_some_and(|p| p.products.derived.is_some())
+            }
+            Action::Select(Select::StrongestLight) => {
+                project.is_some_and(|p| p.products.whole.is_some() && p.selection.sample.is_some())
+            }
             Action::Select(_) | Action::ShowAllSurfaces | Action::NewMaterialOfSelection => {
                 project.is_some()
             }

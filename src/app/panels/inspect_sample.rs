@@ -6,6 +6,7 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
 use super::inspect_light::MaskCache;
+use super::inspect_texture::TextureCache;
 use super::inspector::facts;
 use super::numbers::{exposed, rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
@@ -34,6 +35,7 @@ pub struct CropCache {
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
     extent: Option<(BTreeSet<usize>, usize, f64)>,
     pub mask: MaskCache,
+    pub texture: TextureCache,
     /// How many samples each photograph sees.
     seen: Option<(Weak<SampleCloud>, Vec<usize>)>,
 }

@@ -4,6 +4,7 @@ use eframe::egui;
 
 use super::inspect_light::light_ui;
 use super::inspect_sample::{CropCache, sample_ui};
+use super::inspect_texture::{TextureCache, textures_ui};
 use super::materials::{found, identified_ui, interval_bar};
 use super::numbers::{
     count, counted, empty, list_color, outdated, reflectance_color, rgb, short, swatch,
@@ -30,7 +31,7 @@ pub fn inspector_ui(
             Focus::Surfaces => surfaces(ui, project, crops, actions),
             Focus::Material => {
                 if let Some(index) = selection.material {
-                    material(ui, project, index, actions);
+                    material(ui, project, index, &mut crops.texture, actions);
                 }
             }
             Focus::Sample => {
@@ -120,13 +121,19 @@ fn surfaces(
     }
 }
 
-fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Vec<Action>) {
+fn material(
+    ui: &mut egui::Ui,
+    project: &Project,
+    index: usize,
+    textures: &mut TextureCache,
+    actions: &mut Vec<Action>,
+) {
     let Some(own) = project.edit().materials.get(index) else { return };
     ui.horizontal(|ui| {
         swatch(ui, list_color(project, index));
         ui.heading(own.name.as_str());
     });
-    let found_as = project.found_as(index).filter(|_| project.products.solution.is_some());
+    let found_as = project.found_as(index).filter(|_| project.products.solved.is_some());
     let Some(result) = found_as else {
         empty(ui, "Its reflectance is found by a run.");
         return;
@@ -156,6 +163,7 @@ fn material(ui: &mut egui::Ui, project: &Project, index: usize, actions: &mut Ve
             facts(ui, "gloss", &rows);
         }
     }
+    textures_ui(ui, project, result, textures);
     let Some(derived) = &project.products.derived else { return };
     ui.add_space(6.0);
     ui.weak("Worst samples");

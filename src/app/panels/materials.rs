@@ -36,12 +36,10 @@ pub struct Found {
 }
 
 pub fn found(project: &Project, material: usize) -> Found {
-    let solution = project.products.solution.as_deref();
+    let solved = project.products.solved.as_deref();
     let reflectance =
-        solution.and_then(|solution| solution.reflectances.get(material).copied()).flatten();
-    let certainty = solution
-        .and_then(|solution| solution.certainty.as_ref()?.materials.get(material).copied())
-        .flatten();
+        solved.and_then(|solved| solved.reflectances.get(material).copied()).flatten();
+    let certainty = solved.and_then(|solved| solved.certainty.get(material).copied()).flatten();
     Found { reflectance, certainty }
 }
 
@@ -74,7 +72,7 @@ pub fn materials_ui(
     state: &mut TableState,
     actions: &mut Vec<Action>,
 ) {
-    let Some(solution) = &project.products.solution else {
+    let Some(solved) = &project.products.solved else {
         empty(ui, "Reflectances are found by a run.");
         return;
     };
@@ -101,7 +99,7 @@ pub fn materials_ui(
     };
     let selected = project.selection.material.and_then(|index| project.found_as(index));
     let rows = Rows {
-        identity: Arc::as_ptr(solution) as usize,
+        identity: Arc::as_ptr(solved) as usize,
         count: materials.len(),
         selected,
         compare: &compare,

@@ -4,7 +4,7 @@ use eframe::egui;
 
 use super::run::run_button;
 use crate::app::actions::Action;
-use crate::app::commands::{self, Menu};
+use crate::app::commands::{self, Command, Menu};
 use crate::app::layout::Workspace;
 use crate::app::state::State;
 
@@ -16,20 +16,14 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             for menu in Menu::ALL {
                 ui.menu_button(menu.name(), |ui| {
                     ui.set_min_width(240.0);
-                    for command in commands.iter().filter(|command| command.menu == menu) {
-                        if command.begins_group {
-                            ui.separator();
-                        }
-                        let mut button = egui::Button::new(command.label(state));
-                        if let Some(key) = &command.key {
-                            button = button.shortcut_text(ui.ctx().format_shortcut(key));
-                        }
-                        let response = ui
-                            .add_enabled(command.is_enabled(state), button)
-                            .on_hover_text(command.help);
-                        if response.clicked() {
-                            actions.push(command.action.clone());
-                            ui.close();
+                    let own: Vec<&Command> =
+                        commands.iter().filter(|command| command.menu == menu).collect();
+                    for part in own.chunk_by(|a, b| a.within == b.within) {
+                        match part[0].within {
+                            Some(name) => {
+                                ui.menu_button(name, |ui| entries_ui(ui, state, part, actions));
+                            }
+                            None => entries_ui(ui, state, part, actions),
                         }
                     }
                 });
@@ -49,4 +43,22 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             }
         });
     });
+}
+
+fn entries_ui(ui: &mut egui::Ui, state: &State, part: &[&Command], actions: &mut Vec<Action>) {
+    for command in part {
+        if command.begins_group {
+            ui.separator();
+        }
+        let mut button = egui::Button::new(command.label(state));
+        if let Some(key) = &command.key {
+            button = button.shortcut_text(ui.ctx().format_shortcut(key));
+        }
+        let response =
+            ui.add_enabled(command.is_enabled(state), button).on_hover_text(command.help);
+        if response.clicked() {
+            actions.push(command.action.clone());
+            ui.close();
+        }
+    }
 }

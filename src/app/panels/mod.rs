@@ -7,6 +7,7 @@ mod fields;
 pub mod import;
 mod inspect_light;
 mod inspect_sample;
+mod inspect_texture;
 mod inspector;
 mod lights;
 mod log;
@@ -73,8 +74,8 @@ impl PanelState {
     /// Something was selected: tables scroll to it.
     pub fn follow(&mut self, what: &Select) {
         match what {
-            Select::Sample(_) => self.samples.follow = true,
-            Select::Light(_) => self.lights.follow = true,
+            Select::Sample(_) | Select::WorstSample => self.samples.follow = true,
+            Select::Light(_) | Select::StrongestLight => self.lights.follow = true,
             Select::Material(_) => self.materials.follow = true,
             _ => {}
         }

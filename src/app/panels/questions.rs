@@ -130,16 +130,28 @@ pub(super) fn buttons(
 }
 
 fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
-    let Some(file) = state.dialogs.replace.clone() else { return };
-    let (answer, left) = ask(ctx, "Replace the file?", 420.0, |ui| {
-        ui.label(format!("{} is there already. What it holds would be lost.", file.display()));
+    let Some((asked, path)) = state.dialogs.replace.clone() else { return };
+    let (title, what, help) = match asked {
+        Asked::Export => (
+            "Replace the results?",
+            "holds results already. They would be lost.",
+            "Lose the results in that folder",
+        ),
+        _ => (
+            "Replace the file?",
+            "is there already. What it holds would be lost.",
+            "Lose what that file holds",
+        ),
+    };
+    let (answer, left) = ask(ctx, title, 420.0, |ui| {
+        ui.label(format!("{} {what}", path.display()));
         ui.add_space(6.0);
-        buttons(ui, ("Replace", "Lose what that file holds"), true, false)
+        buttons(ui, ("Replace", help), true, false)
     });
     if answer.is_some() || left {
         state.dialogs.replace = None;
         if answer == Some(true) {
-            actions.push(Action::SaveTo { file, replace: true });
+            actions.push(asked.action(path, true));
         } else {
             leave_path(state);
         }

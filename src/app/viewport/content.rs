@@ -14,6 +14,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::render::edits::Edits;
+use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::worker::Relit;
 
@@ -39,8 +40,9 @@ pub struct Content {
     /// What was set into the scene.
     pub edits: Arc<Edits>,
     pub selected_added: Option<Added>,
-    /// There are results to relight.
-    pub is_solved: bool,
+    /// Results as they were found now or read with the project: reflectances, and what can be
+    /// relit.
+    pub solved: Option<Arc<Solved>>,
     /// The newest picture of the relit scene.
     pub relit: Option<Arc<Relit>>,
 }
@@ -180,6 +182,8 @@ pub struct ViewSettings {
     pub shading: Shading,
     pub wireframe: bool,
     pub cameras: bool,
+    /// The photographs in their cameras.
+    pub thumbnails: bool,
     pub samples: bool,
     pub sample_color: SampleColor,
     pub lights: bool,
@@ -200,6 +204,7 @@ impl Default for ViewSettings {
             shading: Shading::default(),
             wireframe: true,
             cameras: true,
+            thumbnails: true,
             samples: true,
             sample_color: SampleColor::default(),
             lights: true,

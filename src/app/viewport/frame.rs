@@ -90,6 +90,7 @@ impl Viewport {
         let grey = f64::from(look.background);
         // Over a rendering only what was set into it and what is selected is of use.
         let bare = settings.shading == Shading::Relit && self.scene.relit.is_some();
+        let has_cameras = settings.cameras && self.through.is_none() && !bare;
         Items {
             globals: scene.globals.clone(),
             mesh: scene.mesh.clone(),
@@ -98,9 +99,10 @@ impl Viewport {
             pictures,
             lines: [
                 when(settings.grid && self.through.is_none() && !bare, &scene.grid),
-                when(settings.cameras && self.through.is_none() && !bare, &scene.frusta),
+                when(has_cameras, &scene.frusta),
                 when(settings.lights && !bare, &scene.light_lines),
             ],
+            thumbs: when(has_cameras && settings.thumbnails, &scene.thumbs),
             lobes: when(settings.lobes && !bare, &scene.lobes),
             discs: when(settings.lights && !bare, &scene.discs),
             points: when(settings.samples && !bare, &scene.points),

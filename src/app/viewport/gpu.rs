@@ -1,11 +1,13 @@
 //! The pipelines, made once, and what the shaders read in every frame.
 
+use std::cell::Cell;
+
 use bytemuck::{Pod, Zeroable};
 use eframe::wgpu;
 use wgpu::util::DeviceExt as _;
 
 use crate::app::viewport::content::{Shading, ToneMapping};
-use crate::app::viewport::targets::{COLOR, DEPTH, SAMPLES};
+use crate::app::viewport::pipeline::{Kind, layout, pipeline, texture, vertices};
 use crate::app::viewport::{palette, surfaces};
 
 /// Photographs that a fragment may ask for its colour.
@@ -168,6 +170,20 @@ pub struct LobeShape {
     pub color: [f32; 3],
 }
 
+/// A photograph in the frustum of its camera: where its corner is, and its sides from there.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Thumb {
+    /// Upper left.
+    pub corner: [f32; 3],
+    pub layer: u32,
+    pub right: [f32; 3],
+    pub down: [f32; 3],
+    pub frame: [f32; 4],
+    /// Of the frame, in points.
+    pub width: f32,
+}
+
 /// Everything that does not depend on what is drawn.
 pub struct Pipelines {
     pub globals_layout: wgpu::BindGroupLayout,
@@ -185,6 +201,7 @@ pub struct Pipelines {
     pub discs: wgpu::RenderPipeline,
     pub lines: wgpu::RenderPipeline,
     pub lobes: wgpu::RenderPipeline,
+    pub thumbs: wgpu::RenderPipeline,
     pub blit: wgpu::RenderPipeline,
 }
 
@@ -244,9 +261,14 @@ impl Pipelines {
             0 => Float32x3, 1 => Float32x3, 2 => Float32x4, 3 => Float32];
         let lobe = wgpu::vertex_attr_array![
             0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32, 4 => Float32x3];
+        let thumb = wgpu::vertex_attr_array![
+            0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Float32x3, 4 => Float32x4,
+            5 => Float32];
         let meshed = [&globals_layout, &mesh_layout];
         let lobes = shader(include_str!("lobes.wgsl"));
         let lobe = [vertices::<LobeShape>(&lobe, each)];
+        let thumbs = shader(include_str!("thumbs.wgsl"));
+        let thumb = [vertices::<Thumb>(&thumb, each)];
         let picture = shader(include_str!("picture.wgsl"));
         let blit = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("viewport blit"),
@@ -270,6 +292,7 @@ impl Pipelines {
             discs: drawing(&shader(include_str!("discs.wgsl")), &[vertices::<Disc>(&disc, each)]),
             lines: drawing(&shader(include_str!("lines.wgsl")), &[vertices::<Line>(&line, each)]),
             lobes: pipeline(device, &lobes, &[&globals_layout], &lobe, Kind::Solid),
+            thumbs: pipeline(device, &thumbs, &meshed, &thumb, Kind::Solid),
             blit: pipeline(device, &blit, &[&blit_layout], &[], Kind::Window(window)),
             globals_layout,
             mesh_layout,
@@ -300,6 +323,29 @@ impl Pipelines {
     }
 }
 
+thread_local! {
+    static UPLOADED: Cell<Uploaded> = const { Cell::new(Uploaded { times: 0, bytes: 0 }) };
+}
+
+/// What was handed to the adapter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uploaded {
+    pub times: u64,
+    pub bytes: u64,
+}
+
+/// What this thread has handed to the adapter so far: vertices, instances, texels and globals.
+#[cfg(test)]
+pub fn uploaded() -> Uploaded {
+    UPLOADED.get()
+}
+
+/// Every upload of the viewport is noted here.
+pub fn note_upload(bytes: usize) {
+    let Uploaded { times, bytes: before } = UPLOADED.get();
+    UPLOADED.set(Uploaded { times: times + 1, bytes: before + bytes as u64 });
+}
+
 /// A buffer of vertices or instances with their number; `None` where there are none.
 pub fn upload<T: Pod>(device: &wgpu::Device, items: &[T]) -> Option<(wgpu::Buffer, u32)> {
     let count = u32::try_from(items.len()).ok().filter(|count| *count > 0)?;
@@ -307,6 +353,7 @@ pub fn upload<T: Pod>(device: &wgpu::Device, items: &[T]) -> Option<(wgpu::Buffe
     if contents.len() as u64 > device.limits().max_buffer_size {
         return None;
     }
+    note_upload(contents.len());
     let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("viewport"),
         contents,
@@ -344,135 +391,6 @@ pub fn bind(
         label: Some("viewport"),
         layout,
         entries: &entries,
-    })
-}
-
-fn layout(
-    device: &wgpu::Device,
-    visibility: wgpu::ShaderStages,
-    types: &[wgpu::BindingType],
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = types
-        .iter()
-        .enumerate()
-        .map(|(index, ty)| wgpu::BindGroupLayoutEntry {
-            binding: index as u32,
-            visibility,
-            ty: *ty,
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("viewport"),
-        entries: &entries,
-    })
-}
-
-fn texture(
-    sample_type: wgpu::TextureSampleType,
-    view_dimension: wgpu::TextureViewDimension,
-) -> wgpu::BindingType {
-    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
-}
-
-fn vertices<'a, T>(
-    attributes: &'a [wgpu::VertexAttribute],
-    step_mode: wgpu::VertexStepMode,
-) -> wgpu::VertexBufferLayout<'a> {
-    let array_stride = size_of::<T>() as u64;
-    let read: u64 = attributes.iter().map(|attribute| attribute.format.size()).sum();
-    assert_eq!(read, array_stride, "the attributes are the fields of the structure");
-    wgpu::VertexBufferLayout { array_stride, step_mode, attributes }
-}
-
-/// What a pipeline draws.
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    /// Triangles that hide what is behind.
-    Solid,
-    /// The edges of what is drawn already.
-    Wire,
-    /// Depth only, once.
-    Depth,
-    /// A quad over everything so far.
-    Overlay,
-    /// Translucent quads in the scene, that write no depth.
-    Strip,
-    /// Into the window.
-    Window(wgpu::TextureFormat),
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    groups: &[&wgpu::BindGroupLayout],
-    buffers: &[wgpu::VertexBufferLayout],
-    kind: Kind,
-) -> wgpu::RenderPipeline {
-    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("viewport"),
-        bind_group_layouts: &groups,
-        immediate_size: 0,
-    });
-    let buffers: Vec<_> = buffers.iter().cloned().map(Some).collect();
-    let (vertex, fragment) = match kind {
-        Kind::Depth => ("bare", None),
-        Kind::Wire => ("corner", Some("wire")),
-        Kind::Window(format) if format.is_srgb() => ("corner", Some("decoded")),
-        Kind::Window(_) => ("corner", Some("plain")),
-        _ => ("corner", Some("fill")),
-    };
-    let (format, samples) = match kind {
-        Kind::Window(format) => (format, 1),
-        Kind::Depth => (COLOR, 1),
-        _ => (COLOR, SAMPLES),
-    };
-    let is_opaque = matches!(kind, Kind::Solid | Kind::Window(_));
-    let target = Some(wgpu::ColorTargetState {
-        format,
-        blend: (!is_opaque).then_some(wgpu::BlendState::ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    });
-    let compare = match kind {
-        Kind::Overlay => wgpu::CompareFunction::Always,
-        _ => wgpu::CompareFunction::LessEqual,
-    };
-    let depth = wgpu::DepthStencilState {
-        format: DEPTH,
-        depth_write_enabled: Some(matches!(kind, Kind::Solid | Kind::Depth)),
-        depth_compare: Some(compare),
-        stencil: wgpu::StencilState::default(),
-        bias: wgpu::DepthBiasState::default(),
-    };
-    let strip = matches!(kind, Kind::Overlay | Kind::Strip);
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("viewport"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertex),
-            compilation_options: Default::default(),
-            buffers: &buffers,
-        },
-        primitive: wgpu::PrimitiveState {
-            topology: if strip {
-                wgpu::PrimitiveTopology::TriangleStrip
-            } else {
-                wgpu::PrimitiveTopology::TriangleList
-            },
-            ..Default::default()
-        },
-        depth_stencil: (!matches!(kind, Kind::Window(_))).then_some(depth),
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment: fragment.map(|entry_point| wgpu::FragmentState {
-            module,
-            entry_point: Some(entry_point),
-            compilation_options: Default::default(),
-            targets: std::slice::from_ref(&target),
-        }),
-        multiview_mask: None,
-        cache: None,
     })
 }
 

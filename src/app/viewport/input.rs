@@ -8,7 +8,7 @@ use crate::app::viewport::content::{Content, Shading, ViewportEvent};
 use crate::app::viewport::gizmo;
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Viewport};
+use crate::app::viewport::{Boxing, Viewport, thumbs};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -262,6 +262,13 @@ pub fn select(
         events.push(ViewportEvent::PickAdded(item));
         return;
     }
+    if let Some(photograph) = thumb_under(view, &picker, content, projection, position) {
+        if response.double_clicked_by(PointerButton::Primary) {
+            view.look_through(Some(photograph));
+        }
+        events.push(ViewportEvent::PickPhotograph(photograph));
+        return;
+    }
     // What a rendering hides cannot be clicked either.
     let is_bare = settings.shading == Shading::Relit;
     let (samples, lights) = (settings.samples && !is_bare, settings.lights && !is_bare);
@@ -287,4 +294,28 @@ pub fn select(
     }
     let surface = picker.under(projection, position).map(|(surface, ..)| surface);
     events.push(ViewportEvent::PickSurface { surface, add: modifiers.shift });
+}
+
+/// The photograph whose picture is drawn at a position in front of all else.
+pub fn thumb_under(
+    view: &Viewport,
+    picker: &Picker,
+    content: &Content,
+    projection: &Projection,
+    position: Vec2,
+) -> Option<usize> {
+    let settings = &view.settings;
+    let is_drawn = settings.cameras && settings.thumbnails && settings.shading != Shading::Relit;
+    if !is_drawn || view.through.is_some() {
+        return None;
+    }
+    let ray = projection.ray(position);
+    let depth = thumbs::depth(picker.capture.photographs.len(), view.scene.ball().1);
+    let met = view.scene.layers.filled().filter_map(|(_, photograph)| {
+        let depth = thumbs::depth_of(photograph, content.selected_photograph, depth);
+        let t = thumbs::hit(&picker.capture.photographs[photograph].camera, depth, &ray)?;
+        Some((t, photograph))
+    });
+    let (t, photograph) = met.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    picker.closest(ray).is_none_or(|hit| t < hit.t).then_some(photograph)
 }

@@ -11,6 +11,7 @@ use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
+use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::worker::Relit;
 
@@ -29,15 +30,15 @@ pub struct Known {
     pub surfaces: Option<Surfaces>,
     pub samples: Option<Samples>,
     pub lights: Option<Lights>,
-    /// The selected photograph and the colours of lines.
-    pub lines: Option<(Option<usize>, Look)>,
+    /// The selected photograph, the colours of lines, and the number of photographs on hand.
+    pub lines: Option<(Option<usize>, Look, usize)>,
     pub relit: Option<Arc<Relit>>,
 }
 
 pub struct Surfaces {
     capture: Arc<Capture>,
     result_capture: Option<Arc<Capture>>,
-    solution: Option<Arc<Solution>>,
+    solved: Option<Arc<Solved>>,
     selected: BTreeSet<usize>,
     hidden: BTreeSet<usize>,
 }
@@ -47,7 +48,7 @@ impl Surfaces {
         Self {
             capture: capture.clone(),
             result_capture: content.result_capture.clone(),
-            solution: content.solution.clone(),
+            solved: content.solved.clone(),
             selected: content.selected_surfaces.clone(),
             hidden: content.hidden_surfaces.clone(),
         }
@@ -56,7 +57,7 @@ impl Surfaces {
     pub fn hold(&self, capture: &Arc<Capture>, content: &Content) -> bool {
         Arc::ptr_eq(&self.capture, capture)
             && same(self.result_capture.as_ref(), content.result_capture.as_ref())
-            && same(self.solution.as_ref(), content.solution.as_ref())
+            && same(self.solved.as_ref(), content.solved.as_ref())
             && self.selected == content.selected_surfaces
             && self.hidden == content.hidden_surfaces
     }

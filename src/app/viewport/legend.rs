@@ -156,7 +156,7 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
         if view.scene.has_unknown_reflectance() {
             entries.push(patch("striped: none found", Color32::from_gray(117)));
         }
-        let title = if content.solution.is_some() {
+        let title = if content.solved.is_some() {
             "Diffuse reflectance per channel"
         } else {
             "Diffuse reflectance (none found yet)"

@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::app::viewport::gpu::{Disc, Line, LobeShape};
 use crate::app::viewport::projection::{Projection, Range};
+use crate::app::viewport::thumbs;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::Solution;
@@ -163,8 +164,8 @@ pub fn frusta(
 ) -> Vec<Line> {
     let mut lines = Vec::new();
     for (index, photograph) in capture.photographs.iter().enumerate() {
-        let (color, width, depth) =
-            if selected == Some(index) { (accent, 2.5, 1.3 * depth) } else { (plain, 1.5, depth) };
+        let (color, width) = if selected == Some(index) { (accent, 2.5) } else { (plain, 1.5) };
+        let depth = thumbs::depth_of(index, selected, depth);
         let eye = photograph.camera.position.as_vec3();
         let corners = image_corners(&photograph.camera, depth);
         for k in 0..4 {
@@ -181,7 +182,7 @@ pub fn frusta(
 }
 
 /// The image's corners at a depth: upper left, upper right, lower right, lower left.
-fn image_corners(camera: &Camera, depth: f32) -> [Vec3; 4] {
+pub fn image_corners(camera: &Camera, depth: f32) -> [Vec3; 4] {
     let range = Range { near: 0.01, far: 1.0 };
     let projection = Projection::image(camera, range);
     [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| {

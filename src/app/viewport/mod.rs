@@ -22,12 +22,14 @@ mod paint;
 mod palette;
 mod photographs;
 mod picking;
+mod pipeline;
 mod projection;
 mod samples;
 mod scene;
 mod surfaces;
 mod targets;
 mod texels;
+mod thumbs;
 mod toolbar;
 
 use std::sync::Arc;
@@ -251,6 +253,11 @@ impl Viewport {
         self.settings.exposure_ev.exp2() * BRIGHT_PART / self.scene.bright
     }
 
+    /// Whether the geometry is there to be drawn.
+    pub fn has_geometry(&self) -> bool {
+        !self.scene.mesh.is_empty()
+    }
+
     /// Whether the preparation of the capture has come as far as picking and colouring.
     pub fn is_ready(&self) -> bool {
         self.scene.caster.is_some() && self.scene.is_filled()
@@ -306,9 +313,18 @@ impl Viewport {
         };
         let picker = Picker { capture, caster, hidden: &content.hidden_surfaces };
         let local = position - response.rect.min;
+        let at = Vec2::new(local.x, local.y);
+        if let Some(photograph) = input::thumb_under(self, &picker, content, projection, at) {
+            let name = capture.photographs[photograph].name.clone();
+            response.clone().on_hover_ui_at_pointer(|ui| {
+                ui.label(name);
+                ui.weak("Double click to look through it");
+            });
+            return;
+        }
         let layers = self.ranked(capture, content, projection);
         let photographs = layers.iter().map(|layer| self.scene.layers.photographs[*layer]);
-        self.hovered = picker.value(projection, Vec2::new(local.x, local.y), photographs);
+        self.hovered = picker.value(projection, at, photographs);
     }
 
     /// The layers that colour the mesh and are read under the cursor, in the order of trying.

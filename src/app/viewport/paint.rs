@@ -27,6 +27,7 @@ pub struct Items {
     pub pictures: Vec<(wgpu::BindGroup, [f32; 2])>,
     pub lines: [Batch; 3],
     pub lobes: Batch,
+    pub thumbs: Batch,
     pub discs: Batch,
     pub points: Batch,
     pub background: wgpu::Color,
@@ -160,6 +161,7 @@ impl Paint {
                 pass.draw(0..*count, 0..1);
             }
         }
+        pass.set_bind_group(1, &items.mesh_group, &[]);
         let mut instances = |pipeline: &wgpu::RenderPipeline, batch: &Batch, vertices: u32| {
             if let Some((buffer, count)) = batch {
                 pass.set_pipeline(pipeline);
@@ -168,6 +170,7 @@ impl Paint {
             }
         };
         instances(&pipelines.lobes, &items.lobes, LOBE_VERTICES);
+        instances(&pipelines.thumbs, &items.thumbs, 6);
         for lines in &items.lines {
             instances(&pipelines.lines, lines, 4);
         }

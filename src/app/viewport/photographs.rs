@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use eframe::wgpu;
 use glam::Vec3;
 
-use crate::app::viewport::gpu::{CANDIDATES, Candidate, Globals, Pipelines, bind};
+use crate::app::viewport::gpu::{CANDIDATES, Candidate, Globals, Pipelines, bind, note_upload};
 use crate::app::viewport::paint::DepthMap;
 use crate::app::viewport::projection::{Projection, Range, window};
 use crate::app::viewport::targets::DEPTH;
@@ -108,6 +108,7 @@ impl Layers {
             clip_from_world: projection.matrix().to_cols_array_2d(),
             ..Globals::default()
         };
+        note_upload(size_of::<Globals>());
         queue.write_buffer(&buffer, 0, bytemuck::bytes_of(&values));
         let view = self.depths.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2),
@@ -116,6 +117,12 @@ impl Layers {
             ..Default::default()
         });
         Some(DepthMap { globals, view, done: self.has_depth[layer].clone() })
+    }
+
+    /// Layers that hold their photograph by now, each with its index.
+    pub fn filled(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let layers = self.photographs.iter().copied().enumerate();
+        layers.filter(|(layer, _)| self.is_filled[*layer])
     }
 
     /// The number of depth maps that have been drawn.
@@ -238,6 +245,7 @@ fn write(
     [width, height]: [usize; 2],
     texels: &[u16],
 ) {
+    note_upload(size_of_val(texels));
     queue.write_texture(
         wgpu::TexelCopyTextureInfo {
             texture,

@@ -8,12 +8,12 @@ use glam::Vec3;
 
 use crate::app::viewport::background::{Background, Done};
 use crate::app::viewport::content::{Content, Shading, ViewSettings};
-use crate::app::viewport::gpu::{Globals, Pipelines, bind, upload, upload_mesh};
+use crate::app::viewport::gpu::{Globals, Pipelines, bind, note_upload, upload, upload_mesh};
 use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
 use crate::app::viewport::samples::{self, Scale};
-use crate::app::viewport::{marks, surfaces, texels};
+use crate::app::viewport::{marks, surfaces, texels, thumbs};
 use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::Radiance;
 use crate::scene::Capture;
@@ -52,6 +52,8 @@ pub struct Scene {
     /// Emission of the longest lobe.
     pub strongest_lobe: Option<f32>,
     pub frusta: Batch,
+    /// The photographs in them.
+    pub thumbs: Batch,
     pub grid: Batch,
     known: Known,
 }
@@ -96,6 +98,7 @@ impl Scene {
             lobes: None,
             strongest_lobe: None,
             frusta: None,
+            thumbs: None,
             grid: None,
             known: Known::default(),
         }
@@ -127,7 +130,8 @@ impl Scene {
         self.sync_samples(content, settings);
         self.sync_lights(content);
         self.sync_relit(content, settings);
-        let lines = Some((content.selected_photograph, *look));
+        let filled = self.layers.filled().count();
+        let lines = Some((content.selected_photograph, *look, filled));
         if self.known.lines != lines {
             self.known.lines = lines;
             self.sync_lines(content.selected_photograph, look);
@@ -206,7 +210,7 @@ impl Scene {
         }
         let rows = surfaces::rows(
             capture,
-            content.of_results().map(|of| &**of).zip(content.solution.as_deref()),
+            content.of_results().map(|of| &**of).zip(content.solved.as_deref()),
             &content.selected_surfaces,
             &content.hidden_surfaces,
         );
@@ -290,13 +294,16 @@ impl Scene {
     fn sync_lines(&mut self, selected: Option<usize>, look: &Look) {
         self.version += 1;
         let Some(capture) = &self.capture else {
-            (self.frusta, self.grid) = (None, None);
+            (self.frusta, self.thumbs, self.grid) = (None, None, None);
             return;
         };
-        let depth = 0.05 * self.ball().1;
+        let depth = thumbs::depth(capture.photographs.len(), self.ball().1);
         let solid = [look.line[0], look.line[1], look.line[2], 1.0];
         let frusta = marks::frusta(capture, selected, look.accent, solid, depth);
         self.frusta = upload(&self.device, &frusta);
+        let colors = [look.accent, solid];
+        let thumbs = thumbs::thumbs(capture, self.layers.filled(), selected, colors, depth);
+        self.thumbs = upload(&self.device, &thumbs);
         let ground = capture.mesh.bounds().unwrap_or(self.bounds);
         self.grid = upload(&self.device, &marks::grid(ground, look.line));
     }
@@ -338,6 +345,7 @@ impl Scene {
     }
 
     pub fn write_globals(&self, globals: &Globals) {
+        note_upload(size_of::<Globals>());
         self.queue.write_buffer(&self.globals_buffer, 0, bytemuck::bytes_of(globals));
     }
 }

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use eframe::{egui, wgpu};
 
+use crate::app::viewport::gpu::note_upload;
 use crate::app::viewport::palette;
 use crate::math::rgb::srgb_code;
-use crate::reconstruct::solution::Solution;
+use crate::render::scene::Solved;
 use crate::scene::{Capture, Role};
 
 /// Surfaces in a row of the texture.
@@ -22,7 +23,7 @@ pub const UNKNOWN_REFLECTANCE: u32 = 8;
 /// have been edited since.
 pub fn rows(
     capture: &Capture,
-    found: Option<(&Capture, &Solution)>,
+    found: Option<(&Capture, &Solved)>,
     selected: &BTreeSet<usize>,
     hidden: &BTreeSet<usize>,
 ) -> Vec<[u32; 4]> {
@@ -44,8 +45,8 @@ pub fn rows(
             let role = found.and_then(|(of, _)| of.surfaces.get(index)).unwrap_or(surface).role;
             let reflectance = match (role, found) {
                 (Role::Luminaire(_), _) => Some(palette::LUMINAIRE),
-                (Role::Material(material), Some((_, solution))) => {
-                    let found = solution.reflectances.get(material).and_then(Option::as_ref);
+                (Role::Material(material), Some((_, solved))) => {
+                    let found = solved.reflectances.get(material).and_then(Option::as_ref);
                     found.map(|found| {
                         let [r, g, b] = found.diffuse.map(|value| srgb_code(value as f32));
                         egui::Color32::from_rgb(r, g, b)
@@ -84,6 +85,7 @@ pub fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, rows: &[[u32; 4]]) {
         bytes_per_row: Some(16 * WIDTH as u32),
         rows_per_image: None,
     };
+    note_upload(size_of_val(rows));
     queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(rows), layout, extent(rows));
 }
 
@@ -96,7 +98,6 @@ fn extent(rows: &[[u32; 4]]) -> wgpu::Extent3d {
 mod tests {
     use super::*;
     use crate::reconstruct::equations::Reflectance;
-    use crate::reconstruct::solution::Stopped;
     use crate::scene::Surface;
 
     #[test]
@@ -107,22 +108,16 @@ mod tests {
                 .to_vec(),
             ..Capture::default()
         };
-        let solution = Solution {
+        let solved = Solved {
             reflectances: [0.2, 0.6].map(|d| Some(Reflectance::diffuse([d; 3]))).to_vec(),
-            emission: Vec::new(),
-            iterations: Vec::new(),
-            stopped: Stopped::NothingToSolve,
-            computed: Vec::new(),
-            certainty: None,
-            notes: Vec::new(),
-            warnings: Vec::new(),
+            ..Solved::default()
         };
         let none = BTreeSet::new();
         let run = capture([Role::Material(0), Role::Material(1)]);
         // The first material has lost its surface, so that the second is now the first.
         let edited = capture([Role::Untagged, Role::Material(0)]);
-        let before = rows(&run, Some((&run, &solution)), &none, &none);
-        let after = rows(&edited, Some((&run, &solution)), &none, &none);
+        let before = rows(&run, Some((&run, &solved)), &none, &none);
+        let after = rows(&edited, Some((&run, &solved)), &none, &none);
         assert_ne!(before[0][1], before[1][1]);
         assert_eq!([after[0][1], after[1][1]], [before[0][1], before[1][1]]);
         assert_eq!([after[0][2], after[1][2]], [UNASSIGNED, 0]);

@@ -120,7 +120,7 @@ fn relit(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     }
     let state = match (&content.relit, view.camera().orthographic && view.through.is_none()) {
         (_, true) => "Renderings have perspective: press 5".to_owned(),
-        (None, _) if !content.is_solved => "Run first".to_owned(),
+        (None, _) if content.solved.is_none() => "Run first".to_owned(),
         (None, _) => "Preparing…".to_owned(),
         (Some(relit), _) => format!("{} paths a pixel", relit.paths),
     };
@@ -134,24 +134,33 @@ fn relit(view: &mut Viewport, ui: &mut Ui, content: &Content) {
 fn overlays(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     let settings = &mut view.settings;
     let (has_samples, has_lights) = (content.samples.is_some(), content.lights.is_some());
-    let none = "; there are none before a reconstruction has begun";
-    for (shown, name, help, is_there) in [
-        (&mut settings.wireframe, "Wireframe", "Edges of the geometry's polygons", true),
-        (&mut settings.cameras, "Cameras", "Where the photographs were taken", true),
-        (&mut settings.grid, "Grid", "The ground, a line every metre", true),
-        (&mut settings.samples, "Samples", "Points whose radiance is explained", has_samples),
-        (&mut settings.lights, "Lights", "Virtual lights and lamps", has_lights),
+    let has_cameras = settings.cameras;
+    let none = "There are none before a reconstruction has begun";
+    for (shown, name, help, is_there, why_not) in [
+        (&mut settings.wireframe, "Wireframe", "Edges of the geometry's polygons", true, ""),
+        (&mut settings.cameras, "Cameras", "Where the photographs were taken", true, ""),
+        (
+            &mut settings.thumbnails,
+            "Thumbnails",
+            "The photographs in their cameras; a double click looks through one",
+            has_cameras,
+            "The cameras are not shown",
+        ),
+        (&mut settings.grid, "Grid", "The ground, a line every metre", true, ""),
+        (&mut settings.samples, "Samples", "Points whose radiance is explained", has_samples, none),
+        (&mut settings.lights, "Lights", "Virtual lights and lamps", has_lights, none),
         (
             &mut settings.lobes,
             "Lobes",
             "Where lights shine, as long as the square root of the emission",
             has_lights,
+            none,
         ),
     ] {
         ui.add_enabled_ui(is_there, |ui| {
             ui.toggle_value(shown, name)
                 .on_hover_text(help)
-                .on_disabled_hover_text(format!("{help}{none}"));
+                .on_disabled_hover_text(format!("{help}. {why_not}."));
         });
     }
     if has_samples && settings.samples {
