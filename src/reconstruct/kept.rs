@@ -1,7 +1,7 @@
 //! What earlier runs of a capture made, so that a run begins at the first stage that differs.
 //!
 //! A product is taken over where the step that made it, and every step that this one builds on,
-//! read the same then as now ([`super::reads`] is the table of what they read). It is the same
+//! read the same then as now (`reads.rs` has the table of what they read). It is the same
 //! product, not a copy, and the result has the same bytes as that of a run from the beginning.
 //!
 //! Two runs are kept: the last that ended, and the last that did not but made something new, so

@@ -181,7 +181,7 @@ fn other_files_are_refused_by_name() {
     let cases: [(PathBuf, &[&str]); 4] = [
         (put("a.CR2", b"II\x2a\0"), &["a.CR2", "RAW", "damaged", "Copy it"]),
         (put("b.jpg", &[0xFF, 0xD8, 0xFF, 0xE0, 0, 1]), &["b.jpg", "damaged"]),
-        (put("c.jpg", b"text"), &["c.jpg", "no JPEG, PNG or TIFF"]),
+        (put("c.jpg", b"text"), &["c.jpg", "no JPEG, PNG, TIFF or RAW photograph"]),
         (folder.path().join("none.jpg"), &["none.jpg", "cannot be read"]),
     ];
     for (file, parts) in cases {

@@ -134,7 +134,8 @@ fn others(declaration: &Declaration, options: &Options) -> Vec<String> {
 /// Changes every option in turn; those whose change made no difference.
 fn every_option(method: Method) -> Vec<String> {
     let capture = capture();
-    let base = options(method);
+    let mut base = options(method);
+    base.joint.light_sets = 1;
     let plain = told(&afresh(&capture, &base));
     let keeper = Keeper::default();
     let mut idle = Vec::new();

@@ -31,6 +31,8 @@ mod targets;
 mod texels;
 mod thumbs;
 mod toolbar;
+#[cfg(test)]
+mod traffic;
 
 use std::sync::Arc;
 

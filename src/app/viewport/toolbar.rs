@@ -157,11 +157,13 @@ fn overlays(view: &mut Viewport, ui: &mut Ui, content: &Content) {
             none,
         ),
     ] {
-        ui.add_enabled_ui(is_there, |ui| {
-            ui.toggle_value(shown, name)
-                .on_hover_text(help)
-                .on_disabled_hover_text(format!("{help}. {why_not}."));
-        });
+        // By itself, not in a space of its own, which would not go on in the next row.
+        let switch = egui::Button::selectable(*shown, name).wrap_mode(egui::TextWrapMode::Extend);
+        let switch = ui
+            .add_enabled(is_there, switch)
+            .on_hover_text(help)
+            .on_disabled_hover_text(format!("{help}. {why_not}."));
+        *shown ^= switch.clicked();
     }
     if has_samples && settings.samples {
         let now = settings.sample_color;
