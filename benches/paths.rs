@@ -113,7 +113,7 @@ fn compare(
     let geometry = Geometry::new(capture, edits);
     let scene = Scene::new(views, &geometry, solved, edits, &[]);
     let model = Model::new(&scene, views, solved, edits, &watch).expect("not cancelled");
-    let options = RenderOptions { spp: SPP, ..RenderOptions::default() };
+    let options = RenderOptions { spp: SPP, denoise: false, ..RenderOptions::default() };
     let place = tempfile::tempdir().expect("a temporary folder");
     mitsuba::write(place.path(), &model, options.reflections, &watch).expect("it can be written");
 

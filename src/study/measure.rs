@@ -128,7 +128,7 @@ fn predict(
     let (edits, solved) = (Edits::default(), Solved::from(&whole));
     let geometry = Geometry::new(&kept, &edits);
     let scene = Scene::new(&views, &geometry, &solved, &edits, &[small.position.as_vec3()]);
-    let pictures = RenderOptions { spp: 32, denoise: true, ..RenderOptions::default() };
+    let pictures = RenderOptions { spp: 32, ..RenderOptions::default() };
     let film = render(&scene, &small, &pictures, watch, &|_| ())?;
     let score = pictures::against_photograph("", &film, image);
     if score.pixels > 0 {

@@ -62,7 +62,8 @@ def main(folder):
     for seed in range(1, arguments.seeds + 1):
         ours, theirs = [os.path.join(folder, f"{who}-{seed}") for who in ("lobelia", "mitsuba")]
         run(arguments.lobelia, "render", arguments.capture, "--solution", arguments.solution,
-            "--cameras", one, "--out", ours, "--spp", arguments.spp, "--seed", seed, "-q", *edits)
+            "--cameras", one, "--out", ours, "--spp", arguments.spp, "--seed", seed,
+            "--denoise", "false", "-q", *edits)
         run(sys.executable, os.path.join(folder, "mitsuba", "render.py"), "--spp", arguments.spp,
             "--seed", seed, "--camera", arguments.camera, "--out", theirs)
         for pictures, where in zip(sets, (ours, theirs)):

@@ -54,6 +54,8 @@ impl Stage {
         stage.solved.lobes.first.push(0);
         stage.edits.surroundings = Surroundings::Open;
         stage.options.spp = 16;
+        // Pixels that know nothing of each other.
+        stage.options.denoise = false;
         stage
     }
 

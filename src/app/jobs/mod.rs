@@ -307,7 +307,7 @@ impl Jobs {
             capture: capture.clone(),
             solved,
             edits: project.edit().relight.clone(),
-            options: RenderOptions { denoise: true, ..RenderOptions::default() },
+            options: RenderOptions::default(),
             files: Some(Files { folder: folder.clone(), png: true, composite: true }),
         })));
         self.rendering = Some((job, folder));
