@@ -13,16 +13,19 @@ use rayon::prelude::*;
 
 use crate::watch::{Cancelled, Watch};
 
-/// Candidates in the first batch, when nothing has been kept yet; later batches double.
+/// Candidates in the first batch, when nothing has been kept yet.
 const FIRST_BATCH: usize = 1 << 10;
+/// How much larger each batch is than the one before: all of the candidates are fetched from
+/// memory for each, and what few reject is decided one by one.
+const GROWTH: usize = 4;
 /// No batch is larger, so that a cancel is noticed soon.
-const LARGEST_BATCH: usize = 1 << 18;
+const LARGEST_BATCH: usize = 1 << 20;
 /// Survivors of a batch that are compared one with another before the tree is rebuilt: at least
 /// this many, and a part of what is kept already, so that rebuilding stays a small share.
 const SMALLEST_BLOCK: usize = 1 << 10;
 const BLOCK_PART: usize = 16;
-/// Points that rejected one of the candidates before and are asked first: neighbours along a row
-/// of pixels, and those of the rows before.
+/// Points that rejected one of the candidates before and are asked first, the latest foremost:
+/// neighbours along a row of pixels, and those of the rows before.
 const RECENT: usize = 24;
 
 /// Indices of the candidates kept, greedily in the given order: a candidate is kept if and only
@@ -77,7 +80,7 @@ pub fn select_spaced(
             survivors = kept.thin(candidates, &rest);
         }
         start = end;
-        batch = (batch * 2).min(LARGEST_BATCH);
+        batch = (batch * GROWTH).min(LARGEST_BATCH);
     }
     Ok(kept.indices)
 }
@@ -113,7 +116,12 @@ impl Kept {
             let mut free = Vec::new();
             for &index in chunk {
                 let point = candidates[index as usize];
-                if !point.is_finite() || rejecting.iter().any(|&near| self.is_nearer(near, point)) {
+                if !point.is_finite() {
+                    continue;
+                }
+                if let Some(place) = rejecting.iter().position(|&near| self.is_nearer(near, point))
+                {
+                    rejecting.swap(0, place);
                     continue;
                 }
                 match self.nearer(point) {

@@ -74,6 +74,9 @@ fn parse_by(file: &Path, bytes: &[u8], by: SurfacesBy) -> Result<Geometry, Error
     if digest.face_lines.is_empty() {
         return Err(no_faces(file, &digest));
     }
+    if digest.beyond_reach {
+        return Err(locate(file, &text, "a face names a vertex that is not there"));
+    }
     let models =
         read_numbers(&digest).map_err(|failure| locate(file, &text, &failure.to_string()))?;
     let mut geometry = Builder::new(file, &text, &digest).build(&models)?;

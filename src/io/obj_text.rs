@@ -25,6 +25,9 @@ pub(super) struct Digest {
     pub(super) face_textured: Vec<bool>,
     pub(super) libraries: Vec<String>,
     pub(super) vertices: usize,
+    /// Whether a face names a vertex before the first, or one with a number of more digits than
+    /// any file has vertices: `tobj` multiplies such numbers, and they overflow.
+    pub(super) beyond_reach: bool,
     /// Faces of one or two corners, and the line of the first.
     pub(super) too_small: Tally,
 }
@@ -60,6 +63,7 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
     let mut last = String::new();
     // The surface that the next face belongs to, and the one the text last named.
     let (mut current, mut written): (Option<usize>, Option<usize>) = (None, None);
+    let (mut texcoords, mut texcoord_beyond_reach) = (0, false);
     for_each_line(text, |number, line| {
         let (keyword, rest) = split_keyword(line);
         match keyword {
@@ -79,15 +83,19 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
                     digest.text += if word.parse::<f32>().is_ok() { word } else { "nan" };
                 }
                 digest.text.push('\n');
-                digest.vertices += usize::from(keyword == "v");
+                *(if keyword == "v" { &mut digest.vertices } else { &mut texcoords }) += 1;
             }
             "f" => {
                 let corners = rest.split('#').next().unwrap_or("");
                 let (mut count, mut textured) = (0, true);
                 for word in corners.split_ascii_whitespace() {
                     count += 1;
-                    let mut parts = word.split('/').skip(1);
-                    textured &= parts.next().is_some_and(|part| !part.is_empty() && part != "0");
+                    let mut parts = word.split('/');
+                    let vertex = parts.next().unwrap_or("");
+                    digest.beyond_reach |= is_beyond_reach(vertex, digest.vertices);
+                    let texcoord = parts.next().unwrap_or("");
+                    texcoord_beyond_reach |= is_beyond_reach(texcoord, texcoords);
+                    textured &= !texcoord.is_empty() && texcoord != "0";
                 }
                 if count < 3 {
                     digest.too_small.add(number);
@@ -133,7 +141,17 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
             _ => {}
         }
     });
+    // Without any they are not looked at.
+    digest.beyond_reach |= texcoord_beyond_reach && texcoords > 0;
     digest
+}
+
+/// Whether an index of a face leads before the first of the vertices, or has too many digits.
+fn is_beyond_reach(part: &str, vertices_before: usize) -> bool {
+    const DIGITS: usize = 11;
+    part.len() > DIGITS
+        || (part.starts_with('-')
+            && part.parse::<i64>().is_ok_and(|index| vertices_before as i64 + index < 0))
 }
 
 /// Calls `visit` with every line and its number; lines that end in `\` are joined with the next.

@@ -78,8 +78,9 @@ pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
     if raw::is_raw(file) {
         return raw::dimensions(file).map(|(width, height)| (width, height, 2));
     }
-    refuse_others(file)?;
+    let densest = densest(file)?;
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let length = std::fs::metadata(file).map_err(unreadable)?.len();
     let reader =
         ImageReader::open(file).and_then(ImageReader::with_guessed_format).map_err(unreadable)?;
     let look = || {
@@ -94,6 +95,12 @@ pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
         .map_err(|failure| failed(file, failure))?;
     if width as u64 * height as u64 > LARGEST_SIDE_PRODUCT {
         return Err(super::picture::too_large(file, width as u64, height as u64));
+    }
+    if width as u64 * height as u64 > length.saturating_mul(densest) {
+        return Err(damaged(
+            file,
+            &format!("its {length} bytes cannot hold {width} x {height} pixels"),
+        ));
     }
     Ok((width, height, bytes))
 }
@@ -163,9 +170,14 @@ pub(super) fn seconds_of(date: &[u8], part: Option<&[u8]>) -> Option<f64> {
 }
 
 /// Names what is no exposure in a form that is read here.
-fn refuse_others(file: &Path) -> Result<(), Error> {
+/// How many pixels one byte of a file stands for at most, by its format; other files are refused.
+/// A JPEG spends a bit on every block of 8×8 pixels, and Deflate makes 1032 bytes of one, of up to
+/// 8 pixels each; TIFF has compressions that know no such end.
+fn densest(file: &Path) -> Result<u64, Error> {
     match Format::of(file)? {
-        Format::Png | Format::Jpeg | Format::Tiff => Ok(()),
+        Format::Jpeg => Ok(8 * 64),
+        Format::Png => Ok(1032 * 8),
+        Format::Tiff => Ok(u64::MAX),
         Format::OpenExr | Format::Radiance => Err(Error::Unsupported(Fault::new(
             file,
             "",

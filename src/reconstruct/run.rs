@@ -98,6 +98,36 @@ impl Run<'_> {
         self.earlier.iter().find(|made| made.holds(step, method, &self.inputs)).cloned()
     }
 
+    /// A stage's product as an earlier run made it, and that run; without one the stage begins.
+    fn kept<T>(
+        &mut self,
+        step: Step,
+        stage: Stage,
+        product: fn(&mut Made) -> Option<Product<T>>,
+        clock: &mut Clock,
+    ) -> Option<(Product<T>, Made)> {
+        if let Some(mut made) = self.earlier(step)
+            && let Some(found) = product(&mut made)
+        {
+            clock.keep(stage, &mut self.made.secs, &made.secs);
+            return Some((found, made));
+        }
+        clock.begin(stage, &mut self.made.secs);
+        None
+    }
+
+    /// Works with the photographs as they were measured with, and with what a step is handed.
+    fn with_views<T>(
+        &mut self,
+        step: Step,
+        placed: &Placed,
+        work: impl FnOnce(&Views, &Inputs) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let (inputs, sight) = (self.inputs(step), self.sight()?);
+        let capture = corrected(&inputs.capture, placed);
+        work(&Views::along(&capture, &sight.caster, &sight.lines), &inputs)
+    }
+
     /// What every pixel sees.
     fn sight(&mut self) -> Result<Arc<Sight>, Error> {
         if self.made.sight.is_none() {
@@ -117,18 +147,15 @@ impl Run<'_> {
     /// Samples and Eq. 11; also the samples that were taken out.
     fn samples(&mut self, clock: &mut Clock) -> Result<(Arc<Placed>, Vec<Sample>), Error> {
         let mut unseen = Vec::new();
-        let placed = if let Some(made) = self.earlier(Step::Samples)
-            && let Some(placed) = made.samples.clone()
-        {
-            clock.keep(Stage::Samples, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Samples, Stage::Samples, |made| made.samples.take(), clock);
+        let placed = if let Some((placed, made)) = kept {
             self.made.sight = made.sight;
-            self.made.samples.insert(placed).it.clone()
+            placed
         } else {
-            clock.begin(Stage::Samples, &mut self.made.secs);
             let placed = self.place(&mut unseen)?;
-            let placed = self.product(Step::Samples, placed);
-            self.made.samples.insert(placed).it.clone()
+            self.product(Step::Samples, placed)
         };
+        let placed = self.made.samples.insert(placed).it.clone();
         (self.update)(Update::Samples(placed.cloud.clone()));
         Ok((placed, unseen))
     }
@@ -166,12 +193,11 @@ impl Run<'_> {
         if let Some(gathered) = self.earlier(Step::Gathered).and_then(|made| made.gathered) {
             return Ok(self.made.gathered.insert(gathered).it.clone());
         }
-        let (inputs, sight) = (self.inputs(Step::Gathered), self.sight()?);
-        let capture = corrected(&inputs.capture, placed);
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let options = &inputs.options.transport;
-        let gathered =
-            transport::photographed(&views, &placed.cloud, options, seed(&inputs), self.watch)?;
+        let watch = self.watch;
+        let gathered = self.with_views(Step::Gathered, placed, |views, inputs| {
+            let options = &inputs.options.transport;
+            Ok(transport::photographed(views, &placed.cloud, options, seed(inputs), watch)?)
+        })?;
         let gathered = self.product(Step::Gathered, gathered);
         Ok(self.made.gathered.insert(gathered).it.clone())
     }
@@ -185,33 +211,30 @@ impl Run<'_> {
             clock.begin(Stage::Transport, &mut self.made.secs);
         }
         let gathered = self.gather(placed)?;
-        if let Some(made) = self.earlier(Step::Solved)
-            && let Some(solved) = made.solved.clone()
-        {
-            clock.keep(Stage::Solve, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Solved, Stage::Solve, |made| made.solved.take(), clock);
+        if let Some((solved, made)) = kept {
             self.tell_iterations(&solved.it);
             clock.keep(Stage::Lights, &mut self.made.secs, &made.secs);
             self.tell_lights(&solved.it);
             return Ok(self.made.solved.insert(solved).it.clone());
         }
-        clock.begin(Stage::Solve, &mut self.made.secs);
-        let (inputs, sight) = (self.inputs(Step::Solved), self.sight()?);
-        let capture = corrected(&inputs.capture, placed);
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let (options, cloud) = (&inputs.options, &placed.cloud);
-        let no_lights = VirtualLights::default();
-        let views_per_sample = options.gloss.views_per_sample;
-        let equations = Equations::new(&capture, cloud, &no_lights, &gathered, views_per_sample);
-        let outcome = joint::solve(
-            &views,
-            cloud,
-            &gathered,
-            &equations,
-            &start(&inputs, placed),
-            options,
-            &|iteration| (self.update)(Update::Iteration(*iteration)),
-            self.watch,
-        )?;
+        let (update, watch, cloud) = (self.update, self.watch, &placed.cloud);
+        let (outcome, equations) = self.with_views(Step::Solved, placed, |views, inputs| {
+            let (options, no_lights) = (&inputs.options, VirtualLights::default());
+            let (capture, most) = (views.capture, options.gloss.views_per_sample);
+            let equations = Equations::new(capture, cloud, &no_lights, &gathered, most);
+            let outcome = joint::solve(
+                views,
+                cloud,
+                &gathered,
+                &equations,
+                &start(inputs, placed),
+                options,
+                &|iteration| update(Update::Iteration(*iteration)),
+                watch,
+            )?;
+            Ok((outcome, equations))
+        })?;
 
         clock.begin(Stage::Lights, &mut self.made.secs);
         let transport = Transport {
@@ -241,14 +264,11 @@ impl Run<'_> {
         check_size(placed.cloud.samples.len(), lit.lobes.lobes.len())?;
         let coupled = self.couple(placed, &lit, clock)?;
         (self.update)(Update::Transport(coupled.clone()));
-        if let Some(made) = self.earlier(Step::Solved)
-            && let Some(solved) = made.solved.clone()
-        {
-            clock.keep(Stage::Solve, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Solved, Stage::Solve, |made| made.solved.take(), clock);
+        if let Some((solved, _)) = kept {
             self.tell_iterations(&solved.it);
             return Ok(self.made.solved.insert(solved).it.clone());
         }
-        clock.begin(Stage::Solve, &mut self.made.secs);
         let inputs = self.inputs(Step::Solved);
         let capture = corrected(&inputs.capture, placed);
         let options = &inputs.options;
@@ -283,21 +303,18 @@ impl Run<'_> {
     }
 
     fn lights(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Lit>, Error> {
-        if let Some(made) = self.earlier(Step::Lights)
-            && let Some(lit) = made.lights.clone()
-        {
-            clock.keep(Stage::Lights, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Lights, Stage::Lights, |made| made.lights.take(), clock);
+        if let Some((lit, _)) = kept {
             return Ok(self.made.lights.insert(lit).it.clone());
         }
-        clock.begin(Stage::Lights, &mut self.made.secs);
-        let (inputs, sight) = (self.inputs(Step::Lights), self.sight()?);
-        let capture = corrected(&inputs.capture, placed);
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let (options, watch) = (&inputs.options, self.watch);
-        let mut lights =
-            lights::place(&views, &placed.cloud, &options.lights, seed(&inputs), watch)?;
-        let lobes = Arc::new(lobes::choose(&views, &mut lights, &options.lobes, watch)?);
-        let lit = self.product(Step::Lights, Lit { lights: Arc::new(lights), lobes });
+        let watch = self.watch;
+        let lit = self.with_views(Step::Lights, placed, |views, inputs| {
+            let (options, seed) = (&inputs.options, seed(inputs));
+            let mut lights = lights::place(views, &placed.cloud, &options.lights, seed, watch)?;
+            let lobes = Arc::new(lobes::choose(views, &mut lights, &options.lobes, watch)?);
+            Ok(Lit { lights: Arc::new(lights), lobes })
+        })?;
+        let lit = self.product(Step::Lights, lit);
         Ok(self.made.lights.insert(lit).it.clone())
     }
 
@@ -307,27 +324,24 @@ impl Run<'_> {
         lit: &Lit,
         clock: &mut Clock,
     ) -> Result<Arc<Transport>, Error> {
-        if let Some(made) = self.earlier(Step::Coupled)
-            && let Some(coupled) = made.coupled.clone()
-        {
-            clock.keep(Stage::Transport, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Coupled, Stage::Transport, |made| made.coupled.take(), clock);
+        if let Some((coupled, made)) = kept {
             self.made.gathered = made.gathered;
             return Ok(self.made.coupled.insert(coupled).it.clone());
         }
-        clock.begin(Stage::Transport, &mut self.made.secs);
-        let gathered = self.gather(placed)?;
-        let (inputs, sight) = (self.inputs(Step::Coupled), self.sight()?);
-        let capture = corrected(&inputs.capture, placed);
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let coupling = transport::couple(
-            &views,
-            &placed.cloud,
-            &lit.lights,
-            &lit.lobes,
-            &inputs.options.transport,
-            seed(&inputs),
-            self.watch,
-        )?;
+        let (gathered, watch) = (self.gather(placed)?, self.watch);
+        let coupling = self.with_views(Step::Coupled, placed, |views, inputs| {
+            let (lights, lobes, options) = (&lit.lights, &lit.lobes, &inputs.options.transport);
+            Ok(transport::couple(
+                views,
+                &placed.cloud,
+                lights,
+                lobes,
+                options,
+                seed(inputs),
+                watch,
+            )?)
+        })?;
         let coupled = Transport { coupling, ..Transport::clone(&gathered) };
         let coupled = self.product(Step::Coupled, coupled);
         Ok(self.made.coupled.insert(coupled).it.clone())
@@ -339,27 +353,24 @@ impl Run<'_> {
         solved: &Solved,
         clock: &mut Clock,
     ) -> Result<Arc<Vec<textures::Texture>>, Error> {
-        if let Some(made) = self.earlier(Step::Textures)
-            && let Some(textures) = made.textures.clone()
-        {
-            clock.keep(Stage::Textures, &mut self.made.secs, &made.secs);
+        let kept = self.kept(Step::Textures, Stage::Textures, |made| made.textures.take(), clock);
+        if let Some((textures, _)) = kept {
             return Ok(self.made.textures.insert(textures).it.clone());
         }
-        clock.begin(Stage::Textures, &mut self.made.secs);
-        let (inputs, sight) = (self.inputs(Step::Textures), self.sight()?);
-        let capture = corrected(&inputs.capture, placed);
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let textures = textures::reconstruct(
-            &views,
-            &placed.cloud,
-            &solved.lights,
-            &solved.lobes,
-            &solved.transport.hidden_light,
-            &solved.solution,
-            &inputs.options,
-            seed(&inputs),
-            self.watch,
-        )?;
+        let watch = self.watch;
+        let textures = self.with_views(Step::Textures, placed, |views, inputs| {
+            textures::reconstruct(
+                views,
+                &placed.cloud,
+                &solved.lights,
+                &solved.lobes,
+                &solved.transport.hidden_light,
+                &solved.solution,
+                &inputs.options,
+                seed(inputs),
+                watch,
+            )
+        })?;
         let textures = self.product(Step::Textures, textures);
         Ok(self.made.textures.insert(textures).it.clone())
     }

@@ -73,11 +73,22 @@ impl Sample {
     }
 }
 
-/// A pixel that could become a sample.
+/// A pixel that could become a sample: there are millions, so it says no more than which.
+#[derive(Clone, Copy)]
 struct Candidate {
-    position: Vec3,
-    triangle: u32,
-    camera: Vec3,
+    /// Index into `Views::maps`.
+    map: u32,
+    /// Pixels before it, row by row.
+    pixel: u32,
+}
+
+impl Candidate {
+    /// The position and the triangle that the pixel shows.
+    fn hit(self, views: &Views) -> (Vec3, u32) {
+        let map = &views.maps[self.map as usize];
+        let (pixel, width) = (self.pixel as usize, map.camera.width);
+        map.hit(pixel % width, pixel / width).expect("candidates show something")
+    }
 }
 
 /// Random points that keep a distance d from each other and leave no room for another cover
@@ -106,7 +117,7 @@ pub fn place(
         let edge = self::candidates(views, options, false);
         let mut rescued = vec![0usize; capture.materials.len()];
         for candidate in edge {
-            let material = material_of(views, &candidate);
+            let material = material_of(views, candidate);
             if shown[material] == 0 {
                 rescued[material] += 1;
                 candidates.push(candidate);
@@ -125,7 +136,7 @@ pub fn place(
     Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut order);
     watch.tick()?;
 
-    let positions: Vec<Vec3> = candidates.par_iter().map(|candidate| candidate.position).collect();
+    let positions: Vec<Vec3> = candidates.par_iter().map(|pixel| pixel.hit(views).0).collect();
     let spacing_m = match options.spacing_m {
         Some(spacing) => spacing as f32,
         None => spacing_for(&positions, &order, options.count, watch)?,
@@ -138,7 +149,7 @@ pub fn place(
         .par_iter()
         .map(|&index| {
             watch.check()?;
-            Ok(read(views, options, &candidates[index as usize]))
+            Ok(read(views, options, candidates[index as usize]))
         })
         .collect::<Result<_, Cancelled>>()?;
     let mut cloud = SampleCloud { spacing_m, warnings, ..SampleCloud::default() };
@@ -153,12 +164,12 @@ pub fn place(
 
 /// The material of each candidate.
 fn materials(views: &Views, candidates: &[Candidate]) -> Vec<u32> {
-    candidates.par_iter().map(|candidate| material_of(views, candidate) as u32).collect()
+    candidates.par_iter().map(|candidate| material_of(views, *candidate) as u32).collect()
 }
 
-fn material_of(views: &Views, candidate: &Candidate) -> usize {
-    let mesh = &views.capture.mesh;
-    match views.capture.surfaces[mesh.surface[candidate.triangle as usize] as usize].role {
+fn material_of(views: &Views, candidate: Candidate) -> usize {
+    let (_, triangle) = candidate.hit(views);
+    match views.capture.surfaces[views.capture.mesh.surface[triangle as usize] as usize].role {
         Role::Material(material) => material,
         _ => unreachable!("candidates lie on surfaces with a material"),
     }
@@ -168,8 +179,9 @@ fn material_of(views: &Views, candidate: &Candidate) -> usize {
 fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Candidate> {
     let capture = views.capture;
     let mut candidates = Vec::new();
-    for map in &views.maps {
+    for (index, map) in views.maps.iter().enumerate() {
         let camera = map.camera.position.as_vec3();
+        let width = map.camera.width;
         candidates.par_extend((0..map.camera.height).into_par_iter().flat_map_iter(|y| {
             let pixel = move |x| {
                 let (position, triangle) = map.hit(x, y)?;
@@ -179,13 +191,11 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
                     && map.image.radiance(x, y).is_some();
                 let sight = (camera - position).normalize_or_zero();
                 let cosine = views.normals[triangle as usize].dot(sight).abs();
-                (usable && f64::from(cosine) >= options.min_cosine).then_some(Candidate {
-                    position,
-                    triangle,
-                    camera,
-                })
+                let pixel = (y * width + x) as u32;
+                (usable && f64::from(cosine) >= options.min_cosine)
+                    .then_some(Candidate { map: index as u32, pixel })
             };
-            (0..map.camera.width).filter_map(pixel)
+            (0..width).filter_map(pixel)
         }));
     }
     candidates
@@ -229,7 +239,7 @@ fn densify(
 ) -> Result<(), Cancelled> {
     let mut counts = vec![0usize; views.capture.materials.len()];
     for &index in kept.iter() {
-        counts[material_of(views, &candidates[index as usize])] += 1;
+        counts[material_of(views, candidates[index as usize])] += 1;
     }
     if counts.iter().all(|&count| count == 0 || count >= options.min_per_material) {
         return Ok(());
@@ -255,13 +265,13 @@ fn densify(
 fn read(
     views: &Views,
     options: &SampleOptions,
-    candidate: &Candidate,
+    candidate: Candidate,
 ) -> Option<(Sample, Vec<View>)> {
-    let mesh = &views.capture.mesh;
-    let normal = views.normals[candidate.triangle as usize];
-    let towards = candidate.camera - candidate.position;
+    let (position, triangle) = candidate.hit(views);
+    let normal = views.normals[triangle as usize];
+    let towards = views.maps[candidate.map as usize].camera.position.as_vec3() - position;
     let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-    let site = Site { position: candidate.position, normal };
+    let site = Site { position, normal };
     let look = |off_edges: bool| -> Vec<View> {
         views
             .maps
@@ -296,10 +306,10 @@ fn read(
         }
     }
     let sample = Sample {
-        position: candidate.position,
+        position,
         normal,
         material: material_of(views, candidate),
-        surface: mesh.surface[candidate.triangle as usize] as usize,
+        surface: views.capture.mesh.surface[triangle as usize] as usize,
         views: 0..0,
         radiance,
     };

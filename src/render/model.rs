@@ -90,6 +90,7 @@ impl Model {
         watch.begin(capture.surfaces.len() as u64);
         let members = by_surface(&capture.mesh, capture.surfaces.len());
         let looks = surface_looks(capture, solved, edits);
+        let unseen_shines = unseen_shines(solved);
         for ((index, surface), look) in capture.surfaces.iter().enumerate().zip(looks) {
             watch.tick()?;
             let triangles = &members[index];
@@ -116,7 +117,7 @@ impl Model {
             };
             let mut part = Part::new(name, material, look, &capture.mesh, triangles, corners);
             let is_unseen = surface.material().is_some_and(|m| solved.reflectances[m].is_none());
-            part.is_counted = is_unseen && unseen_shines(solved);
+            part.is_counted = is_unseen && unseen_shines;
             parts.push(part);
         }
         for object in &edits.objects {

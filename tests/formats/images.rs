@@ -1,7 +1,7 @@
 //! OpenEXR and Radiance.
 
 use lobelia::io::picture::{self, Picture};
-use lobelia::io::{Error, exr};
+use lobelia::io::{Error, exr, photograph};
 
 use crate::{data, folder, message, put};
 
@@ -128,6 +128,27 @@ fn images_that_claim_too_much_are_refused_before_memory_is_taken() {
     message(picture::read(&file), &["huge.hdr", "32768 x 65536"]);
     let text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8000 +X 8000\n";
     message(picture::read(&put(folder.path(), "thin.hdr", text)), &["thin.hdr", "too short"]);
+}
+
+#[test]
+fn photographs_that_claim_more_than_they_can_hold_are_refused() {
+    let folder = folder();
+    // The densest that there are: nothing but black.
+    let black = image::RgbImage::new(2048, 1024);
+    for name in ["a.jpg", "a.png"] {
+        let file = folder.path().join(name);
+        black.save(&file).unwrap();
+        let photo = photograph::read(&file).unwrap();
+        assert_eq!((photo.width, photo.height), (2048, 1024));
+    }
+    // One block of pixels, whose frame header says 60000 x 4000.
+    let file = folder.path().join("b.jpg");
+    image::RgbImage::new(8, 8).save(&file).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    let frame = bytes.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+    bytes[frame + 5..frame + 9].copy_from_slice(&[0x0f, 0xa0, 0xea, 0x60]);
+    let file = put(folder.path(), "b.jpg", &bytes);
+    message(photograph::read(&file), &["b.jpg", "cannot hold", "60000 x 4000"]);
 }
 
 /// A Radiance file of one pixel, with further header lines.

@@ -95,6 +95,13 @@ fn hopeless_files_name_the_line() {
     message(load(format!("{SQUARE}vt 0 0\nf 1/1 2/1 3/7\n")), &["line 6", "texture coordinate 7"]);
     message(load(format!("{SQUARE}f 1 2 99999999999999999999\n")), &["line 5", "no corner"]);
     message(load(format!("{SQUARE}f 1 2 x\n")), &["line 5", "no corner"]);
+    // Twice that number is 0 in 64 bits, which has a texture coordinate.
+    let texcoords = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    message(
+        load(format!("{SQUARE}{texcoords}f 1/1 2/2 3/-9223372036854775808\n")),
+        &["line 9", "texture coordinate -9223372036854775808"],
+    );
+    assert!(load(format!("{SQUARE}f 1/-7 2/-7 3/-7\n")).is_ok(), "there are none to name");
     message(load(""), &["no geometry"]);
     message(load(SQUARE), &["4 vertices but no faces"]);
     message(

@@ -34,17 +34,16 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         let file = folder.join(format!("meshes/{name}.ply"));
         ply::write_mesh(&file, &part.positions, &part.texcoords, &part.triangles)?;
     }
-    let shapes: Vec<String> = (0..model.parts.len())
-        .map(|index| shape(model, index, &names[&index], textures[index].as_deref()))
-        .collect();
+    let texts = |light: Of| -> String {
+        (0..model.parts.len())
+            .map(|index| shape(model, index, &names[&index], textures[index].as_deref(), light))
+            .collect()
+    };
     let mut rows: Vec<Value> =
         model.recovered.iter().filter_map(|light| recovered(light, model)).collect();
     let has_recovered = !rows.is_empty();
     let table = "  <emitter type=\"lobelia_lights\"><string name=\"set\" value=";
-    let mut recovered = String::new();
-    for (part, shape) in model.parts.iter().zip(&shapes) {
-        recovered += &if part.is_counted { blackened(shape) } else { shape.clone() };
-    }
+    let mut recovered = texts(Of::Recovered);
     if has_recovered {
         recovered += &format!("{table}\"recovered\"/></emitter>\n");
     }
@@ -62,14 +61,7 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         // That of an earlier export would be added to the pictures.
         let _ = std::fs::remove_file(&added_file);
     } else {
-        let mut text = String::new();
-        for (part, shape) in model.parts.iter().zip(&shapes) {
-            // What shines by itself is recovered light.
-            text += &match part.look {
-                PartLook::Shining(_) => without_emitter(shape),
-                _ => shape.clone(),
-            };
-        }
+        let mut text = texts(Of::Added);
         let before = rows.len();
         for (index, light) in model.added.iter().enumerate() {
             match &light.shape {
@@ -174,12 +166,22 @@ fn bitmap(name: &str, path: &str) -> String {
 
 const BLACK: &str = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0 0 0\"/></bsdf>";
 
-fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>) -> String {
+/// Which light a scene is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Of {
+    Recovered,
+    Added,
+}
+
+fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: Of) -> String {
     let diffuse = |brdf: &Brdf, name: &str| match texture {
         Some(path) => bitmap(name, path),
         None => rgb(name, brdf.diffuse),
     };
-    let look = match &model.parts[index].look {
+    let part = &model.parts[index];
+    let look = match &part.look {
+        // Recovered lights on it are all that it sends.
+        _ if part.is_counted && light == Of::Recovered => BLACK.to_owned(),
         PartLook::Plain(brdf) | PartLook::Textured(brdf, _) => {
             if brdf.specular.iter().any(|&value| value > 0.0) {
                 let mut text = format!("<bsdf type=\"lobelia_phong\">{}", diffuse(brdf, "diffuse"));
@@ -194,6 +196,8 @@ fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>) -> Stri
                 )
             }
         }
+        // What shines by itself is recovered light.
+        PartLook::Shining(_) if light == Of::Added => BLACK.to_owned(),
         PartLook::Shining(_) => {
             format!("{BLACK}{EMITTER}{}</emitter>", bitmap("radiance", texture.unwrap_or_default()))
         }
@@ -208,21 +212,6 @@ fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>) -> Stri
 }
 
 const EMITTER: &str = "<emitter type=\"area\">";
-
-fn without_emitter(shape: &str) -> String {
-    match (shape.find(EMITTER), shape.find("</emitter>")) {
-        (Some(from), Some(to)) => format!("{}{}", &shape[..from], &shape[to + 10..]),
-        _ => shape.to_owned(),
-    }
-}
-
-/// Recovered lights on it are all that it sends.
-fn blackened(shape: &str) -> String {
-    match (shape.find("<bsdf"), shape.rfind("</bsdf>")) {
-        (Some(from), Some(to)) => format!("{}{BLACK}{}", &shape[..from], &shape[to + 7..]),
-        _ => shape.to_owned(),
-    }
-}
 
 /// A row of the table of lights.
 fn row(set: &str, kind: &str) -> Value {
