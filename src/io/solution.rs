@@ -152,9 +152,10 @@ pub struct Selection {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Trial {
-    /// `lamp`, `sun`, `gloss`, `background` (twice its lights) or `fine lobes`.
+    /// `lamp`, `sun`, `gloss`, `background` (twice its lights), `fine lobes` in place of the others,
+    /// or `fine lobes beside` them.
     pub part: String,
-    /// Of a lamp its number, from 1; of a background its lobes.
+    /// Of a lamp its number, from 1; of a background and of fine lobes beside others the lobes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
     /// Of gloss the material.

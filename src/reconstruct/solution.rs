@@ -142,6 +142,8 @@ pub enum TrialPart {
     Background(usize),
     /// Fine lobes in place of lamps and a coarse background.
     FineLobes,
+    /// So many fine lobes beside the other lights, for reflectances that are known.
+    Beside(usize),
 }
 
 /// 95 % intervals of one material.

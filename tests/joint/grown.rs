@@ -28,6 +28,11 @@ const EXPONENT: f64 = 30.0;
 /// A floor with a box under one lamp and nothing else; the floor has the modified Phong lobe of
 /// Eq. 12 with ρ_s `gloss`. The box is tagged as specular and is not.
 fn scene(gloss: f64) -> Room {
+    lit_by(&[(LAMP, INTENSITY)], gloss)
+}
+
+/// The same under point lights of these intensities.
+fn lit_by(lights: &[(DVec3, Rgb)], gloss: f64) -> Room {
     let mut room = Room::default();
     let floor_kind = if gloss > 0.0 { MaterialKind::Specular } else { MaterialKind::Diffuse };
     let floor = room.material("floor", floor_kind);
@@ -48,22 +53,30 @@ fn scene(gloss: f64) -> Room {
                 _ if close(p.y, HIGH.y) => DVec3::Y,
                 _ => DVec3::NEG_Y,
             };
-            let offset = LAMP - p;
-            let direction = offset.normalize_or_zero();
-            let is_lit = normal.dot(direction) > 0.0 && tracer.is_free(p, LAMP, 1e-4);
-            let arriving =
-                if is_lit { normal.dot(direction) / offset.length_squared() } else { 0.0 };
-            let reflected = 2.0 * normal.dot(direction) * normal - direction;
-            let cosine = reflected.dot((eye - p).normalize_or_zero()).max(0.0);
             let is_floor = struck.surface == floor;
-            let lobe =
-                if is_floor { gloss * 0.5 * (EXPONENT + 2.0) * cosine.powf(EXPONENT) } else { 0.0 };
             let diffuse = if is_floor { FLOOR } else { BOX };
-            std::array::from_fn(|c| {
-                // A little light from everywhere: no logarithm likes black shadows.
-                let light = INTENSITY[c] * arriving;
-                ((diffuse[c] * (light + 0.05) + lobe * light) / std::f64::consts::PI) as f32
-            })
+            // A little light from everywhere: no logarithm likes black shadows.
+            let mut radiance = diffuse.map(|rho| 0.05 * rho);
+            for &(light, intensity) in lights {
+                let offset = light - p;
+                let direction = offset.normalize_or_zero();
+                let cosine = normal.dot(direction);
+                if cosine <= 0.0 || !tracer.is_free(p, light, 1e-4) {
+                    continue;
+                }
+                let arriving = cosine / offset.length_squared();
+                let reflected = 2.0 * cosine * normal - direction;
+                let cosine = reflected.dot((eye - p).normalize_or_zero()).max(0.0);
+                let lobe = if is_floor {
+                    gloss * 0.5 * (EXPONENT + 2.0) * cosine.powf(EXPONENT)
+                } else {
+                    0.0
+                };
+                for c in 0..3 {
+                    radiance[c] += (diffuse[c] + lobe) * intensity[c] * arriving;
+                }
+            }
+            radiance.map(|value| (value / std::f64::consts::PI) as f32)
         });
     }
     // The scale is left to a pin: without light between surfaces nothing else tells it.
@@ -116,6 +129,41 @@ fn one_lamp_explains_everything_with_few_lobes() {
     let found = result.solution.reflectances[1].unwrap().diffuse;
     for (found, truth) in found.into_iter().zip(BOX) {
         assert!((found - truth).abs() < 0.01, "{found} for {truth}");
+    }
+}
+
+/// A lamp, and a window that no coarse lobe draws: only once the reflectances are known may the
+/// light be as fine as that.
+#[test]
+fn finer_light_is_kept_where_it_predicts_better() {
+    let mut lights = vec![(LAMP, INTENSITY)];
+    for (column, row) in (0..6).flat_map(|column| (0..4).map(move |row| (column, row))) {
+        let place = DVec3::new(-1.6 + 0.2 * f64::from(column), 2.3, 0.8 + 0.2 * f64::from(row));
+        lights.push((place, [0.1, 0.14, 0.18]));
+    }
+    let room = lit_by(&lights, 0.0);
+    let mut options = options();
+    options.joint.max_lamps = 1;
+    options.joint.light_sets = 1;
+    let result = reconstruct(&room, &options, 2);
+    let beside = |trial: &&Trial| matches!(trial.part, TrialPart::Beside(_));
+    let trial = selection(&result)
+        .trials
+        .iter()
+        .find(beside)
+        .unwrap_or_else(|| panic!("not tried: {:?}", result.solution.notes));
+    assert!(trial.supported && trial.change < -0.05, "{trial:?}");
+    let note = "fine lobes beside the lights that were found, for these reflectances, are used";
+    assert!(result.solution.notes.iter().any(|told| told.contains(note)));
+    assert_eq!(selection(&result).kept, result.solution.active_lobes());
+    // The samples are met as well as that says, and the box is what it is.
+    let last = result.solution.iterations.last().unwrap();
+    let settled = &result.solution.iterations[result.solution.iterations.len() - 2];
+    for c in 0..3 {
+        assert!(last.rms.absolute[c] < 0.9 * settled.rms.absolute[c], "{last:?} {settled:?}");
+    }
+    for (found, truth) in result.solution.reflectances[1].unwrap().diffuse.into_iter().zip(BOX) {
+        assert!((found - truth).abs() < 0.02, "{found} for {truth}");
     }
 }
 

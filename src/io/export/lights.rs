@@ -31,6 +31,7 @@ pub fn selection(capture: &Capture, selection: &solution::Selection) -> Selectio
             TrialPart::Lamp(number) => ("lamp", Some(number), None),
             TrialPart::Background(lobes) => ("background", Some(lobes), None),
             TrialPart::FineLobes => ("fine lobes", None, None),
+            TrialPart::Beside(lobes) => ("fine lobes beside", Some(lobes), None),
             TrialPart::Gloss(index) => ("gloss", None, Some(capture.materials[index].name.clone())),
         };
         Trial {

@@ -51,6 +51,7 @@ fn what_a_grown_model_tried_is_written() {
         trial(TrialPart::Gloss(0), None, false),
         trial(TrialPart::Background(19), Some(0.01), true),
         trial(TrialPart::FineLobes, Some(0.3), false),
+        trial(TrialPart::Beside(296), Some(0.01), true),
     ];
     let selection = Selection { candidates: 640, kept: 58, trials };
     result.certainty.as_mut().unwrap().selection = Some(selection);
@@ -58,10 +59,10 @@ fn what_a_grown_model_tried_is_written() {
     let written = read(&reconstruction).selection.unwrap();
     assert_eq!((written.candidates, written.kept), (640, 58));
     let parts: Vec<&str> = written.trials.iter().map(|trial| trial.part.as_str()).collect();
-    assert_eq!(parts, ["sun", "lamp", "gloss", "background", "fine lobes"]);
+    assert_eq!(parts, ["sun", "lamp", "gloss", "background", "fine lobes", "fine lobes beside"]);
     let numbers: Vec<_> = written.trials.iter().map(|trial| trial.number).collect();
-    assert_eq!(numbers, [None, Some(2), None, Some(19), None]);
-    let [sun, _, gloss, ..] = written.trials.as_slice() else { panic!("five trials") };
+    assert_eq!(numbers, [None, Some(2), None, Some(19), None, Some(296)]);
+    let [sun, _, gloss, ..] = written.trials.as_slice() else { panic!("six trials") };
     assert_eq!((gloss.material.as_deref(), gloss.standard_error), (Some("floor"), None));
     assert_eq!((sun.error_before, sun.error_after, sun.change), (0.1, 0.08, -0.2));
     assert_eq!((sun.standard_error, sun.supported, gloss.supported), (Some(0.05), true, false));

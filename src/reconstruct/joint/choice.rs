@@ -7,6 +7,7 @@ use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{self, Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
+use crate::reconstruct::joint::held_out::Change;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::judge::{self, Judge};
 use crate::reconstruct::joint::lamps::Candidates;
@@ -16,7 +17,7 @@ use crate::reconstruct::joint::sources::{self, Found, Wanted};
 use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::joint::{gloss, held_out, relook};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
-use crate::reconstruct::solution::Trial;
+use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::reconstruct::transport::HiddenLight;
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Watch;
@@ -80,6 +81,36 @@ impl Choice {
                 fitter.fit(model, fitter.options.ridge, &fitter.weights, Some(fits))?;
         }
         Ok(light)
+    }
+
+    /// Fine lobes beside the lights that were found, where they lower the error of held-out blocks
+    /// by more than its standard error; `None` where all lights are fine already. Only for
+    /// reflectances that are known by now: free ones would give way to so many lights, which is
+    /// why they are found with few.
+    pub fn refine(&mut self, fitter: &Fitter) -> Result<Option<Trial>, Error> {
+        if self.density == Density::Fine {
+            return Ok(None);
+        }
+        let (data, ridge) = (&fitter.data, fitter.options.ridge);
+        let layout = layout(fitter, self.layout.world, Density::Fine, 0);
+        let set = background::place(data.views, data.cloud, &layout, data.watch)?;
+        let lobes = set.lobes.lobes.len();
+        let part = data.part(&fitter.rows, set, &fitter.exponents)?;
+        let coarse = &self.found.model;
+        let mut fine = coarse.with([&part]);
+        fine.ridged[coarse.columns()..].fill(true);
+        let predict = |model: &Model| -> Result<(Fits, Vec<f64>), Error> {
+            let fits = fitter.fit(model, ridge, &fitter.weights, Some(&self.found.fits))?;
+            let losses = held_out::predict(fitter, model, ridge, &fits)?.losses;
+            Ok((fits, losses))
+        };
+        let ((_, before), (fits, after)) = (predict(coarse)?, predict(&fine)?);
+        let change = Change::between(fitter, &before, &after, |_| true);
+        let trial = judge::trial(TrialPart::Beside(lobes), &change);
+        if trial.supported {
+            (self.found.model, self.found.fits) = (fine, fits);
+        }
+        Ok(Some(trial))
     }
 
     /// Finds the exponents once more, and how well they are known.

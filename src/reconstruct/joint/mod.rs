@@ -13,7 +13,9 @@
 //! 2. specular materials with everything else (`gloss`);
 //! 3. fine lobes instead, or a sky, where the error on held-out samples is lower (`held_out`);
 //! 4. the same with other backgrounds, whose spread tells what the choice of one costs;
-//! 5. what is determined, and intervals (`certainty`); tags that do not fit (`diagnose`).
+//! 5. what is determined, and intervals (`certainty`); tags that do not fit (`diagnose`);
+//! 6. for the reflectances that came of it, finer light beside the light that was found, where it
+//!    predicts better: pictures ask for more of it than reflectances bear.
 //!
 //! With `joint.model = auto` steps 1 to 4 look for structure on a part of the samples (`thin`), and
 //! keep only what is borne out by samples that were held out (`grow`, `judge`).
@@ -49,7 +51,7 @@ use crate::reconstruct::equations::{Equations, Reflectance};
 use crate::reconstruct::joint::background::{Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::choice::{Choice, Density, Search};
-use crate::reconstruct::joint::fit::Fitter;
+use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::gloss::Exponents;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::lamps::Candidates;
@@ -120,6 +122,8 @@ pub fn solve(
     }
     choice.found.fits = fitter.settle(&choice.found.model, joint.ridge, choice.found.fits)?;
     history.push(&fitter, &choice.found.fits);
+    let steepest = |fits: &Fits| fits.iter().map(|fit| fit.slope).fold(0.0, f64::max);
+    let slope = steepest(&choice.found.fits);
     let mut members = vec![Member::of(&choice.found.fits)];
     let quick = thin.as_ref().map(|thin| thin.fitter(&fitter));
     let others = |index: usize| {
@@ -153,6 +157,10 @@ pub fn solve(
             fitter.known_specular[channel][material] = Some(mean.specular[channel][material]);
         }
     }
+    if let Some(trial) = choice.refine(&fitter)? {
+        notes.extend(tried.is_none().then(|| grow::told_beside(&trial)));
+        choice.trials.push(trial);
+    }
     if let Some(unseen) = &unseen {
         hidden_light = choice.reflect(&mut fitter, unseen)?;
     }
@@ -161,8 +169,7 @@ pub fn solve(
     history.push(&fitter, &fits);
     watch.tick()?;
 
-    let slopes = fits.iter().chain(&choice.found.fits).map(|fit| fit.slope);
-    let converged = slopes.fold(0.0, f64::max) <= ACCEPTED_SLOPE;
+    let converged = slope.max(steepest(&fits)) <= ACCEPTED_SLOPE;
     let mut emission: Vec<Rgb> = (0..model.columns())
         .map(|column| std::array::from_fn(|c| fits[c].state.emission[column]))
         .collect();
