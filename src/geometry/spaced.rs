@@ -24,8 +24,8 @@ const LARGEST_BATCH: usize = 1 << 20;
 /// this many, and a part of what is kept already, so that rebuilding stays a small share.
 const SMALLEST_BLOCK: usize = 1 << 10;
 const BLOCK_PART: usize = 16;
-/// Points that rejected one of the candidates before and are asked first, the latest foremost:
-/// neighbours along a row of pixels, and those of the rows before.
+/// Points that rejected one of the candidates before and are asked first: neighbours along a row
+/// of pixels, and those of the rows before.
 const RECENT: usize = 24;
 
 /// Indices of the candidates kept, greedily in the given order: a candidate is kept if and only
@@ -116,12 +116,7 @@ impl Kept {
             let mut free = Vec::new();
             for &index in chunk {
                 let point = candidates[index as usize];
-                if !point.is_finite() {
-                    continue;
-                }
-                if let Some(place) = rejecting.iter().position(|&near| self.is_nearer(near, point))
-                {
-                    rejecting.swap(0, place);
+                if !point.is_finite() || rejecting.iter().any(|&near| self.is_nearer(near, point)) {
                     continue;
                 }
                 match self.nearer(point) {

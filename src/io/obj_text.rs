@@ -87,20 +87,22 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
             }
             "f" => {
                 let corners = rest.split('#').next().unwrap_or("");
-                let (mut count, mut textured) = (0, true);
+                let (mut count, mut textured, mut beyond_reach) = (0, true, [false; 2]);
                 for word in corners.split_ascii_whitespace() {
                     count += 1;
                     let mut parts = word.split('/');
                     let vertex = parts.next().unwrap_or("");
-                    digest.beyond_reach |= is_beyond_reach(vertex, digest.vertices);
+                    beyond_reach[0] |= is_beyond_reach(vertex, digest.vertices);
                     let texcoord = parts.next().unwrap_or("");
-                    texcoord_beyond_reach |= is_beyond_reach(texcoord, texcoords);
+                    beyond_reach[1] |= is_beyond_reach(texcoord, texcoords);
                     textured &= !texcoord.is_empty() && texcoord != "0";
                 }
                 if count < 3 {
                     digest.too_small.add(number);
                     return;
                 }
+                digest.beyond_reach |= beyond_reach[0];
+                texcoord_beyond_reach |= beyond_reach[1];
                 let surface = *current.get_or_insert_with(|| {
                     let names = match by {
                         SurfacesBy::Materials => [&material, &last, &last],

@@ -93,10 +93,11 @@ pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
     let (width, height, bytes) = catch_unwind(AssertUnwindSafe(look))
         .map_err(|_| damaged(file, "its header is broken"))?
         .map_err(|failure| failed(file, failure))?;
-    if width as u64 * height as u64 > LARGEST_SIDE_PRODUCT {
+    let pixels = width as u64 * height as u64;
+    if pixels > LARGEST_SIDE_PRODUCT {
         return Err(super::picture::too_large(file, width as u64, height as u64));
     }
-    if width as u64 * height as u64 > length.saturating_mul(densest) {
+    if pixels > length.saturating_mul(densest) {
         return Err(damaged(
             file,
             &format!("its {length} bytes cannot hold {width} x {height} pixels"),
@@ -169,8 +170,8 @@ pub(super) fn seconds_of(date: &[u8], part: Option<&[u8]>) -> Option<f64> {
     Some(secs as f64 + part.unwrap_or(0.0))
 }
 
-/// Names what is no exposure in a form that is read here.
-/// How many pixels one byte of a file stands for at most, by its format; other files are refused.
+/// How many pixels one byte of a file stands for at most, by its format; names what is no exposure
+/// in a form that is read here.
 /// A JPEG spends a bit on every block of 8×8 pixels, and Deflate makes 1032 bytes of one, of up to
 /// 8 pixels each; TIFF has compressions that know no such end.
 fn densest(file: &Path) -> Result<u64, Error> {

@@ -136,7 +136,8 @@ pub fn place(
     Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut order);
     watch.tick()?;
 
-    let positions: Vec<Vec3> = candidates.par_iter().map(|pixel| pixel.hit(views).0).collect();
+    let positions: Vec<Vec3> =
+        candidates.par_iter().map(|candidate| candidate.hit(views).0).collect();
     let spacing_m = match options.spacing_m {
         Some(spacing) => spacing as f32,
         None => spacing_for(&positions, &order, options.count, watch)?,

@@ -102,6 +102,9 @@ fn hopeless_files_name_the_line() {
         &["line 9", "texture coordinate -9223372036854775808"],
     );
     assert!(load(format!("{SQUARE}f 1/-7 2/-7 3/-7\n")).is_ok(), "there are none to name");
+    // What is left out may name what it likes.
+    let kept = load(format!("{SQUARE}f 1 2 3\nf -9 1\n")).unwrap();
+    assert!(kept.warnings[0].contains("fewer than three"), "{:?}", kept.warnings);
     message(load(""), &["no geometry"]);
     message(load(SQUARE), &["4 vertices but no faces"]);
     message(

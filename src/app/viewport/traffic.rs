@@ -154,6 +154,12 @@ fn a_large_scene_is_uploaded_once_and_costs_a_frame_little() {
     let (times, bytes) = (uploaded().times - before.times, uploaded().bytes - before.bytes);
     assert!(times >= FRAMES as u64 && times <= frames.len() as u64, "{times} uploads");
     assert_eq!(bytes, times * size_of::<Globals>() as u64);
+    // A view that stays is sent nothing at all once its last turn is drawn.
+    window.run_steps(3);
+    let after = uploaded();
+    window.run_steps(5);
+    assert_eq!(uploaded(), after);
+
     let mut took: Vec<Duration> = window.state().frames.iter().map(|(took, _)| *took).collect();
     took.sort_unstable();
     let (median, longest) = (took[took.len() / 2], took[took.len() - 1]);

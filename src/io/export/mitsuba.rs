@@ -34,7 +34,7 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         let file = folder.join(format!("meshes/{name}.ply"));
         ply::write_mesh(&file, &part.positions, &part.texcoords, &part.triangles)?;
     }
-    let texts = |light: Of| -> String {
+    let texts = |light: LitBy| -> String {
         (0..model.parts.len())
             .map(|index| shape(model, index, &names[&index], textures[index].as_deref(), light))
             .collect()
@@ -43,7 +43,7 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         model.recovered.iter().filter_map(|light| recovered(light, model)).collect();
     let has_recovered = !rows.is_empty();
     let table = "  <emitter type=\"lobelia_lights\"><string name=\"set\" value=";
-    let mut recovered = texts(Of::Recovered);
+    let mut recovered = texts(LitBy::Recovered);
     if has_recovered {
         recovered += &format!("{table}\"recovered\"/></emitter>\n");
     }
@@ -61,7 +61,7 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
         // That of an earlier export would be added to the pictures.
         let _ = std::fs::remove_file(&added_file);
     } else {
-        let mut text = texts(Of::Added);
+        let mut text = texts(LitBy::Added);
         let before = rows.len();
         for (index, light) in model.added.iter().enumerate() {
             match &light.shape {
@@ -166,14 +166,14 @@ fn bitmap(name: &str, path: &str) -> String {
 
 const BLACK: &str = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0 0 0\"/></bsdf>";
 
-/// Which light a scene is for.
+/// The light of a scene.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Of {
+enum LitBy {
     Recovered,
     Added,
 }
 
-fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: Of) -> String {
+fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: LitBy) -> String {
     let diffuse = |brdf: &Brdf, name: &str| match texture {
         Some(path) => bitmap(name, path),
         None => rgb(name, brdf.diffuse),
@@ -181,7 +181,7 @@ fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: 
     let part = &model.parts[index];
     let look = match &part.look {
         // Recovered lights on it are all that it sends.
-        _ if part.is_counted && light == Of::Recovered => BLACK.to_owned(),
+        _ if part.is_counted && light == LitBy::Recovered => BLACK.to_owned(),
         PartLook::Plain(brdf) | PartLook::Textured(brdf, _) => {
             if brdf.specular.iter().any(|&value| value > 0.0) {
                 let mut text = format!("<bsdf type=\"lobelia_phong\">{}", diffuse(brdf, "diffuse"));
@@ -197,7 +197,7 @@ fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: 
             }
         }
         // What shines by itself is recovered light.
-        PartLook::Shining(_) if light == Of::Added => BLACK.to_owned(),
+        PartLook::Shining(_) if light == LitBy::Added => BLACK.to_owned(),
         PartLook::Shining(_) => {
             format!("{BLACK}{EMITTER}{}</emitter>", bitmap("radiance", texture.unwrap_or_default()))
         }

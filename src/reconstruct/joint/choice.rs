@@ -7,7 +7,6 @@ use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{self, Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::fit::{Fits, Fitter};
-use crate::reconstruct::joint::held_out::Change;
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::judge::{self, Judge};
 use crate::reconstruct::joint::lamps::Candidates;
@@ -84,10 +83,10 @@ impl Choice {
     }
 
     /// Fine lobes beside the lights that were found, where they lower the error of held-out blocks
-    /// by more than its standard error; `None` where all lights are fine already. Only for
+    /// by more than its standard error; none are tried where all lights are fine already. Only for
     /// reflectances that are known by now: free ones would give way to so many lights, which is
-    /// why they are found with few.
-    pub fn refine(&mut self, fitter: &Fitter) -> Result<Option<Trial>, Error> {
+    /// why they are found with few. The number of those lobes, and the trial of them.
+    pub fn refine(&mut self, fitter: &Fitter) -> Result<Option<(usize, Trial)>, Error> {
         if self.density == Density::Fine {
             return Ok(None);
         }
@@ -99,18 +98,16 @@ impl Choice {
         let coarse = &self.found.model;
         let mut fine = coarse.with([&part]);
         fine.ridged[coarse.columns()..].fill(true);
-        let predict = |model: &Model| -> Result<(Fits, Vec<f64>), Error> {
-            let fits = fitter.fit(model, ridge, &fitter.weights, Some(&self.found.fits))?;
-            let losses = held_out::predict(fitter, model, ridge, &fits)?.losses;
-            Ok((fits, losses))
+        let fitted = |model: Model| -> Result<Found, Error> {
+            let fits = fitter.fit(&model, ridge, &fitter.weights, Some(&self.found.fits))?;
+            Ok(Found { model, fits, ..self.found.clone() })
         };
-        let ((_, before), (fits, after)) = (predict(coarse)?, predict(&fine)?);
-        let change = Change::between(fitter, &before, &after, |_| true);
-        let trial = judge::trial(TrialPart::Beside(lobes), &change);
-        if trial.supported {
-            (self.found.model, self.found.fits) = (fine, fits);
+        let (coarse, fine) = (fitted(coarse.clone())?, fitted(fine)?);
+        let judge = Judge::default();
+        if judge.keeps(fitter, ridge, TrialPart::Beside(lobes), [&coarse, &fine])? {
+            self.found = fine;
         }
-        Ok(Some(trial))
+        Ok(judge.into_trials().pop().map(|trial| (lobes, trial)))
     }
 
     /// Finds the exponents once more, and how well they are known.

@@ -175,11 +175,6 @@ pub fn report(
     candidates: usize,
     kept: usize,
 ) -> (Selection, Vec<String>) {
-    let beside = trials.iter().map(|trial| match trial.part {
-        TrialPart::Beside(lobes) => lobes,
-        _ => 0,
-    });
-    let candidates = candidates + beside.sum::<usize>();
     let selection = Selection { candidates, kept, trials };
     let mut light = vec![format!("candidates {candidates}, kept {kept}")];
     let lamps = found.lamps.len();
@@ -203,7 +198,7 @@ pub fn report(
                 ));
             }
             TrialPart::FineLobes => light.push(format!("fine lobes {verdict} ({told})")),
-            TrialPart::Beside(_) => light.push(told_beside(trial)),
+            TrialPart::Beside(lobes) => light.push(told_beside(lobes, trial)),
             TrialPart::Gloss(material) => {
                 let name = &fitter.data.views.capture.materials[material].name;
                 gloss.push(format!("{name}: gloss {verdict} ({told})"));
@@ -218,9 +213,8 @@ pub fn report(
     (selection, notes)
 }
 
-/// What fine lobes beside the other lights come to.
-pub fn told_beside(trial: &Trial) -> String {
-    let TrialPart::Beside(lobes) = trial.part else { return String::new() };
+/// What so many fine lobes beside the other lights come to.
+pub fn told_beside(lobes: usize, trial: &Trial) -> String {
     format!(
         "{lobes} fine lobes beside the lights that were found, for these reflectances, are {} \
          (held-out {})",

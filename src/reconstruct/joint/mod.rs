@@ -111,7 +111,7 @@ pub fn solve(
         None => chosen(&mut fitter, (room, fine), &history, &mut notes, watch)?,
         Some(thin) => grow::grow(&mut fitter, thin, (room, fine), &history, &mut notes, watch)?,
     };
-    let Chosen { mut choice, exponents, candidates, tried } = chosen;
+    let Chosen { mut choice, exponents, candidates, mut tried } = chosen;
     notes.extend(note_gloss(&fitter, &exponents));
 
     let emitters = diagnose::drop_emitters(&mut fitter, &choice.found.fits, diagnose::EMITS);
@@ -157,8 +157,11 @@ pub fn solve(
             fitter.known_specular[channel][material] = Some(mean.specular[channel][material]);
         }
     }
-    if let Some(trial) = choice.refine(&fitter)? {
-        notes.extend(tried.is_none().then(|| grow::told_beside(&trial)));
+    if let Some((lobes, trial)) = choice.refine(&fitter)? {
+        match &mut tried {
+            Some(tried) => *tried += lobes,
+            None => notes.push(grow::told_beside(lobes, &trial)),
+        }
         choice.trials.push(trial);
     }
     if let Some(unseen) = &unseen {

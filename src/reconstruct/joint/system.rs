@@ -10,15 +10,12 @@
 //! radiance, which carries the model's error, then multiplies an unknown, and reflectances come
 //! out far too large.
 
-use faer::linalg::matmul::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::reborrow::ReborrowMut;
-use faer::{Accum, Mat, MatMut, Par};
-use rayon::prelude::*;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
 
 use crate::reconstruct::joint::terms::{Pulls, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
-use crate::solve::kernels::{self, add_scaled, dot};
+use crate::solve::kernels::{self, add_scaled, column_of_mut, dot};
 use crate::watch::Watch;
 
 pub use crate::reconstruct::joint::terms::{Anchor, EXACT, Objective, Terms};
@@ -320,23 +317,19 @@ impl Channel<'_> {
                 self.rows.glossy[row].map(|glossy| (row, glossy, factor))
             })
             .collect();
-        let lights = panels(jacobian.subcols_mut(0, columns.len()));
-        lights.into_par_iter().zip(columns.par_chunks(PANEL)).for_each(|(mut panel, columns)| {
-            for (position, &column) in columns.iter().enumerate() {
-                let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
-                let out = panel.rb_mut().col_mut(position).try_as_col_major_mut();
-                let out = out.expect("own matrices are column-major").as_slice_mut();
-                for ((out, factor), k) in out.iter_mut().zip(&by_diffuse).zip(diffuse) {
-                    *out = factor * k;
-                }
-                if !by_specular.is_empty() {
-                    let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                    for &(row, glossy, factor) in &by_specular {
-                        out[row] += factor * specular[glossy];
-                    }
+        for (position, &column) in columns.iter().enumerate() {
+            let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
+            let out = column_of_mut(&mut jacobian, position);
+            for ((out, factor), k) in out.iter_mut().zip(&by_diffuse).zip(diffuse) {
+                *out = factor * k;
+            }
+            if !by_specular.is_empty() {
+                let specular = kernels::column_of(self.design.specular.as_ref(), column);
+                for &(row, glossy, factor) in &by_specular {
+                    out[row] += factor * specular[glossy];
                 }
             }
-        });
+        }
         for row in 0..rows {
             let material = self.rows.material[row];
             let first = columns.len() + material;
@@ -550,31 +543,24 @@ fn largest_outside(
     largest
 }
 
-/// MᵀM. In panels whose number depends on the columns alone, so that sums keep their order
-/// whoever adds them up: three channels on two threads leave one without work at the end.
+/// MᵀM.
+/// MᵀM.
 pub fn gram(matrix: &Mat<f64>) -> Mat<f64> {
     let count = matrix.ncols();
     let mut gram = Mat::zeros(count, count);
-    panels(gram.as_mut()).into_par_iter().enumerate().for_each(|(panel, out)| {
-        let first = panel * PANEL;
-        let (_, out) = out.split_at_row_mut(first);
-        let width = out.ncols();
-        let (square, below) = out.split_at_row_mut(width);
-        let own = matrix.as_ref().subcols(first, square.ncols());
-        let others = matrix.as_ref().subcols(first + square.ncols(), below.nrows());
-        triangular::matmul(
-            square,
-            BlockStructure::TriangularLower,
-            Accum::Replace,
-            own.transpose(),
-            BlockStructure::Rectangular,
-            own,
-            BlockStructure::Rectangular,
-            1.0,
-            Par::Seq,
-        );
-        matmul(below, Accum::Replace, others.transpose(), own, 1.0, Par::Seq);
-    });
+    // On one thread: channels and light sets are what runs side by side, and sums keep their
+    // order.
+    matmul(
+        gram.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        matrix.transpose(),
+        BlockStructure::Rectangular,
+        matrix.as_ref(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
     for column in 0..count {
         for row in 0..column {
             gram[(row, column)] = gram[(column, row)];
@@ -582,18 +568,3 @@ pub fn gram(matrix: &Mat<f64>) -> Mat<f64> {
     }
     gram
 }
-
-/// A matrix in parts of `PANEL` columns.
-fn panels(mut matrix: MatMut<f64>) -> Vec<MatMut<f64>> {
-    let mut panels = Vec::new();
-    while matrix.ncols() > 0 {
-        let width = PANEL.min(matrix.ncols());
-        let (panel, rest) = matrix.split_at_col_mut(width);
-        panels.push(panel);
-        matrix = rest;
-    }
-    panels
-}
-
-/// Columns that one thread works on at a time.
-const PANEL: usize = 64;
