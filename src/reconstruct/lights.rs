@@ -135,18 +135,22 @@ impl VirtualLight {
 
     /// V(x, A_i): the fraction of the light that a site sees, by `side`² jittered rays.
     pub fn visibility(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
-        let frame = self.frame(site);
         // The sun is smaller than the angle that samples resolve.
         let side = if self.kind == LightKind::Sun { 1 } else { side };
-        let free = stratified(side, random)
-            .filter(|&square| self.is_free(views, site, frame, square))
-            .count();
-        free as f32 / (side * side) as f32
+        let discs: Vec<Vec2> = stratified(side, random).map(square_to_disc).collect();
+        self.visible_part(views, site, &discs)
+    }
+
+    /// The same by rays to places of the light that points of the unit disc stand for.
+    pub fn visible_part(&self, views: &Views, site: Site, discs: &[Vec2]) -> f32 {
+        let frame = self.frame(site);
+        let free = discs.iter().filter(|&&disc| self.is_free(views, site, frame, disc)).count();
+        free as f32 / discs.len() as f32
     }
 
     /// Whether a site sees the place of the light that a point of the unit square stands for.
     pub fn is_seen(&self, views: &Views, site: Site, square: Vec2) -> bool {
-        self.is_free(views, site, self.frame(site), square)
+        self.is_free(views, site, self.frame(site), square_to_disc(square))
     }
 
     /// About the direction that the light's disc faces.
@@ -158,17 +162,17 @@ impl VirtualLight {
         })
     }
 
-    fn is_free(&self, views: &Views, site: Site, frame: Frame, square: Vec2) -> bool {
+    fn is_free(&self, views: &Views, site: Site, frame: Frame, disc: Vec2) -> bool {
         if self.is_distant() {
-            let spread = (0.5 * self.half_angle).sin() * square_to_disc(square);
+            let spread = (0.5 * self.half_angle).sin() * disc;
             let height = 1.0 - 2.0 * spread.length_squared();
             let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
             let direction =
                 -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
             direction.dot(site.normal) > 0.0 && !views.caster.occluded(&views.ray(site, direction))
         } else {
-            let disc = square_to_disc(square) * self.radius_m;
-            let target = self.position + frame.tangent * disc.x + frame.bitangent * disc.y;
+            let out = frame.tangent * disc.x + frame.bitangent * disc.y;
+            let target = self.position + self.radius_m * out;
             // The part of a disc below a site's horizon is hidden by the site's own surface.
             let above = (target - site.position).dot(site.normal) > 0.0;
             above && views.is_free(site, target)

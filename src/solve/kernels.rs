@@ -33,6 +33,21 @@ where
     fold(&sums) + tail
 }
 
+/// Σ wᵢ aᵢ².
+#[inline(always)]
+pub fn weighted_square(a: &[f64], weights: &[f64]) -> f64 {
+    let mut squares = [0.0; LANES];
+    let (blocks, weight_blocks) = (a.chunks_exact(LANES), weights.chunks_exact(LANES));
+    let rest = blocks.remainder().iter().zip(weight_blocks.remainder());
+    let tail: f64 = rest.map(|(a, w)| w * a * a).sum();
+    for (a, w) in blocks.zip(weight_blocks) {
+        for lane in 0..LANES {
+            squares[lane] += w[lane] * a[lane] * a[lane];
+        }
+    }
+    fold(&squares) + tail
+}
+
 /// Σ aᵢ bᵢ and Σ (wᵢ aᵢ)² in one reading of `a`.
 #[inline(always)]
 pub fn dot_and_square(a: &[f64], b: &[f64], weights: Option<&[f64]>) -> (f64, f64) {
@@ -64,7 +79,7 @@ pub fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
 }
 
 /// A column of a matrix of ours, all of which are column-major.
-pub fn column_of(matrix: MatRef<'_, f64>, column: usize) -> &[f64] {
+pub fn column_of<T>(matrix: MatRef<'_, T>, column: usize) -> &[T] {
     let column = matrix.col(column).try_as_col_major().expect("own matrices are column-major");
     column.as_slice()
 }

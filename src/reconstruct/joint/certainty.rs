@@ -13,8 +13,9 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::joint::fit::{Fits, Fitter, SCALE_ERROR};
 use crate::reconstruct::joint::gloss::Exponents;
 use crate::reconstruct::joint::held_out;
+use crate::reconstruct::joint::hessian::gram;
 use crate::reconstruct::joint::model::Model;
-use crate::reconstruct::joint::system::{Normal, gram};
+use crate::reconstruct::joint::system::Normal;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, ScaleCertainty};
 
 /// Reflectances of one light set.

@@ -6,18 +6,18 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::math::sampling::Random;
+use crate::math::sampling::{Random, square_to_disc, stratified};
 use crate::reconstruct::Stream;
 use crate::reconstruct::joint::background::{LightSet, fibonacci};
 use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::project::{Linearised, Projected};
 use crate::reconstruct::lights::VirtualLight;
-use crate::scene::{Emitter, KnownLight, Site, Views};
+use crate::scene::{Emitter, KnownLight, Site};
 use crate::solve::bounded::bounded_quadratic;
-use crate::solve::kernels::dot;
+use crate::solve::kernels::{column_of, dot, vectorised};
 use crate::watch::{Cancelled, Watch};
 
 /// Directions in which a lamp's radiance may differ: it is Σ E_k w_k with w₀ = 1 and w_k the
@@ -45,6 +45,9 @@ pub struct Candidates {
     /// Rows that the search looks at.
     rows: Vec<usize>,
     sites: Vec<Site>,
+    /// The places of a lamp, on the unit disc, that each of these looks at; the same wherever the
+    /// lamp is, so that what moves a score is the lamp's place.
+    discs: Vec<Vec<Vec2>>,
     /// Of glossy rows the direction in which a mirror would see, and the material.
     mirrors: Vec<Option<(Vec3, usize)>>,
     /// π r² V cos θ / d² per place and row.
@@ -70,6 +73,10 @@ const DISTANCES: usize = 8;
 const NEAREST: f32 = 0.4;
 const FARTHEST: f32 = 5.0;
 const ROWS: usize = 800;
+/// Square root of the rays by which a site looks at a lamp whose place is refined.
+const RAYS_SIDE: usize = 2;
+/// Lamps whose columns are projected together.
+const BATCH: usize = 8;
 /// Radius of a lamp before its own is found, and the smallest and largest, in half-diagonals.
 const FIRST_RADIUS: f32 = 0.05;
 const SMALLEST_RADIUS: f32 = 0.01;
@@ -104,14 +111,17 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     let step = row_samples.len().div_ceil(ROWS).max(1);
     let rows: Vec<usize> = (0..row_samples.len()).step_by(step).collect();
     let sites: Vec<Site> = rows.iter().map(|&row| cloud.samples[row_samples[row]].site()).collect();
+    let discs = |index: usize| {
+        let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
+        stratified(RAYS_SIDE, &mut random).map(square_to_disc).collect()
+    };
     watch.begin(lamps.len() as u64);
     let coupling = lamps
         .par_iter()
-        .enumerate()
-        .map(|(index, lamp)| {
+        .map(|lamp| {
             watch.tick()?;
-            let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
-            Ok(sites.iter().map(|&site| arriving(views, lamp, site, 1, &mut random)).collect())
+            let is_free = |site: Site| f32::from(u8::from(views.is_free(site, lamp.position)));
+            Ok(sites.iter().map(|&site| arriving(lamp, site, || is_free(site))).collect())
         })
         .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     let mirror = |row: usize| {
@@ -123,6 +133,7 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
         lamps: Vec::new(),
         mirrors: rows.iter().map(|&row| mirror(row)).collect(),
         rows,
+        discs: (0..sites.len()).map(discs).collect(),
         sites,
         coupling: Vec::new(),
         half_diagonal,
@@ -147,8 +158,8 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     Ok(found)
 }
 
-/// π r² V cos θ / d² of a lamp at a site, from `side`² rays.
-fn arriving(views: &Views, lamp: &Lamp, site: Site, side: usize, random: &mut Random) -> f32 {
+/// π r² V cos θ / d² of a lamp at a site, V being asked for where it matters.
+fn arriving(lamp: &Lamp, site: Site, visible: impl FnOnce() -> f32) -> f32 {
     let offset = lamp.position - site.position;
     let distance = offset.length().max(lamp.radius_m);
     let cosine = offset.dot(site.normal) / distance;
@@ -156,12 +167,7 @@ fn arriving(views: &Views, lamp: &Lamp, site: Site, side: usize, random: &mut Ra
         return 0.0;
     }
     let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-    let visible = if side == 1 {
-        f32::from(u8::from(views.is_free(site, lamp.position)))
-    } else {
-        light.visibility(views, site, side, random)
-    };
-    light.area_m2() * cosine / (distance * distance) * visible
+    light.area_m2() * cosine / (distance * distance) * visible()
 }
 
 /// The seven columns of a lamp on the rows, one after the other, before the scale of a channel.
@@ -182,7 +188,7 @@ fn columns(lamp: &Lamp, sites: &[Site], coupling: &[f32]) -> Vec<f32> {
     columns
 }
 
-/// A lamp's columns in one channel's linearised problem.
+/// The columns of some lamps in one channel's linearised problem.
 struct Scaled {
     columns: Vec<f32>,
     /// Their parts along the basis, basis × columns.
@@ -190,31 +196,41 @@ struct Scaled {
 }
 
 impl Scaled {
+    /// `columns` has those of one lamp after the other, `lobes` what [`Candidates::lobes`] gives
+    /// for each.
     fn new(columns: &[f32], lobes: &[f32], problem: &Projected) -> Self {
         let rows = problem.residual.len();
         let mut scaled = columns.to_vec();
-        let factors: Vec<f32> = problem
-            .scale
-            .iter()
-            .zip(&problem.gloss)
-            .zip(lobes)
-            .map(|((scale, gloss), lobe)| scale + gloss * lobe)
-            .collect();
-        for column in scaled.chunks_exact_mut(rows) {
-            for (value, factor) in column.iter_mut().zip(&factors) {
-                *value *= factor;
+        let lamps = scaled.chunks_exact_mut(COLUMNS * rows).zip(lobes.chunks_exact(rows));
+        for (lamp, lobes) in lamps {
+            let factors: Vec<f32> = problem
+                .scale
+                .iter()
+                .zip(&problem.gloss)
+                .zip(lobes)
+                .map(|((scale, gloss), lobe)| scale + gloss * lobe)
+                .collect();
+            for column in lamp.chunks_exact_mut(rows) {
+                for (value, factor) in column.iter_mut().zip(&factors) {
+                    *value *= factor;
+                }
             }
         }
-        let mut parts = Mat::zeros(problem.basis.ncols(), COLUMNS);
-        let matrix = MatRef::from_column_major_slice(&scaled, rows, COLUMNS);
+        let count = scaled.len() / rows;
+        let mut parts = Mat::zeros(problem.basis.ncols(), count);
+        let matrix = MatRef::from_column_major_slice(&scaled, rows, count);
         let basis = problem.basis.transpose();
         matmul(parts.as_mut(), Accum::Replace, basis, matrix, 1.0, Par::Seq);
         Self { columns: scaled, parts }
     }
 
     fn column(&self, index: usize) -> &[f32] {
-        let rows = self.columns.len() / COLUMNS;
+        let rows = self.columns.len() / self.parts.ncols();
         &self.columns[index * rows..(index + 1) * rows]
+    }
+
+    fn parts(&self, index: usize) -> &[f32] {
+        column_of(self.parts.as_ref(), index)
     }
 }
 
@@ -239,30 +255,37 @@ impl Candidates {
     pub fn best(&self, problems: &[Linearised], exponents: &[f64]) -> Option<Lamp> {
         let projected: Vec<Projected> =
             problems.par_iter().map(|p| Projected::new(p, &self.rows, 0..0)).collect();
-        let gain = |index: usize| {
-            let lamp = &self.lamps[index];
-            let columns = columns(lamp, &self.sites, &self.coupling[index]);
-            let lobes = self.lobes(lamp, exponents);
-            let mut gains = [0.0f32; COLUMNS];
+        let gains_of = |(lamps, coupling): (&[Lamp], &[Vec<f32>])| {
+            let each = lamps.iter().zip(coupling);
+            let columns: Vec<Vec<f32>> =
+                each.map(|(lamp, coupling)| columns(lamp, &self.sites, coupling)).collect();
+            let lobes: Vec<Vec<f32>> =
+                lamps.iter().map(|lamp| self.lobes(lamp, exponents)).collect();
+            let (columns, lobes) = (columns.concat(), lobes.concat());
+            let mut gains = vec![0.0f32; COLUMNS * lamps.len()];
             for problem in &projected {
                 let scaled = Scaled::new(&columns, &lobes, problem);
-                for (k, gain) in gains.iter_mut().enumerate() {
-                    let column = scaled.column(k);
-                    let square = dot(column, column);
-                    let towards = -dot(column, &problem.residual);
-                    let parts = scaled.parts.col(k);
-                    let kept = square - parts.iter().map(|part| part * part).sum::<f32>();
-                    if towards > 0.0 && kept > 1e-3 * square {
-                        *gain += towards * towards / kept;
+                vectorised(|| {
+                    for (k, gain) in gains.iter_mut().enumerate() {
+                        let (column, parts) = (scaled.column(k), scaled.parts(k));
+                        let square = dot(column, column);
+                        let towards = -dot(column, &problem.residual);
+                        let kept = square - dot(parts, parts);
+                        if towards > 0.0 && kept > 1e-3 * square {
+                            *gain += towards * towards / kept;
+                        }
                     }
-                }
+                });
             }
-            gains.into_iter().fold(0.0, f32::max)
+            gains
+                .chunks_exact(COLUMNS)
+                .map(|lamp| lamp.iter().copied().fold(0.0, f32::max))
+                .collect()
         };
-        let gains: Vec<f32> =
-            (0..self.lamps.len()).into_par_iter().with_min_len(16).map(gain).collect();
+        let batches = self.lamps.par_chunks(BATCH).zip(self.coupling.par_chunks(BATCH));
+        let gains: Vec<Vec<f32>> = batches.map(gains_of).collect();
         let mut best: Option<(usize, f32)> = None;
-        for (index, &gain) in gains.iter().enumerate() {
+        for (index, gain) in gains.into_iter().flatten().enumerate() {
             if gain > best.map_or(0.0, |(_, gain)| gain) {
                 best = Some((index, gain));
             }
@@ -320,26 +343,19 @@ impl Candidates {
 
     /// How much of the squared residuals a lamp explains, its emissions at least 0.
     fn explained(&self, fitter: &Fitter, lamp: &Lamp, projected: &[Projected]) -> f64 {
-        let seed = fitter.data.options.general.seed as u64;
-        // The same rays for every place: what moves the score is the place.
-        let coupling: Vec<f32> = self
-            .sites
-            .iter()
-            .enumerate()
-            .map(|(index, &site)| {
-                let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
-                arriving(fitter.data.views, lamp, site, 2, &mut random)
-            })
-            .collect();
+        let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
+        let visible = |site, discs| light.visible_part(fitter.data.views, site, discs);
+        let sites = self.sites.iter().zip(&self.discs);
+        let coupling: Vec<f32> =
+            sites.map(|(&site, discs)| arriving(lamp, site, || visible(site, discs))).collect();
         let columns = columns(lamp, &self.sites, &coupling);
         let lobes = self.lobes(lamp, &fitter.exponents);
         projected
             .iter()
             .map(|problem| {
                 let scaled = Scaled::new(&columns, &lobes, problem);
-                let parts = &scaled.parts;
                 let gram = Mat::from_fn(COLUMNS, COLUMNS, |i, j| {
-                    let both: f32 = (0..parts.nrows()).map(|r| parts[(r, i)] * parts[(r, j)]).sum();
+                    let both = dot(scaled.parts(i), scaled.parts(j));
                     f64::from(dot(scaled.column(i), scaled.column(j)) - both)
                 });
                 let linear: Vec<f64> = (0..COLUMNS)

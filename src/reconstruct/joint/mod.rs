@@ -28,6 +28,7 @@ mod fit;
 mod gloss;
 mod grow;
 pub(super) mod held_out;
+mod hessian;
 mod history;
 mod judge;
 mod lamps;

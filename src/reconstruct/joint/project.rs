@@ -4,7 +4,7 @@
 use faer::Mat;
 
 use crate::reconstruct::joint::system::{Channel, Fit, Terms};
-use crate::solve::kernels::{add_scaled, dot};
+use crate::solve::kernels::{add_scaled, dot, vectorised};
 
 /// One channel's linearised problem on the rows of the search, the light's and the materials'
 /// columns projected out.
@@ -49,12 +49,14 @@ impl Projected {
         // Gram–Schmidt, twice for each column; what depends on earlier ones is left out.
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let project = |values: &mut [f64], basis: &[Vec<f64>]| {
-            for _ in 0..2 {
-                for direction in basis {
-                    let part = dot(values, direction);
-                    add_scaled(values, -part, direction);
+            vectorised(|| {
+                for _ in 0..2 {
+                    for direction in basis {
+                        let part = dot(values, direction);
+                        add_scaled(values, -part, direction);
+                    }
                 }
-            }
+            });
         };
         for column in kept {
             let mut values: Vec<f64> =

@@ -10,12 +10,12 @@
 //! radiance, which carries the model's error, then multiplies an unknown, and reflectances come
 //! out far too large.
 
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::{Accum, Mat, Par};
+use faer::Mat;
 
+use crate::reconstruct::joint::hessian::Hessian;
 use crate::reconstruct::joint::terms::{Pulls, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
-use crate::solve::kernels::{self, add_scaled, column_of_mut, dot};
+use crate::solve::kernels::{self, add_scaled, column_of_mut, dot, weighted_square};
 use crate::watch::Watch;
 
 pub use crate::reconstruct::joint::terms::{Anchor, EXACT, Objective, Terms};
@@ -168,7 +168,7 @@ impl Channel<'_> {
         (0..self.design.columns())
             .map(|column| {
                 let values = kernels::column_of(self.design.diffuse.as_ref(), column);
-                values.iter().zip(&scale).map(|(k, s)| k * k * s).sum::<f64>().sqrt()
+                weighted_square(values, &scale).sqrt()
             })
             .collect()
     }
@@ -184,21 +184,34 @@ impl Channel<'_> {
         let mut computed = self.compute(&state);
         let mut residuals = self.residuals(&computed);
         let mut value = self.value(terms, &norms, &state, &residuals);
+        let columns = norms.len();
+        let reflectances = self.unknown_reflectances(terms);
         let mut iterations = 0;
         let mut settled = false;
+        let mut kept: Option<Hessian> = None;
         let slope = loop {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
-            let gradient = self.emission_gradient(terms, &norms, &state, &linear);
-            let working = working(&state, &gradient, &norms);
-            let tangent = self.tangent(terms, &norms, &state, &computed, &linear, &working);
-            let outside = largest_outside(&state, &gradient, &norms, &linear, &working);
-            let slope = tangent.slope.max(outside);
+            let pulls = Pulls::new(terms, &norms, &state.emission);
+            let gradient = self.gradient(terms, &pulls, &state, &computed, &linear);
+            let lit = working(&state, &gradient, &norms);
+            let slopes = self.slopes(&state, &linear.scale);
+            let earlier = kept.take().filter(|hessian| hessian.is_near(&slopes));
+            let is_earlier = earlier.is_some();
+            let mut hessian = earlier.unwrap_or_else(|| Hessian::new(slopes, columns));
+            hessian.extend(self, &lit);
+            let jacobian = self.of_reflectances(&hessian.slopes, &computed, &reflectances);
+            let products = hessian.over(&lit, &jacobian);
+            let outside = largest_outside(&state, &gradient, &norms, &linear, &lit);
+            let working: Vec<usize> =
+                lit.into_iter().chain(reflectances.iter().map(|index| columns + index)).collect();
+            let tangent = self.tangent(terms, &pulls, &state, &working, &gradient, products);
+            let slope = tangent.slope(&linear).max(outside);
             if slope <= SLOPE_TOLERANCE || settled || iterations == MAX_ITERATIONS {
                 break slope;
             }
             iterations += 1;
-            let target = self.step(terms, &norms, &state, &tangent, &working, watch)?;
+            let target = self.step(&state, &tangent, &working, watch)?;
             // The box is convex: every part of the step stays in it.
             let mut part = 1.0;
             let improved = loop {
@@ -215,10 +228,15 @@ impl Channel<'_> {
                 }
             };
             let Some((next, new_computed, new_residuals, new_value)) = improved else {
+                if is_earlier {
+                    // Once more with second derivatives of this state.
+                    continue;
+                }
                 break slope;
             };
             settled = value - new_value <= terms.fall * new_value;
             (state, computed, residuals, value) = (next, new_computed, new_residuals, new_value);
+            kept = (part == 1.0).then_some(hessian);
         };
         Ok(Fit { state, residuals, value, slope, iterations })
     }
@@ -261,160 +279,134 @@ impl Channel<'_> {
         linear
     }
 
-    /// Descent direction per column of emission.
-    fn emission_gradient(
+    /// Descent direction by every unknown: the emissions, log ρ_d and ρ_s of every material.
+    fn gradient(
         &self,
         terms: &Terms,
-        norms: &[f64],
-        state: &State,
-        linear: &Linear,
-    ) -> Vec<f64> {
-        let rows = linear.scale.len();
-        let mut diffuse = vec![0.0; rows];
-        let mut specular = vec![0.0; self.design.specular.nrows()];
-        for (row, diffuse) in diffuse.iter_mut().enumerate() {
-            let material = self.rows.material[row];
-            let product = linear.scale[row] * linear.residual[row];
-            *diffuse = state.log_diffuse[material].exp() * product;
-            if let Some(glossy) = self.rows.glossy[row] {
-                specular[glossy] = state.specular[material] * product;
-            }
-        }
-        let pulls = Pulls::new(terms, norms, &state.emission);
-        (0..self.design.columns())
-            .map(|column| {
-                let mut sum =
-                    dot(kernels::column_of(self.design.diffuse.as_ref(), column), &diffuse);
-                if !specular.is_empty() {
-                    sum +=
-                        dot(kernels::column_of(self.design.specular.as_ref(), column), &specular);
-                }
-                let pull = state.emission[column] - terms.centre[column] - pulls.common;
-                -sum - pulls.ridge[column] * pull
-            })
-            .collect()
-    }
-
-    /// The Jacobian of the weighted residuals: the given columns of emission, then log ρ_d and
-    /// ρ_s of every material.
-    fn jacobian(
-        &self,
+        pulls: &Pulls,
         state: &State,
         computed: &Computed,
-        scale: &[f64],
-        columns: &[usize],
-    ) -> Mat<f64> {
-        let rows = scale.len();
+        linear: &Linear,
+    ) -> Vec<f64> {
         let materials = self.rows.materials;
-        let mut jacobian = Mat::zeros(rows, columns.len() + 2 * materials);
+        let mut by_diffuse = vec![0.0; linear.scale.len()];
+        let mut by_specular = vec![0.0; self.design.specular.nrows()];
+        let mut of_reflectances = vec![0.0; 2 * materials];
         let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
-        // What every column is multiplied by, row by row.
-        let by_diffuse: Vec<f64> =
+        for (row, by_diffuse) in by_diffuse.iter_mut().enumerate() {
+            let material = self.rows.material[row];
+            let product = linear.scale[row] * linear.residual[row];
+            *by_diffuse = reflectance[material] * product;
+            of_reflectances[material] -= *by_diffuse * computed.diffuse[row];
+            if let Some(glossy) = self.rows.glossy[row] {
+                by_specular[glossy] = state.specular[material] * product;
+                of_reflectances[materials + material] -= product * computed.specular[glossy];
+            }
+        }
+        for anchor in terms.anchors {
+            let miss = anchor.miss(&state.log_diffuse);
+            for (gradient, factor) in of_reflectances.iter_mut().zip(&anchor.combination) {
+                *gradient -= anchor.weight * miss * factor;
+            }
+        }
+        let of_emission = |column: usize| {
+            let mut sum =
+                dot(kernels::column_of(self.design.diffuse.as_ref(), column), &by_diffuse);
+            if !by_specular.is_empty() {
+                let specular = kernels::column_of(self.design.specular.as_ref(), column);
+                sum += dot(specular, &by_specular);
+            }
+            let pull = state.emission[column] - terms.centre[column] - pulls.common;
+            -sum - pulls.ridge[column] * pull
+        };
+        (0..self.design.columns()).map(of_emission).chain(of_reflectances).collect()
+    }
+
+    /// What the columns of the Jacobian of the weighted residuals are made with.
+    fn slopes(&self, state: &State, scale: &[f64]) -> Slopes {
+        let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
+        let diffuse =
             scale.iter().zip(&self.rows.material).map(|(s, &m)| s * reflectance[m]).collect();
-        let by_specular: Vec<(usize, usize, f64)> = (0..rows)
+        let specular = (0..scale.len())
             .filter_map(|row| {
                 let factor = scale[row] * state.specular[self.rows.material[row]];
                 self.rows.glossy[row].map(|glossy| (row, glossy, factor))
             })
             .collect();
+        Slopes { scale: scale.to_vec(), diffuse, specular }
+    }
+
+    /// The Jacobian's columns of some emissions, rows × columns.
+    pub(super) fn of_emissions(&self, slopes: &Slopes, columns: &[usize]) -> Mat<f64> {
+        let mut jacobian = Mat::zeros(slopes.diffuse.len(), columns.len());
         for (position, &column) in columns.iter().enumerate() {
             let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
             let out = column_of_mut(&mut jacobian, position);
-            for ((out, factor), k) in out.iter_mut().zip(&by_diffuse).zip(diffuse) {
+            for ((out, factor), k) in out.iter_mut().zip(&slopes.diffuse).zip(diffuse) {
                 *out = factor * k;
             }
-            if !by_specular.is_empty() {
+            if !slopes.specular.is_empty() {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                for &(row, glossy, factor) in &by_specular {
+                for &(row, glossy, factor) in &slopes.specular {
                     out[row] += factor * specular[glossy];
                 }
-            }
-        }
-        for row in 0..rows {
-            let material = self.rows.material[row];
-            let first = columns.len() + material;
-            jacobian[(row, first)] = by_diffuse[row] * computed.diffuse[row];
-            if let Some(glossy) = self.rows.glossy[row] {
-                jacobian[(row, first + materials)] = scale[row] * computed.specular[glossy];
             }
         }
         jacobian
     }
 
-    /// The linearised problem over the working columns and all reflectances.
+    /// The Jacobian's columns of some reflectances, by their position among log ρ_d and ρ_s of
+    /// every material.
+    fn of_reflectances(&self, slopes: &Slopes, computed: &Computed, of: &[usize]) -> Mat<f64> {
+        let materials = self.rows.materials;
+        let mut place = vec![None; 2 * materials];
+        for (position, &index) in of.iter().enumerate() {
+            place[index] = Some(position);
+        }
+        let mut jacobian = Mat::zeros(slopes.scale.len(), of.len());
+        for (row, &material) in self.rows.material.iter().enumerate() {
+            if let Some(column) = place[material] {
+                jacobian[(row, column)] = slopes.diffuse[row] * computed.diffuse[row];
+            }
+            if let (Some(column), Some(glossy)) =
+                (place[materials + material], self.rows.glossy[row])
+            {
+                jacobian[(row, column)] = slopes.scale[row] * computed.specular[glossy];
+            }
+        }
+        jacobian
+    }
+
+    /// Those of log ρ_d and ρ_s of every material that are not held fixed.
+    fn unknown_reflectances(&self, terms: &Terms) -> Vec<usize> {
+        let materials = self.rows.materials;
+        let mut has_gloss = vec![false; materials];
+        for (&material, glossy) in self.rows.material.iter().zip(&self.rows.glossy) {
+            has_gloss[material] |= glossy.is_some();
+        }
+        let diffuse = (0..materials).filter(|&m| terms.known[m].is_none());
+        let specular =
+            (0..materials).filter(|&m| has_gloss[m] && terms.known_specular[m].is_none());
+        diffuse.chain(specular.map(|m| materials + m)).collect()
+    }
+
+    /// The linearised problem over the unknowns that are worked on: `gradient` is that of all,
+    /// `products` JᵀJ over these.
     fn tangent(
         &self,
         terms: &Terms,
-        norms: &[f64],
+        pulls: &Pulls,
         state: &State,
-        computed: &Computed,
-        linear: &Linear,
         working: &[usize],
+        gradient: &[f64],
+        products: Mat<f64>,
     ) -> Tangent {
-        let materials = self.rows.materials;
-        let jacobian = self.jacobian(state, computed, &linear.scale, working);
-        let count = jacobian.ncols();
-        let mut x: Vec<f64> = working.iter().map(|&column| state.emission[column]).collect();
-        x.extend(&state.log_diffuse);
-        x.extend(&state.specular);
-        let column = |j: usize| kernels::column_of(jacobian.as_ref(), j);
-        let mut gradient: Vec<f64> =
-            (0..count).map(|j| -dot(column(j), &linear.residual)).collect();
-        let mut curvature: Vec<f64> = (0..count).map(|j| dot(column(j), column(j))).collect();
-        let pulls = Pulls::new(terms, norms, &state.emission);
-        for (j, &column) in working.iter().enumerate() {
-            curvature[j] += pulls.hessian(column, column);
-            gradient[j] -= pulls.ridge[column] * (x[j] - terms.centre[column] - pulls.common);
-        }
-        for anchor in terms.anchors {
-            let miss = anchor.miss(&state.log_diffuse);
-            for (m, factor) in anchor.combination.iter().enumerate() {
-                curvature[working.len() + m] += anchor.weight * factor * factor;
-                gradient[working.len() + m] -= anchor.weight * miss * factor;
-            }
-        }
-        let mut lower = vec![0.0; count];
-        let mut upper = vec![f64::INFINITY; count];
-        for material in 0..materials {
-            let i = working.len() + material;
-            (lower[i], upper[i]) = match terms.known[material] {
-                Some(known) => (known.clamp(DARKEST, 0.0), known.clamp(DARKEST, 0.0)),
-                None => (DARKEST, terms.upper[material]),
-            };
-            upper[i + materials] = 1.0;
-            if let Some(known) = terms.known_specular[material] {
-                (lower[i + materials], upper[i + materials]) = (known, known);
-            }
-        }
-        let mut slope = 0.0f64;
-        for j in 0..count {
-            let norm = curvature[j].sqrt();
-            let outward =
-                (x[j] <= lower[j] && gradient[j] < 0.0) || (x[j] >= upper[j] && gradient[j] > 0.0);
-            if norm > 0.0 && !outward {
-                slope = slope.max(gradient[j].abs() / (norm * linear.norm));
-            }
-        }
-        Tangent { jacobian, x, lower, upper, gradient, slope }
-    }
-
-    /// Where the linearised problem has its minimum.
-    fn step(
-        &self,
-        terms: &Terms,
-        norms: &[f64],
-        state: &State,
-        tangent: &Tangent,
-        working: &[usize],
-        watch: &Watch,
-    ) -> Result<State, BoundedError> {
-        let materials = self.rows.materials;
-        let Tangent { jacobian, x, lower, upper, gradient, .. } = tangent;
-        let mut hessian = gram(jacobian);
-        let pulls = Pulls::new(terms, norms, &state.emission);
-        for (j, &column) in working.iter().enumerate() {
+        let (columns, materials) = (state.emission.len(), self.rows.materials);
+        let mut hessian = products;
+        let lit = working.partition_point(|&unknown| unknown < columns);
+        for (j, &column) in working[..lit].iter().enumerate() {
             if terms.floating {
-                for (i, &other) in working.iter().enumerate() {
+                for (i, &other) in working[..lit].iter().enumerate() {
                     hessian[(i, j)] += pulls.hessian(other, column);
                 }
             } else {
@@ -422,13 +414,39 @@ impl Channel<'_> {
             }
         }
         for anchor in terms.anchors {
-            for a in 0..materials {
-                for b in 0..materials {
-                    hessian[(working.len() + a, working.len() + b)] +=
-                        anchor.weight * anchor.combination[a] * anchor.combination[b];
+            // Of log ρ_d alone, which come first.
+            let factor =
+                |i: usize| anchor.combination.get(working[i] - columns).copied().unwrap_or(0.0);
+            for a in lit..working.len() {
+                for b in lit..working.len() {
+                    hessian[(a, b)] += anchor.weight * factor(a) * factor(b);
                 }
             }
         }
+        let bounds = |&unknown: &usize| match unknown.checked_sub(columns) {
+            None => (0.0, f64::INFINITY),
+            Some(material) if material < materials => (DARKEST, terms.upper[material]),
+            Some(_) => (0.0, 1.0),
+        };
+        let (lower, upper) = working.iter().map(bounds).unzip();
+        Tangent {
+            hessian,
+            x: working.iter().map(|&unknown| state.value(unknown)).collect(),
+            lower,
+            upper,
+            gradient: working.iter().map(|&unknown| gradient[unknown]).collect(),
+        }
+    }
+
+    /// Where the linearised problem has its minimum.
+    fn step(
+        &self,
+        state: &State,
+        tangent: &Tangent,
+        working: &[usize],
+        watch: &Watch,
+    ) -> Result<State, BoundedError> {
+        let Tangent { hessian, x, lower, upper, gradient } = tangent;
         let mut linear_term = gradient.clone();
         for (j, &x) in x.iter().enumerate() {
             if x != 0.0 {
@@ -437,12 +455,9 @@ impl Channel<'_> {
         }
         let solved = bounded_quadratic(hessian.as_ref(), &linear_term, lower, upper, x, watch)?;
         let mut target = state.clone();
-        for (&column, &value) in working.iter().zip(&solved) {
-            target.emission[column] = value;
+        for (&unknown, &value) in working.iter().zip(&solved) {
+            *target.value_mut(unknown) = value;
         }
-        let first = working.len();
-        target.log_diffuse.copy_from_slice(&solved[first..first + materials]);
-        target.specular.copy_from_slice(&solved[first + materials..]);
         Ok(target)
     }
 
@@ -453,7 +468,11 @@ impl Channel<'_> {
         let linear = self.linearise(terms, &computed, &fit.residuals, influence);
         let lit: Vec<usize> =
             (0..self.design.columns()).filter(|&j| fit.state.emission[j] > 0.0).collect();
-        let jacobian = self.jacobian(&fit.state, &computed, &linear.scale, &lit);
+        let slopes = self.slopes(&fit.state, &linear.scale);
+        let all: Vec<usize> = (0..2 * self.rows.materials).collect();
+        let reflectances = self.of_reflectances(&slopes, &computed, &all);
+        let emissions = self.of_emissions(&slopes, &lit);
+        let jacobian = faer::concat![[emissions, reflectances]];
         Normal { jacobian, lit, residual: linear.residual, scale: linear.scale }
     }
 }
@@ -469,6 +488,17 @@ pub struct Normal {
     pub scale: Vec<f64>,
 }
 
+/// What the columns of emission in the Jacobian of the weighted residuals are multiplied by.
+pub(super) struct Slopes {
+    /// Per row the root of the second derivative by π L̂.
+    pub scale: Vec<f64>,
+    /// Per row that times ρ_d: the factor of k.
+    pub diffuse: Vec<f64>,
+    /// Of every glossy row its number, its position among such rows, and the factor of
+    /// (n+2)/2 cosⁿγ k.
+    pub specular: Vec<(usize, usize, f64)>,
+}
+
 struct Linear {
     /// Per row: times `scale` the objective's slope by π L̂.
     residual: Vec<f64>,
@@ -478,21 +508,77 @@ struct Linear {
     norm: f64,
 }
 
-/// The linearised problem over the working columns, then log ρ_d and ρ_s of every material.
+/// The linearised problem over the unknowns that are worked on.
 struct Tangent {
-    /// Of the weighted residuals.
-    jacobian: Mat<f64>,
+    /// Ridge and anchors with it.
+    hessian: Mat<f64>,
     /// The unknowns, and the box they stay in.
     x: Vec<f64>,
     lower: Vec<f64>,
     upper: Vec<f64>,
     /// Descent direction, ridge and anchors with it.
     gradient: Vec<f64>,
-    /// The largest projected slope.
-    slope: f64,
+}
+
+impl Tangent {
+    /// The largest projected slope, relative to its column's norm and the residuals'.
+    fn slope(&self, linear: &Linear) -> f64 {
+        let mut slope = 0.0f64;
+        for (j, (&x, &gradient)) in self.x.iter().zip(&self.gradient).enumerate() {
+            let norm = self.hessian[(j, j)].sqrt();
+            let outward =
+                (x <= self.lower[j] && gradient < 0.0) || (x >= self.upper[j] && gradient > 0.0);
+            if norm > 0.0 && !outward {
+                slope = slope.max(gradient.abs() / (norm * linear.norm));
+            }
+        }
+        slope
+    }
+}
+
+impl Slopes {
+    /// The root mean square of how much others differ, each as a part of what it is here: dark
+    /// rows have the largest slopes, and are not to speak for all.
+    pub fn change(&self, others: &Self) -> f64 {
+        let diffuse = self.diffuse.iter().copied().zip(others.diffuse.iter().copied());
+        let specular = self.specular.iter().zip(&others.specular).map(|(a, b)| (a.2, b.2));
+        relative_change(diffuse).max(relative_change(specular))
+    }
+}
+
+fn relative_change(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (before, after) in pairs {
+        // Rows without weight have none before and after.
+        if before != after {
+            sum += (after / before - 1.0).powi(2);
+        }
+        count += f64::from(u8::from(before != 0.0));
+    }
+    // Infinite, or not a number, where something was 0 or had no end: not small.
+    if sum == 0.0 { 0.0 } else { (sum / count).sqrt() }
 }
 
 impl State {
+    /// An unknown by its number: the emissions, log ρ_d and ρ_s of every material.
+    fn value(&self, unknown: usize) -> f64 {
+        let (columns, materials) = (self.emission.len(), self.log_diffuse.len());
+        match unknown.checked_sub(columns) {
+            None => self.emission[unknown],
+            Some(material) if material < materials => self.log_diffuse[material],
+            Some(index) => self.specular[index - materials],
+        }
+    }
+
+    fn value_mut(&mut self, unknown: usize) -> &mut f64 {
+        let (columns, materials) = (self.emission.len(), self.log_diffuse.len());
+        match unknown.checked_sub(columns) {
+            None => &mut self.emission[unknown],
+            Some(material) if material < materials => &mut self.log_diffuse[material],
+            Some(index) => &mut self.specular[index - materials],
+        }
+    }
+
     fn towards(&self, target: &Self, part: f64) -> Self {
         let mix = |from: &[f64], to: &[f64]| -> Vec<f64> {
             from.iter()
@@ -520,7 +606,7 @@ fn working(state: &State, gradient: &[f64], norms: &[f64]) -> Vec<usize> {
         .map(|j| (gradient[j] / norms[j], j))
         .collect();
     dark.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let most = 40 + lit.len() / 2;
+    let most = 60 + lit.len();
     lit.extend(dark.into_iter().take(most).map(|(_, j)| j));
     lit.sort_unstable();
     lit
@@ -541,30 +627,4 @@ fn largest_outside(
         }
     }
     largest
-}
-
-/// MᵀM.
-/// MᵀM.
-pub fn gram(matrix: &Mat<f64>) -> Mat<f64> {
-    let count = matrix.ncols();
-    let mut gram = Mat::zeros(count, count);
-    // On one thread: channels and light sets are what runs side by side, and sums keep their
-    // order.
-    matmul(
-        gram.as_mut(),
-        BlockStructure::TriangularLower,
-        Accum::Replace,
-        matrix.transpose(),
-        BlockStructure::Rectangular,
-        matrix.as_ref(),
-        BlockStructure::Rectangular,
-        1.0,
-        Par::Seq,
-    );
-    for column in 0..count {
-        for row in 0..column {
-            gram[(row, column)] = gram[(column, row)];
-        }
-    }
-    gram
 }
