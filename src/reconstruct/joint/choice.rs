@@ -83,9 +83,10 @@ impl Choice {
     }
 
     /// Fine lobes beside the lights that were found, where they lower the error of held-out blocks
-    /// by more than its standard error; none are tried where all lights are fine already. Only for
-    /// reflectances that are known by now: free ones would give way to so many lights, which is
-    /// why they are found with few. The number of those lobes, and the trial of them.
+    /// by more than its standard error; none are tried where all lights are fine already, or where
+    /// nothing is unseen. Only for reflectances that are known by now: free ones would give way to
+    /// so many lights, which is why they are found with few. The number of those lobes, and the
+    /// trial of them.
     pub fn refine(&mut self, fitter: &Fitter) -> Result<Option<(usize, Trial)>, Error> {
         if self.density == Density::Fine {
             return Ok(None);
@@ -94,6 +95,9 @@ impl Choice {
         let layout = layout(fitter, self.layout.world, Density::Fine, 0);
         let set = background::place(data.views, data.cloud, &layout, data.watch)?;
         let lobes = set.lobes.lobes.len();
+        if lobes == 0 {
+            return Ok(None);
+        }
         let part = data.part(&fitter.rows, set, &fitter.exponents)?;
         let coarse = &self.found.model;
         let mut fine = coarse.with([&part]);

@@ -273,7 +273,7 @@ fn choose_world(
         let sky = choice::background_model(fitter, &open)?;
         let promise = held_out::mean(&choice::sky_alone(fitter, &sky, choice.found.sun)?);
         let is_given = environment == Environment::Open;
-        if is_given || promise < OPEN_LIMIT * choice.error() {
+        if is_given || (sky.lights_any_row() && promise < OPEN_LIMIT * choice.error()) {
             // A sky that explains as much as a room with its lamps needs none.
             if !is_given {
                 search.most_lamps = 0;
@@ -360,7 +360,8 @@ fn warn_gloss(members: &mut [Member], fitter: &Fitter, certainty: &Certainty) ->
                 let mean = mean / members.len() as f64;
                 match certainty.specular[c] {
                     Some([low, _]) => low > 0.0 && mean > NO_HIGHLIGHT,
-                    None => mean > NO_HIGHLIGHT,
+                    // What only some light sets need is no highlight.
+                    None => members.iter().all(|m| m.specular[c][material] > NO_HIGHLIGHT),
                 }
             });
         if !shows {

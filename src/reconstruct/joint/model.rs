@@ -206,6 +206,12 @@ impl Model {
         self.design.columns()
     }
 
+    /// Whether any of the lights reaches any row.
+    pub fn lights_any_row(&self) -> bool {
+        let column = |column| kernels::column_of(self.design.diffuse.as_ref(), column);
+        (0..self.columns()).any(|j| column(j).iter().any(|&k| k > 0.0))
+    }
+
     /// The model with further lights, which no ridge draws to darkness.
     pub fn with<'a>(&self, parts: impl IntoIterator<Item = &'a Part>) -> Self {
         let parts: Vec<&Part> = parts.into_iter().collect();
