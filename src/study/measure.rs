@@ -32,9 +32,9 @@ pub struct Measured {
     pub peak_mb: Option<f64>,
     /// Mean absolute error of the diffuse reflectances; none without a truth.
     pub error_raw: Option<f64>,
-    /// After the one factor that fits best.
+    /// The same after the one factor on all of them that makes it least.
     pub error_one_scale: Option<f64>,
-    /// After a factor per channel.
+    /// The same after such a factor for each channel.
     pub error_channel_scales: Option<f64>,
     /// Mean half-width of the 95 % intervals; none where there are no intervals.
     pub half_width: Option<f64>,

@@ -133,9 +133,7 @@ impl Reference {
         let values =
             || pairs.iter().flat_map(|(_, _, e, t)| (0..CHANNELS).map(move |c| (e[c], t[c])));
         let count = values().count();
-        let logs: Vec<f64> =
-            values().filter(|(e, t)| *e > 0.0 && *t > 0.0).map(|(e, t)| (t / e).ln()).collect();
-        let scale = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+        let scale = score::best_scale(values()).unwrap_or(1.0);
         let mean = |scale: f64| {
             let sum: f64 = values().map(|(e, t)| (scale * e - t).abs()).sum();
             self.own_error + sum / count as f64

@@ -2,9 +2,9 @@
 //!
 //! Reflectances and light are determined together, so an estimate may be right but for a
 //! factor; errors are therefore given raw, after one common scale, and after a scale for each
-//! channel. A scale is the geometric mean of true/estimated: the factor that makes the sum of
-//! squared logarithmic errors least. It is taken over all diffuse and specular values that are
-//! above zero in both.
+//! channel. A scale is the factor on the estimates that makes the mean absolute error of the
+//! diffuse reflectances least, so that this error is never larger after a scale than before it.
+//! Specular reflectances are multiplied by the same factor and do not enter it.
 
 use serde::Serialize;
 
@@ -61,7 +61,8 @@ pub struct Errors {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ScaledErrors {
-    /// The factor on the estimates of each channel.
+    /// The factor on the estimates of each channel, diffuse and specular: the one that makes the
+    /// mean absolute error of the diffuse reflectances least.
     pub scale: Rgb,
     #[serde(flatten)]
     pub errors: Errors,
@@ -205,22 +206,38 @@ fn specular(material: &MaterialScore) -> Option<(Rgb, Rgb)> {
     is_specular.then(|| (material.estimated_specular.unwrap_or([0.0; 3]), material.true_specular))
 }
 
-/// The geometric mean of true/estimated; `None` without a value above zero in both.
 fn scale_of(materials: &[MaterialScore], channels: std::ops::Range<usize>) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0);
-    for material in materials {
-        let diffuse = (material.estimated_diffuse, material.true_diffuse);
-        for (estimated, truth) in std::iter::once(diffuse).chain(specular(material)) {
-            for channel in channels.clone() {
-                if estimated[channel] > 0.0 && truth[channel] > 0.0 {
-                    sum += (truth[channel] / estimated[channel]).ln();
-                    count += 1;
-                }
-            }
-        }
-    }
-    (count > 0).then(|| (sum / f64::from(count)).exp())
+    best_scale(materials.iter().flat_map(|material| {
+        channels.clone().map(|c| (material.estimated_diffuse[c], material.true_diffuse[c]))
+    }))
 }
+
+/// The factor s that makes Σ |s·estimated − true| over (estimated, true) values least: the median
+/// of true/estimated, each weighted by its estimate. Of several such factors the one nearest to 1;
+/// `None` where every estimate is zero.
+pub(super) fn best_scale(values: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
+    // (true/estimated, estimated)
+    let mut ratios: Vec<(f64, f64)> = values
+        .filter(|(estimated, _)| *estimated > 0.0)
+        .map(|(estimated, truth)| (truth / estimated, estimated))
+        .collect();
+    ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * ratios.iter().map(|(_, weight)| weight).sum::<f64>();
+    let median = |reversed: bool| {
+        let mut sum = 0.0;
+        let position = |k: usize| if reversed { ratios.len() - 1 - k } else { k };
+        (0..ratios.len()).map(|k| ratios[position(k)]).find_map(|(ratio, weight)| {
+            sum += weight;
+            (sum >= half * (1.0 - ROUNDING)).then_some(ratio)
+        })
+    };
+    // Where the weight is halved between two ratios, every factor from one to the other is as good.
+    let (low, high) = (median(false)?, median(true)?);
+    Some(1.0_f64.clamp(low, high.max(low)))
+}
+
+/// Relative error of a sum of weights that is taken to be half of them.
+const ROUNDING: f64 = 1e-12;
 
 fn errors(materials: &[MaterialScore], scale: Rgb) -> Option<Errors> {
     let difference = |(estimated, truth): (Rgb, Rgb)| {
@@ -255,6 +272,7 @@ mod tests {
     use super::*;
     use crate::io::solution::Material;
     use crate::io::truth::TrueMaterial;
+    use crate::math::sampling::Random;
 
     fn material(name: &str, surfaces: &[&str], diffuse: Option<Rgb>) -> Material {
         Material {
@@ -290,8 +308,8 @@ mod tests {
         let raw = score.raw.unwrap();
         assert!((raw.mean_diffuse - 1.1 / 6.0).abs() < 1e-12);
         assert!((raw.largest_diffuse - 0.4).abs() < 1e-12 && raw.mean_specular.is_none());
-        // The logarithms cancel, so one common scale is 1.
-        assert!((score.common_scale.unwrap().scale[0] - 1.0).abs() < 1e-12);
+        // Ratios below 1 have 1.2 of the weight of 2.5, those above it 0.5.
+        assert_eq!(score.common_scale.unwrap().scale, [1.0; 3]);
         let channels = score.channel_scale.unwrap();
         for (scale, expected) in std::iter::zip(channels.scale, [0.5, 1.0, 2.0]) {
             assert!((scale - expected).abs() < 1e-12);
@@ -302,6 +320,73 @@ mod tests {
             (2, 3, 3)
         );
         assert_eq!(score.skipped[0].reason, "no photograph sees it");
+    }
+
+    #[test]
+    fn specular_values_do_not_enter_the_scale() {
+        let mut solution = Solution::new("joint");
+        // Diffuse right but for one value, specular ten times too dim.
+        let mut walls = material("walls", &["a"], Some([0.2, 0.4, 0.63]));
+        walls.specular = Some([0.01; 3]);
+        solution.materials = vec![walls, material("floor", &["c"], Some([0.4; 3]))];
+        let mut truth = truth();
+        truth.materials.get_mut("wall").unwrap().rho_s = Some([0.1; 3]);
+        let score = compare(&solution, &truth);
+        let raw = score.raw.unwrap().mean_diffuse;
+        assert!((raw - 0.03 / 6.0).abs() < 1e-12);
+        let common = score.common_scale.unwrap();
+        assert_eq!((common.scale, common.errors.mean_diffuse), ([1.0; 3], raw));
+        assert_eq!(common.errors.mean_specular, score.raw.unwrap().mean_specular);
+    }
+
+    #[test]
+    fn no_scale_makes_the_mean_error_larger() {
+        let mut random = Random::new(1, 0, 0);
+        for _ in 0..200 {
+            let mut solution = Solution::new("joint");
+            let mut truth = truth();
+            let mut triple = || [0.0; 3].map(|_: f64| f64::from(random.uniform()));
+            let surfaces = [("wall", "a"), ("floor", "c")];
+            solution.materials = surfaces
+                .map(|(name, surface)| {
+                    let true_material = truth.materials.get_mut(name).unwrap();
+                    (true_material.rho_d, true_material.rho_s) = (triple(), Some(triple()));
+                    let specular = Some(triple());
+                    Material { specular, ..material(name, &[surface], Some(triple())) }
+                })
+                .into();
+            let score = compare(&solution, &truth);
+            let raw = score.raw.unwrap().mean_diffuse;
+            let one = score.common_scale.unwrap();
+            let three = score.channel_scale.unwrap();
+            assert!(one.errors.mean_diffuse <= raw + 1e-12);
+            assert!(three.errors.mean_diffuse <= one.errors.mean_diffuse + 1e-12);
+            // The least, since no factor nearby is better.
+            for factor in [0.99, 1.01] {
+                let other = errors(&score.materials, one.scale.map(|s| factor * s)).unwrap();
+                assert!(other.mean_diffuse >= one.errors.mean_diffuse - 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn of_factors_that_are_as_good_the_one_nearest_to_1_is_taken() {
+        let mut solution = Solution::new("joint");
+        // Ratios of 0.5 and 2 with the same weight.
+        solution.materials = vec![
+            material("walls", &["a"], Some([0.4; 3])),
+            material("floor", &["c"], Some([0.4; 3])),
+        ];
+        let mut truth = truth();
+        truth.materials.get_mut("wall").unwrap().rho_d = [0.2; 3];
+        truth.materials.get_mut("floor").unwrap().rho_d = [0.8; 3];
+        let scale = |truth: &Truth| compare(&solution, truth).common_scale.unwrap().scale[0];
+        assert_eq!(scale(&truth), 1.0);
+        truth.materials.get_mut("wall").unwrap().rho_d = [0.6; 3];
+        assert!((scale(&truth) - 1.5).abs() < 1e-12);
+        // A material that truly is black has a ratio of 0.
+        truth.materials.get_mut("wall").unwrap().rho_d = [0.0; 3];
+        assert_eq!(scale(&truth), 1.0);
     }
 
     #[test]
