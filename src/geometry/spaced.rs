@@ -28,6 +28,21 @@ const BLOCK_PART: usize = 16;
 /// of pixels, and those of the rows before.
 const RECENT: usize = 24;
 
+/// There are more points than can be told apart by their indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0} points are more than the {max} that can be chosen from", max = u32::MAX)]
+pub struct TooManyPoints(pub usize);
+
+/// The indices of so many candidates, in their order.
+pub fn indices(count: usize) -> Result<Vec<u32>, TooManyPoints> {
+    Ok((0..index_end(count)?).collect())
+}
+
+/// One past the last index of so many candidates.
+fn index_end(count: usize) -> Result<u32, TooManyPoints> {
+    u32::try_from(count).map_err(|_| TooManyPoints(count))
+}
+
 /// Indices of the candidates kept, greedily in the given order: a candidate is kept if and only
 /// if no earlier kept one is nearer than `min_distance` (in the unit of the coordinates).
 ///
@@ -237,6 +252,13 @@ mod tests {
     fn check(candidates: &[Vec3], min_distance: f32) {
         let kept = select(candidates, min_distance);
         assert_eq!(kept, brute_force(candidates, min_distance), "distance {min_distance}");
+    }
+
+    #[test]
+    fn indices_that_do_not_fit_are_an_error() {
+        assert_eq!(indices(3), Ok(vec![0, 1, 2]));
+        assert_eq!(index_end(u32::MAX as usize), Ok(u32::MAX));
+        assert_eq!(index_end(u32::MAX as usize + 1), Err(TooManyPoints(1 << 32)));
     }
 
     #[test]

@@ -30,6 +30,7 @@ pub mod unwrap;
 
 use std::sync::Arc;
 
+use crate::geometry::spaced::TooManyPoints;
 use crate::options::OptionError;
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::gain::Gain;
@@ -155,6 +156,11 @@ pub enum Error {
          (or raise samples.spacing_m), lights.count or lobes.grid"
     )]
     TooLarge { samples: usize, lobes: usize, gigabytes: u64 },
+    #[error(
+        "the photographs have too many pixels to choose samples from ({0}): scale the photographs \
+         down, or leave some of them out"
+    )]
+    TooManyPixels(#[from] TooManyPoints),
     #[error("the bounded least squares failed: {0}")]
     Solve(BoundedError),
     #[error(transparent)]

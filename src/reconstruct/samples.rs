@@ -3,11 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::geometry::spaced::select_spaced;
+use crate::geometry::spaced::{TooManyPoints, indices, select_spaced};
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::Random;
 use crate::options;
-use crate::reconstruct::Stream;
+use crate::reconstruct::{Error, Stream};
 use crate::scene::{Role, Site, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -74,7 +74,7 @@ impl Sample {
 }
 
 /// A pixel that could become a sample: there are millions, so it says no more than which.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Candidate {
     /// Index into `Views::maps`.
     map: u32,
@@ -83,6 +83,11 @@ struct Candidate {
 }
 
 impl Candidate {
+    fn new(map: usize, pixel: usize) -> Result<Self, TooManyPoints> {
+        let index = |number: usize| u32::try_from(number).map_err(|_| TooManyPoints(number));
+        Ok(Self { map: index(map)?, pixel: index(pixel)? })
+    }
+
     /// The position and the triangle that the pixel shows.
     fn hit(self, views: &Views) -> (Vec3, u32) {
         let map = &views.maps[self.map as usize];
@@ -96,16 +101,20 @@ impl Candidate {
 pub const JAMMING_DENSITY: f64 = 0.697;
 
 /// Places samples over the surfaces that the photographs see.
+///
+/// # Errors
+/// `Error::Cancelled`, and `Error::TooManyPixels` where the photographs have more pixels than
+/// samples can be chosen from.
 pub fn place(
     views: &Views,
     options: &SampleOptions,
     seed: u64,
     watch: &Watch,
-) -> Result<SampleCloud, Cancelled> {
+) -> Result<SampleCloud, Error> {
     let capture = views.capture;
     let mut warnings = Vec::new();
     watch.begin(4);
-    let mut candidates = candidates(views, options, options.reject_edges);
+    let mut candidates = candidates(views, options, options.reject_edges)?;
     watch.tick()?;
 
     // A material that shows only beside edges is better sampled there than not at all.
@@ -114,7 +123,7 @@ pub fn place(
         shown[material as usize] += 1;
     }
     if options.reject_edges && shown.contains(&0) {
-        let edge = self::candidates(views, options, false);
+        let edge = self::candidates(views, options, false)?;
         let mut rescued = vec![0usize; capture.materials.len()];
         for candidate in edge {
             let material = material_of(views, candidate);
@@ -132,7 +141,7 @@ pub fn place(
         }
     }
     // In the order of the pixels, samples would line up along the rows of the first photograph.
-    let mut order: Vec<u32> = (0..candidates.len() as u32).collect();
+    let mut order = indices(candidates.len())?;
     Random::new(seed, Stream::Samples as u64, 0).shuffle(&mut order);
     watch.tick()?;
 
@@ -177,13 +186,18 @@ fn material_of(views: &Views, candidate: Candidate) -> usize {
 }
 
 /// Every pixel that measures a surface with a material, photograph by photograph, row by row.
-fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Candidate> {
+fn candidates(
+    views: &Views,
+    options: &SampleOptions,
+    off_edges: bool,
+) -> Result<Vec<Candidate>, TooManyPoints> {
     let capture = views.capture;
     let mut candidates = Vec::new();
     for (index, map) in views.maps.iter().enumerate() {
         let camera = map.camera.position.as_vec3();
-        let width = map.camera.width;
-        candidates.par_extend((0..map.camera.height).into_par_iter().flat_map_iter(|y| {
+        let (width, height) = (map.camera.width, map.camera.height);
+        Candidate::new(index, width * height)?;
+        candidates.par_extend((0..height).into_par_iter().flat_map_iter(|y| {
             let pixel = move |x| {
                 let (position, triangle) = map.hit(x, y)?;
                 let surface = capture.mesh.surface[triangle as usize] as usize;
@@ -192,14 +206,16 @@ fn candidates(views: &Views, options: &SampleOptions, off_edges: bool) -> Vec<Ca
                     && map.image.radiance(x, y).is_some();
                 let sight = (camera - position).normalize_or_zero();
                 let cosine = views.normals[triangle as usize].dot(sight).abs();
-                let pixel = (y * width + x) as u32;
-                (usable && f64::from(cosine) >= options.min_cosine)
-                    .then_some(Candidate { map: index as u32, pixel })
+                if !usable || f64::from(cosine) < options.min_cosine {
+                    return None;
+                }
+                // Smaller than the number of pixels, which was found to fit.
+                Candidate::new(index, y * width + x).ok()
             };
             (0..width).filter_map(pixel)
         }));
     }
-    candidates
+    Ok(candidates)
 }
 
 /// The minimum distance at which about `count` of the points, in a random order, are kept.
@@ -315,4 +331,17 @@ fn read(
         radiance,
     };
     Some((sample, seen))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_whose_number_does_not_fit_is_an_error() {
+        let last = u32::MAX as usize;
+        assert_eq!(Candidate::new(7, last), Ok(Candidate { map: 7, pixel: u32::MAX }));
+        assert_eq!(Candidate::new(7, last + 1), Err(TooManyPoints(last + 1)));
+        assert_eq!(Candidate::new(last + 1, 0), Err(TooManyPoints(last + 1)));
+    }
 }
