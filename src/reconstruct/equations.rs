@@ -75,6 +75,15 @@ pub struct Equations {
     pub mean_radiance: Rgb,
 }
 
+/// The number of equations of a capture, without setting them up.
+pub fn count(capture: &Capture, cloud: &SampleCloud, views_per_sample: usize) -> usize {
+    let of_sample = |sample: &Sample| match capture.materials[sample.material].kind {
+        MaterialKind::Diffuse => 1,
+        MaterialKind::Specular => sample.views.len().min(views_per_sample),
+    };
+    cloud.samples.iter().map(of_sample).sum()
+}
+
 /// Radiances below this part of the mean count as this much where a relative error is formed.
 const DARK: f64 = 1e-3;
 /// The same in a channel that is black everywhere; its inverse's square is still a number.

@@ -152,10 +152,10 @@ pub enum Error {
     #[error("the start of \"{material}\" names no material of the capture; it has {known}")]
     UnknownStart { material: String, known: String },
     #[error(
-        "{samples} samples and {lobes} lobes need {gigabytes} GB of memory: lower samples.count \
-         (or raise samples.spacing_m), lights.count or lobes.grid"
+        "to solve for {samples} samples and {lobes} lobes takes up to {gigabytes} GB of memory: \
+         lower {lower}"
     )]
-    TooLarge { samples: usize, lobes: usize, gigabytes: u64 },
+    TooLarge { samples: usize, lobes: usize, gigabytes: u128, lower: &'static str },
     #[error(
         "the photographs have too many pixels to choose samples from ({0}): scale the photographs \
          down, or leave some of them out"

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::Rgb;
-use crate::reconstruct::checks::{check_size, check_start, warn};
+use crate::reconstruct::checks::{
+    LOWER_JOINT, LOWER_PAPER, SolveSize, check_size, check_start, warn,
+};
 use crate::reconstruct::clock::Clock;
-use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::equations::{self, Equations, Reflectance};
 use crate::reconstruct::gain::{self, GainUse};
 use crate::reconstruct::kept::{Lit, Made, Placed, Product, Sight, Solved};
 use crate::reconstruct::lights::VirtualLights;
@@ -204,7 +206,9 @@ impl Run<'_> {
 
     /// The joint method: the lights are part of what is solved for, so they come last.
     fn joint(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Solved>, Error> {
-        check_size(placed.cloud.samples.len(), self.options.joint.largest_set())?;
+        let joint = &self.options.joint;
+        let size = self.solve_size(placed, joint.largest_set(), joint.light_sets);
+        check_size(&size, LOWER_JOINT)?;
         if let Some(made) = self.earlier(Step::Gathered) {
             clock.keep(Stage::Transport, &mut self.made.secs, &made.secs);
         } else {
@@ -261,7 +265,7 @@ impl Run<'_> {
     fn paper(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Solved>, Error> {
         let lit = self.lights(placed, clock)?;
         (self.update)(Update::Lights(lit.lights.clone(), lit.lobes.clone()));
-        check_size(placed.cloud.samples.len(), lit.lobes.lobes.len())?;
+        check_size(&self.solve_size(placed, lit.lobes.lobes.len(), 1), LOWER_PAPER)?;
         let coupled = self.couple(placed, &lit, clock)?;
         (self.update)(Update::Transport(coupled.clone()));
         let kept = self.kept(Step::Solved, Stage::Solve, |made| made.solved.take(), clock);
@@ -373,6 +377,17 @@ impl Run<'_> {
         })?;
         let textures = self.product(Step::Textures, textures);
         Ok(self.made.textures.insert(textures).it.clone())
+    }
+
+    fn solve_size(&self, placed: &Placed, lobes: usize, light_sets: usize) -> SolveSize {
+        let views_per_sample = self.options.gloss.views_per_sample;
+        SolveSize {
+            samples: placed.cloud.samples.len(),
+            rows: equations::count(self.capture, &placed.cloud, views_per_sample),
+            lobes,
+            light_sets,
+            threads: rayon::current_num_threads(),
+        }
     }
 
     fn tell_iterations(&self, solved: &Solved) {
