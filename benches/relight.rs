@@ -14,7 +14,9 @@ use lobelia::render::edits::{AddedLight, Edits, Shape};
 use lobelia::render::scene::Solved;
 use lobelia::scene::{Camera, Capture, Emitter};
 use lobelia::watch::Watch;
-use lobelia::worker::{Command, Desk, Happening, Relighting, Relit, Wish, Worker};
+use lobelia::worker::{
+    Command, JobEvent, LatestRequest, PreviewRequest, Relighting, Relit, Worker,
+};
 
 const SIZE: (usize, usize) = (704, 432);
 
@@ -45,9 +47,9 @@ fn with_lamp(capture: &Capture, step: usize) -> Edits {
 
 fn first(worker: &Worker, number: u64) -> Arc<Relit> {
     loop {
-        match worker.events().recv().expect("the worker lives").happening {
-            Happening::Relit(relit) if relit.number == number => return relit,
-            Happening::Failed(text) => panic!("{text}"),
+        match worker.events().recv().expect("the worker lives").what {
+            JobEvent::Relit(relit) if relit.number == number => return relit,
+            JobEvent::Failed(text) => panic!("{text}"),
             _ => {}
         }
     }
@@ -62,21 +64,21 @@ fn relight(criterion: &mut Criterion) {
         let whole = reconstruct::run(&capture, &options, &Watch::new(), &|_| ()).expect("a result");
         let solved = Arc::new(Solved::from(&whole));
         let mut worker = Worker::start(|| ()).expect("a thread");
-        let desk = Desk::default();
-        let relighting = Relighting { capture: capture.clone(), solved, desk: desk.clone() };
+        let latest = LatestRequest::default();
+        let relighting = Relighting { capture: capture.clone(), solved, latest: latest.clone() };
         worker.send(Command::Relight(relighting));
         let camera = view(&capture);
         let mut step = 0;
-        let mut wish = || {
+        let mut request = || {
             step += 1;
             let edits = Arc::new(with_lamp(&capture, step));
-            desk.put(Wish { edits, camera, photograph: None, before: false })
+            latest.put(PreviewRequest { edits, camera, photograph: None, before: false })
         };
         // What is prepared once.
-        first(&worker, wish());
+        first(&worker, request());
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
         criterion.bench_function(&format!("first picture after an edit/{name}"), |bencher| {
-            bencher.iter(|| black_box(first(&worker, wish())));
+            bencher.iter(|| black_box(first(&worker, request())));
         });
     }
 }

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::derived;
-use super::dialogs::{self, Asked, Palette};
+use super::dialogs::{self, Palette, PathRequest};
 use super::edit::Change;
 use super::files;
 use super::import;
-use super::jobs::studies::{Kind, SpeedWish, StabilityWish};
+use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
-use super::leaving::{Then, go_on, leave};
+use super::leaving::{AfterPrompt, leave, proceed};
 use super::project::{Focus, Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
@@ -22,7 +22,7 @@ use super::viewport::Shading;
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    Ask(Asked),
+    Ask(PathRequest),
     Open(PathBuf),
     OpenExample,
     CancelOpening,
@@ -75,7 +75,7 @@ pub enum Action {
     FrameSelection,
     LookThrough(Option<usize>),
     Relight(Relight),
-    Import(import::Do),
+    Import(import::ImportAction),
     Study(Study),
     ShowPalette,
     ShowShortcuts,
@@ -110,8 +110,8 @@ pub enum Relight {
 pub enum Study {
     /// Looks whether it is known what is true of the capture.
     Look,
-    Speed(SpeedWish),
-    Stability(StabilityWish),
+    Speed(SpeedRequest),
+    Stability(StabilityRequest),
     Cancel(Kind),
     /// Forgets what was found.
     Clear(Kind),
@@ -159,10 +159,10 @@ pub enum Mode {
 pub fn apply(state: &mut State, action: Action) {
     match action {
         Action::Ask(asked) => dialogs::ask_path(state, asked),
-        Action::Open(path) => leave(state, Then::Open(path)),
+        Action::Open(path) => leave(state, AfterPrompt::Open(path)),
         Action::OpenExample => {
             if let Some(path) = state.example.clone() {
-                leave(state, Then::Open(path));
+                leave(state, AfterPrompt::Open(path));
             }
         }
         Action::CancelOpening => state.jobs.cancel_opening(),
@@ -174,14 +174,14 @@ pub fn apply(state: &mut State, action: Action) {
             if files::save_to(state, &file, replace)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                go_on(state, then);
+                proceed(state, then);
             }
         }
         Action::ExportTo { folder, replace } => {
             if let Some(project) = &state.project {
                 let is_own = project.solution.as_ref() == Some(&folder);
                 if !replace && !is_own && folder.join("solution.json").exists() {
-                    state.dialogs.replace = Some((Asked::Export, folder));
+                    state.dialogs.replace = Some((PathRequest::Export, folder));
                 } else {
                     state.jobs.export(project, folder);
                 }
@@ -197,20 +197,20 @@ pub fn apply(state: &mut State, action: Action) {
                 state.jobs.cover(project);
             }
         }
-        Action::Close => leave(state, Then::Close),
-        Action::Quit => leave(state, Then::Quit),
+        Action::Close => leave(state, AfterPrompt::Close),
+        Action::Quit => leave(state, AfterPrompt::Quit),
         Action::Unsaved { save } => {
             if !save {
                 if let Some(then) = state.dialogs.unsaved.take() {
-                    go_on(state, then);
+                    proceed(state, then);
                 }
             } else if files::save(state)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                go_on(state, then);
+                proceed(state, then);
             }
         }
-        Action::Recover(file) => leave(state, Then::Recover(file)),
+        Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),
         Action::NotNow(file) => files::not_now(state, &file),
         Action::Discard(file) => files::discard(state, &file),
         Action::ForgetRecent(path) => {
@@ -218,7 +218,7 @@ pub fn apply(state: &mut State, action: Action) {
             files::save_settings(state);
         }
         Action::Undo => tell(state, "Undone", |project| project.undo()),
-        Action::Redo => tell(state, "Done again", |project| project.redo()),
+        Action::Redo => tell(state, "Redone", |project| project.redo()),
         Action::Change(change) => change_project(state, &change),
         Action::AskMaterial => {
             let selected = state.project.as_ref().map(|project| &project.selection.surfaces);
@@ -252,7 +252,9 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Run => run(state, false),
         Action::RunAfresh => run(state, true),
-        Action::Cancel if state.is_importing() => import::apply(state, import::Do::Cancel),
+        Action::Cancel if state.is_importing() => {
+            import::apply(state, import::ImportAction::Cancel)
+        }
         Action::Cancel => {
             if let Some(project) = &mut state.project {
                 state.jobs.cancel(project);
@@ -260,7 +262,7 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Workspace(workspace) => {
             state.layout.current = workspace;
-            import::apply(state, import::Do::Hide);
+            import::apply(state, import::ImportAction::Hide);
             let has_results =
                 state.project.as_ref().is_some_and(|project| project.products.solved.is_some());
             if workspace == Workspace::Relight && has_results {

@@ -19,7 +19,7 @@ impl Studio {
         let mut state = State::new(cc, launch)?;
         files::look_for_recent(&mut state);
         if let Some(path) = path {
-            files::open_anyway(&mut state, &path);
+            files::open_unprompted(&mut state, &path);
         }
         Ok(Self { state })
     }
@@ -84,8 +84,8 @@ impl eframe::App for Studio {
             actions::apply(state, action);
         }
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
-        let wish = edits.and_then(|edits| state.viewport.wish(edits));
-        state.jobs.relight(state.project.as_ref(), wish);
+        let request = edits.and_then(|edits| state.viewport.request(edits));
+        state.jobs.relight(state.project.as_ref(), request);
         state.was_typing = ctx.text_edit_focused();
         title(&ctx, state);
         if let Some(soon) = state.messages.expire() {
@@ -104,7 +104,7 @@ fn dropped(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let path = ctx.input(|input| input.raw.dropped_files.first().map(|f| f.path().to_owned()));
     actions.extend(path.map(|path| {
         if state.is_importing() || crate::io::import::is_foreign(&path) {
-            Action::Import(import::Do::Show(Some(path)))
+            Action::Import(import::ImportAction::Show(Some(path)))
         } else {
             Action::Open(path)
         }

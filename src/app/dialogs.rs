@@ -17,9 +17,9 @@ use rfd::AsyncFileDialog;
 
 use super::actions::{Action, Relight, Study};
 use super::files::Opening;
-use super::import::{Do, Field};
+use super::import::{Field, ImportAction};
 use super::jobs::studies::Kind;
-use super::leaving::Then;
+use super::leaving::AfterPrompt;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
@@ -30,7 +30,7 @@ const NO_DIALOG: Duration = Duration::from_secs(5);
 
 /// What a path is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
+pub enum PathRequest {
     OpenCapture,
     OpenProject,
     SaveAs,
@@ -59,7 +59,7 @@ pub struct Locate {
 
 /// Our own field for a path.
 pub struct PathField {
-    pub asked: Asked,
+    pub asked: PathRequest,
     pub text: String,
     /// Why it is shown.
     pub notice: Option<&'static str>,
@@ -67,7 +67,7 @@ pub struct PathField {
 }
 
 pub(super) struct Picking {
-    asked: Asked,
+    asked: PathRequest,
     /// What was picked, and how long that took.
     answer: Receiver<(Option<PathBuf>, Duration)>,
     began: Instant,
@@ -77,9 +77,9 @@ pub(super) struct Picking {
 pub struct Dialogs {
     pub path: Option<PathField>,
     /// What comes after the question about unsaved work.
-    pub unsaved: Option<Then>,
+    pub unsaved: Option<AfterPrompt>,
     /// What would be replaced, and by what.
-    pub replace: Option<(Asked, PathBuf)>,
+    pub replace: Option<(PathRequest, PathBuf)>,
     pub locate: Option<Locate>,
     pub palette: Option<Palette>,
     pub shortcuts: bool,
@@ -112,9 +112,11 @@ impl Dialogs {
 
     /// What was asked about a project goes with it.
     pub fn forget_project(&mut self) {
-        let of_project = |asked: Asked| {
-            !matches!(asked, Asked::OpenCapture | Asked::OpenProject | Asked::Locate)
-                && asked.field().is_none()
+        let of_project = |asked: PathRequest| {
+            !matches!(
+                asked,
+                PathRequest::OpenCapture | PathRequest::OpenProject | PathRequest::Locate
+            ) && asked.field().is_none()
         };
         self.picking.take_if(|picking| of_project(picking.asked));
         self.path.take_if(|field| of_project(field.asked));
@@ -124,7 +126,7 @@ impl Dialogs {
     }
 }
 
-impl Asked {
+impl PathRequest {
     pub fn title(self) -> &'static str {
         match self {
             Self::OpenCapture => "Open capture",
@@ -161,14 +163,14 @@ impl Asked {
     /// What to do with the path; `replace` where a file that is there may go.
     pub fn action(self, path: PathBuf, replace: bool) -> Action {
         if let Some(field) = self.field() {
-            return Action::Import(Do::Choose(field, path));
+            return Action::Import(ImportAction::Choose(field, path));
         }
         match self {
             Self::ImportCameras
             | Self::ImportCameraFolder
             | Self::ImportImages
             | Self::ImportMesh
-            | Self::ImportOut => Action::Import(Do::Show(None)),
+            | Self::ImportOut => Action::Import(ImportAction::Show(None)),
             Self::OpenCapture | Self::OpenProject => Action::Open(path),
             Self::SaveAs => Action::SaveTo { file: path, replace },
             Self::Export => Action::ExportTo { folder: path, replace },
@@ -184,7 +186,7 @@ impl Asked {
 }
 
 /// Asks for a path by the system's dialog, or by our own where there is none.
-pub fn ask_path(state: &mut State, asked: Asked) {
+pub fn ask_path(state: &mut State, asked: PathRequest) {
     if let Some(picking) = &state.dialogs.picking {
         if picking.began.elapsed() >= NO_DIALOG {
             state.dialogs.picking = None;
@@ -202,20 +204,20 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     if let Some(folder) = start.parent().filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
-    if matches!(asked, Asked::OpenProject | Asked::SaveAs) {
+    if matches!(asked, PathRequest::OpenProject | PathRequest::SaveAs) {
         dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
     }
     let (name, kinds): (&str, &[&str]) = match asked {
-        Asked::AddObject => ("Wavefront mesh", &["obj"]),
-        Asked::AddDome => ("Light from all around", &["exr", "hdr"]),
-        Asked::LoadEdits | Asked::SaveEdits => ("Edits", &["json"]),
-        Asked::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::AddObject => ("Wavefront mesh", &["obj"]),
+        PathRequest::AddDome => ("Light from all around", &["exr", "hdr"]),
+        PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
+        PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
         _ => ("", &[]),
     };
     if !kinds.is_empty() {
         dialog = dialog.add_filter(name, kinds);
     }
-    if matches!(asked, Asked::SaveAs | Asked::SaveEdits)
+    if matches!(asked, PathRequest::SaveAs | PathRequest::SaveEdits)
         && let Some(name) = start.file_name()
     {
         dialog = dialog.set_file_name(name.to_string_lossy());
@@ -225,13 +227,13 @@ pub fn ask_path(state: &mut State, asked: Asked) {
     let began = Instant::now();
     let wait = move || {
         let picked = match asked {
-            Asked::OpenProject
-            | Asked::AddObject
-            | Asked::AddDome
-            | Asked::LoadEdits
-            | Asked::ImportCameras
-            | Asked::ImportMesh => block_on(dialog.pick_file()),
-            Asked::SaveAs | Asked::SaveEdits => block_on(dialog.save_file()),
+            PathRequest::OpenProject
+            | PathRequest::AddObject
+            | PathRequest::AddDome
+            | PathRequest::LoadEdits
+            | PathRequest::ImportCameras
+            | PathRequest::ImportMesh => block_on(dialog.pick_file()),
+            PathRequest::SaveAs | PathRequest::SaveEdits => block_on(dialog.save_file()),
             _ => block_on(dialog.pick_folder()),
         };
         // The window may be gone.
@@ -257,7 +259,7 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     match answer {
         Some(path) => {
             // The system has asked about a file of this very name.
-            let replace = is_project(&path) || asked == Asked::SaveEdits;
+            let replace = is_project(&path) || asked == PathRequest::SaveEdits;
             actions.push(asked.action(path, replace));
         }
         None if took < NO_HAND => {
@@ -269,13 +271,13 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     }
 }
 
-fn show_field(state: &mut State, asked: Asked, notice: Option<&'static str>) {
+fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {
     let text = suggestion(state, asked).display().to_string();
     state.dialogs.path = Some(PathField { asked, text, notice, focused: false });
 }
 
 /// Where to begin looking.
-fn suggestion(state: &State, asked: Asked) -> PathBuf {
+fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
     let recent =
         || state.settings.recent.first().and_then(|path| path.parent()).map(|path| path.join(""));
     let project = state.project.as_ref();
@@ -283,33 +285,33 @@ fn suggestion(state: &State, asked: Asked) -> PathBuf {
         return page.suggestion(field);
     }
     match asked {
-        Asked::ImportCameras
-        | Asked::ImportCameraFolder
-        | Asked::ImportImages
-        | Asked::ImportMesh
-        | Asked::ImportOut => recent().unwrap_or_default(),
-        Asked::OpenCapture | Asked::OpenProject => recent().unwrap_or_default(),
-        Asked::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
+        PathRequest::ImportCameras
+        | PathRequest::ImportCameraFolder
+        | PathRequest::ImportImages
+        | PathRequest::ImportMesh
+        | PathRequest::ImportOut => recent().unwrap_or_default(),
+        PathRequest::OpenCapture | PathRequest::OpenProject => recent().unwrap_or_default(),
+        PathRequest::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
             Some(file) => file.clone(),
             None => beside(&project.folder, &format!("{}.{EXTENSION}", project.loaded.name)),
         }),
-        Asked::Export => project.map_or_else(PathBuf::new, |project| {
+        PathRequest::Export => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-results", project.name()))
         }),
-        Asked::AddObject | Asked::AddDome | Asked::LoadEdits => {
+        PathRequest::AddObject | PathRequest::AddDome | PathRequest::LoadEdits => {
             project.map_or_else(PathBuf::new, |project| beside(&project.folder, ""))
         }
-        Asked::SaveEdits => project.map_or_else(PathBuf::new, |project| {
+        PathRequest::SaveEdits => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-edits.json", project.name()))
         }),
-        Asked::RenderTo => project.map_or_else(PathBuf::new, |project| {
+        PathRequest::RenderTo => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-pictures", project.name()))
         }),
-        Asked::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
+        PathRequest::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
             let what = if kind == Kind::Speed { "speed" } else { "stability" };
             beside(&project.folder, &format!("{}-{what}", project.name()))
         }),
-        Asked::Locate => state
+        PathRequest::Locate => state
             .dialogs
             .locate
             .as_ref()

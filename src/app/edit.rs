@@ -141,7 +141,7 @@ impl Edit {
     }
 
     /// Whether another state is reconstructed to the same results.
-    pub fn asks_the_same(&self, other: &Self) -> bool {
+    pub fn same_reconstruction_inputs(&self, other: &Self) -> bool {
         self.materials == other.materials && self.options == other.options
     }
 

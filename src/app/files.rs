@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::dialogs::{Asked, Locate};
+use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
 use super::jobs::Reading;
-use super::leaving::{Stake, Then};
+use super::leaving::{AfterPrompt, UnsavedWork};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
@@ -31,12 +31,12 @@ pub struct Opening {
     /// It is unsaved work that a crash left.
     pub recovered: Option<PathBuf>,
     /// What the user agreed to lose for it.
-    pub agreed: Stake,
+    pub agreed: UnsavedWork,
     pub began: Instant,
 }
 
 /// Opens a capture's folder or a project file.
-pub fn open_anyway(state: &mut State, path: &Path) {
+pub fn open_unprompted(state: &mut State, path: &Path) {
     if project::is_project(path) {
         open_project(state, path, None);
     } else {
@@ -47,7 +47,7 @@ pub fn open_anyway(state: &mut State, path: &Path) {
             project: None,
             file: None,
             recovered: None,
-            agreed: Stake::of(state, false),
+            agreed: UnsavedWork::of(state, false),
             began: Instant::now(),
         });
     }
@@ -81,7 +81,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         project: Some(Box::new(read)),
         file,
         recovered,
-        agreed: Stake::of(state, false),
+        agreed: UnsavedWork::of(state, false),
         began: Instant::now(),
     };
     if opening.folder.is_dir() {
@@ -101,7 +101,7 @@ pub fn located(state: &mut State, folder: &Path) {
 }
 
 /// Opens unsaved work of a window that crashed.
-pub fn recover_anyway(state: &mut State, file: &Path) {
+pub fn recover_unprompted(state: &mut State, file: &Path) {
     open_project(state, file, Some(file.to_owned()));
 }
 
@@ -118,15 +118,15 @@ pub fn not_now(state: &mut State, file: &Path) {
 /// A capture has been read: it takes the place of the open project, unless work was done there
 /// meanwhile that nobody agreed to lose.
 pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
-    if Stake::of(state, false).is_within(&opening.agreed) {
+    if UnsavedWork::of(state, false).is_within(&opening.agreed) {
         show(state, opening, capture);
     } else {
-        state.dialogs.unsaved = Some(Then::Show(Box::new(opening), capture));
+        state.dialogs.unsaved = Some(AfterPrompt::Show(Box::new(opening), capture));
     }
 }
 
 pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
-    close_anyway(state);
+    close_unprompted(state);
     let secs = opening.began.elapsed().as_secs_f64();
     for warning in &capture.warnings {
         state.messages.warning(warning.clone());
@@ -195,7 +195,7 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
 }
 
 /// Leaves the project without asking.
-pub fn close_anyway(state: &mut State) {
+pub fn close_unprompted(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
@@ -234,7 +234,7 @@ pub fn save(state: &mut State) -> bool {
     match state.project.as_ref().map(|project| project.file.clone()) {
         Some(Some(file)) => save_to(state, &file, true),
         Some(None) => {
-            super::dialogs::ask_path(state, super::dialogs::Asked::SaveAs);
+            super::dialogs::ask_path(state, super::dialogs::PathRequest::SaveAs);
             false
         }
         None => false,
@@ -252,7 +252,7 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
     };
     let is_own = || file.canonicalize().ok().as_ref() == project.file.as_ref();
     if !replace && file.exists() && !is_own() {
-        state.dialogs.replace = Some((Asked::SaveAs, file));
+        state.dialogs.replace = Some((PathRequest::SaveAs, file));
         return false;
     }
     if let Err(error) = project::write(&file, &file_of(state, project)) {

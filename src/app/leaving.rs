@@ -12,8 +12,8 @@ use crate::reconstruct::Reconstruction;
 use crate::scene::Capture;
 use crate::worker::Job;
 
-/// What to do once it is settled what becomes of unsaved work.
-pub enum Then {
+/// What to do after the prompt about unsaved work.
+pub enum AfterPrompt {
     Open(PathBuf),
     /// Unsaved work of a window that crashed.
     Recover(PathBuf),
@@ -23,9 +23,9 @@ pub enum Then {
     Quit,
 }
 
-/// What would be lost; nothing where all of it is kept elsewhere.
+/// Work that is saved nowhere else, and would be lost by leaving the project.
 #[derive(Clone, Default)]
-pub struct Stake {
+pub struct UnsavedWork {
     /// Tags and options that are not saved.
     pub edit: Option<Arc<Edit>>,
     pub run: Option<Job>,
@@ -36,7 +36,7 @@ pub struct Stake {
     pub study: usize,
 }
 
-impl Stake {
+impl UnsavedWork {
     pub fn of(state: &State, quitting: bool) -> Self {
         let Some(project) = &state.project else { return Self::default() };
         let products = &project.products;
@@ -58,7 +58,7 @@ impl Stake {
         self.is_within(&Self::default())
     }
 
-    /// Whether nothing is at stake that was not so then.
+    /// Whether nothing would be lost beyond what `then` would.
     pub fn is_within(&self, then: &Self) -> bool {
         let same = self.results.as_ref().zip(then.results.as_ref());
         (self.edit.is_none() || self.edit == then.edit)
@@ -70,28 +70,28 @@ impl Stake {
 }
 
 /// Leaves the project, after asking where something would be lost.
-pub fn leave(state: &mut State, then: Then) {
-    if Stake::of(state, matches!(then, Then::Quit)).is_nothing() {
-        go_on(state, then);
+pub fn leave(state: &mut State, then: AfterPrompt) {
+    if UnsavedWork::of(state, matches!(then, AfterPrompt::Quit)).is_nothing() {
+        proceed(state, then);
     } else {
         state.dialogs.unsaved = Some(then);
     }
 }
 
-/// Leaves it, whatever is lost.
-pub fn go_on(state: &mut State, then: Then) {
+/// Leaves the project without asking.
+pub fn proceed(state: &mut State, then: AfterPrompt) {
     match then {
-        Then::Open(path) => files::open_anyway(state, &path),
-        Then::Recover(file) => files::recover_anyway(state, &file),
-        Then::Show(opening, capture) => files::show(state, *opening, capture),
-        Then::Close => {
-            files::close_anyway(state);
+        AfterPrompt::Open(path) => files::open_unprompted(state, &path),
+        AfterPrompt::Recover(file) => files::recover_unprompted(state, &file),
+        AfterPrompt::Show(opening, capture) => files::show(state, *opening, capture),
+        AfterPrompt::Close => {
+            files::close_unprompted(state);
             files::look_for_recent(state);
         }
-        Then::Quit => {
+        AfterPrompt::Quit => {
             state.settings.layout = state.layout.value();
             files::save_settings(state);
-            files::close_anyway(state);
+            files::close_unprompted(state);
             state.quitting = true;
             state.ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }

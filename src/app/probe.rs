@@ -55,8 +55,8 @@ impl Start {
         Self { began, driver, window: began.elapsed(), geometry: None }
     }
 
-    /// Asked at the beginning of a frame, when what the frame before drew is on the screen; says
-    /// how long all of it took once the capture is drawn with its photographs.
+    /// PathRequest at the beginning of a frame, when what the frame before drew is on the screen;
+    /// says how long all of it took once the capture is drawn with its photographs.
     pub fn report(&mut self, has_geometry: bool, has_photographs: bool) -> Option<String> {
         if has_geometry {
             self.geometry.get_or_insert_with(|| self.began.elapsed());

@@ -14,7 +14,7 @@ use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Iteration, Solution};
-use crate::reconstruct::{Keeper, Reconstruction, Stage, Update};
+use crate::reconstruct::{Reconstruction, Stage, StageCache, Update};
 use crate::render::edits::Edits;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
@@ -42,7 +42,7 @@ pub struct Project {
     pub solution: Option<PathBuf>,
     pub run: Option<Run>,
     /// What runs of this capture made, as far as another may take it over.
-    pub keeper: Keeper,
+    pub stage_cache: StageCache,
 }
 
 /// What is selected, everywhere in the window.
@@ -125,7 +125,7 @@ impl Project {
             products: Products::default(),
             solution: None,
             run: None,
-            keeper: Keeper::default(),
+            stage_cache: StageCache::default(),
         }
     }
 
@@ -210,7 +210,10 @@ impl Project {
 
     /// Whether what is shown was found with other tags or options than those of now.
     pub fn is_outdated(&self) -> bool {
-        self.products.of.as_ref().is_some_and(|(edit, _)| !edit.asks_the_same(&self.edit))
+        self.products
+            .of
+            .as_ref()
+            .is_some_and(|(edit, _)| !edit.same_reconstruction_inputs(&self.edit))
     }
 
     /// Takes what was read of written results; those of a run are better.
@@ -267,7 +270,7 @@ impl Project {
                 run.stages.push((stage, Instant::now(), 0.0));
                 run.progress = None;
             }
-            Update::Kept(stage) => run.kept.push(stage),
+            Update::Reused(stage) => run.kept.push(stage),
             Update::Samples(samples) => self.products.samples = Some(samples),
             Update::Lights(lights, lobes) => self.products.lights = Some((lights, lobes)),
             Update::Transport(_) => {}

@@ -6,7 +6,7 @@ use glam::Vec3;
 use serde_json::json;
 
 use super::actions::{self, Relight, Select};
-use super::dialogs::Asked;
+use super::dialogs::PathRequest;
 use super::edit::Change;
 use super::jobs::Reading;
 use super::relight::{self, Added, Motion};
@@ -44,7 +44,7 @@ pub fn apply(state: &mut State, what: Relight) {
         Relight::Save(path, replace) => {
             let path = if path.extension().is_some() { path } else { path.with_extension("json") };
             if !replace && path.exists() {
-                state.dialogs.replace = Some((Asked::SaveEdits, path));
+                state.dialogs.replace = Some((PathRequest::SaveEdits, path));
                 return;
             }
             match edits::write(&path, &edits) {

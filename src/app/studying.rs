@@ -22,12 +22,12 @@ pub fn apply(state: &mut State, what: Study) {
     }
     match what {
         Study::Look => jobs.studies.look_for_truth(project),
-        Study::Speed(wish) => {
-            if let Err(problem) = jobs.studies.begin_speed(project, &wish) {
+        Study::Speed(request) => {
+            if let Err(problem) = jobs.studies.begin_speed(project, &request) {
                 messages.error("The study cannot begin", problem);
             }
         }
-        Study::Stability(wish) => jobs.studies.begin_stability(project, &wish),
+        Study::Stability(request) => jobs.studies.begin_stability(project, &request),
         Study::Cancel(kind) => jobs.studies.cancel(kind),
         Study::Clear(kind) => jobs.studies.clear(kind),
         Study::Save(kind, folder) => studies::save(state, kind, folder),
@@ -41,7 +41,7 @@ fn use_setting(state: &mut State, setting: &str) {
     let now = &project.edit().options;
     let options = match Setting::named(setting) {
         Some(named) => named.upon(now, now.general.seed).ok(),
-        None => (setting == OWN).then(|| study.course.edit.options.clone()),
+        None => (setting == OWN).then(|| study.progress.edit.options.clone()),
     };
     let Some(options) = options else { return };
     if options == *now {

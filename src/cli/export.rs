@@ -12,7 +12,7 @@ use crate::io;
 use crate::io::export::elsewhere::{Format, Plan};
 use crate::options::OptionValue;
 use crate::render::probe::ProbeSettings;
-use crate::worker::{Command, Takeaway, Worker};
+use crate::worker::{Command, SceneExport, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let solution = arguments::required_path(matches, "solution");
@@ -46,9 +46,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     };
     let probe_at = matches.get_one::<Vec3>("probe-at").copied();
     let plan = Plan { folder: folder.clone(), formats, probe_at, probe, samples };
-    let takeaway = Takeaway { capture, solved, edits, plan };
+    let scene_export = SceneExport { capture, solved, edits, plan };
     display.stage("export");
-    job::wait(&mut worker, Command::TakeElsewhere(Box::new(takeaway)), &mut display)?;
+    job::wait(&mut worker, Command::ExportScene(Box::new(scene_export)), &mut display)?;
     display.clear();
     say_line!("exported to {}", folder.display());
     Ok(())

@@ -10,7 +10,7 @@ use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::exposures::MergeOptions;
 use crate::io::import::{self, Axis, Copying, Options, Surfaces, Unit, Writing};
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let source = arguments::required_path(matches, "source");
@@ -23,7 +23,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
     display.stage("read");
     let command = Command::Import { source, options: Box::new(options) };
-    let Happening::Imported(import) = job::wait(&mut worker, command, &mut display)? else {
+    let JobEvent::Imported(import) = job::wait(&mut worker, command, &mut display)? else {
         return Ok(());
     };
     if merge.is_some() && import.series.is_empty() {
@@ -38,7 +38,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let writing = Box::new(Writing { copying, replace: false, merge });
     let command = Command::WriteCapture { import: import.clone(), folder: folder.clone(), writing };
     let written = match job::wait(&mut worker, command, &mut display)? {
-        Happening::CaptureWritten(_, written) => written,
+        JobEvent::CaptureWritten(_, written) => written,
         // Somebody else has written there meanwhile.
         _ => return Ok(import::check_folder(&folder, false)?),
     };

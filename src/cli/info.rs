@@ -8,15 +8,15 @@ use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::math::rgb::Rgb;
 use crate::scene::{Capture, Emitter, KnownLight, MaterialKind, Role};
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let path = arguments::required_path(matches, "capture");
     job::catch_interrupts()?;
     let mut worker = Worker::start(|| ())?;
     let mut display = Display::new(true);
-    let happening = job::wait(&mut worker, Command::Load { path }, &mut display)?;
-    if let Happening::Loaded(capture) = happening {
+    let event = job::wait(&mut worker, Command::Load { path }, &mut display)?;
+    if let JobEvent::Loaded(capture) = event {
         print(&capture);
     }
     Ok(())

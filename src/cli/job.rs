@@ -9,7 +9,7 @@ use clap::ArgMatches;
 
 use crate::cli::Ending;
 use crate::cli::progress::Display;
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -33,29 +33,29 @@ pub(super) fn use_threads(matches: &ArgMatches) -> Result<(), Ending> {
 /// How often progress is redrawn and Ctrl-C is looked for.
 const PULSE: Duration = Duration::from_millis(50);
 
-/// Sends a command and waits for the happening that ends it.
+/// Sends a command and waits for the event that ends it.
 pub(super) fn wait(
     worker: &mut Worker,
     command: Command,
     display: &mut Display,
-) -> Result<Happening, Ending> {
+) -> Result<JobEvent, Ending> {
     let job = worker.send(command);
     loop {
         if INTERRUPTED.load(Relaxed) {
             worker.cancel(job);
         }
         match worker.events().recv_timeout(PULSE) {
-            Ok(event) if event.job == job => match event.happening {
-                Happening::Started | Happening::Picture { .. } | Happening::Judged { .. } => {}
-                Happening::Update(update) => display.update(&update),
-                Happening::Found(found) => {
+            Ok(event) if event.job == job => match event.what {
+                JobEvent::Started | JobEvent::Picture { .. } | JobEvent::Judged { .. } => {}
+                JobEvent::Update(update) => display.update(&update),
+                JobEvent::Found(found) => {
                     display.note(&format!("{}: {}", found.number, found.name));
                 }
-                Happening::Failed(message) => {
+                JobEvent::Failed(message) => {
                     display.clear();
                     return Err(Ending::Failed(anyhow!(message)));
                 }
-                Happening::Cancelled => {
+                JobEvent::Cancelled => {
                     display.clear();
                     return Err(Ending::Cancelled);
                 }

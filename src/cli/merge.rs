@@ -13,7 +13,7 @@ use crate::exposures::{MergeOptions, Response};
 use crate::io;
 use crate::io::brackets::{self, Series};
 use crate::io::grouping;
-use crate::worker::{Command, Happening, MergeReport, Merging, Place, Worker};
+use crate::worker::{Command, JobEvent, MergeReport, Merging, Place, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let files: Vec<PathBuf> = matches.get_many("files").unwrap_or_default().cloned().collect();
@@ -61,7 +61,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let curve = matches.get_one::<PathBuf>("curve").cloned();
     let merging = Merging { series, response, options, place, curve };
     let command = Command::Merge(Box::new(merging));
-    let Happening::Merged(report) = job::wait(&mut worker, command, &mut display)? else {
+    let JobEvent::Merged(report) = job::wait(&mut worker, command, &mut display)? else {
         return Ok(());
     };
     display.clear();

@@ -53,7 +53,7 @@ impl Display {
     pub(super) fn update(&self, update: &Update) {
         match update {
             Update::Stage(stage) => self.stage(stage.name()),
-            Update::Kept(stage) => self.note(&format!("{} kept", stage.name())),
+            Update::Reused(stage) => self.note(&format!("{} kept", stage.name())),
             Update::Samples(cloud) => self.note(&format!("{} samples", cloud.samples.len())),
             Update::Lights(lights, lobes) => self.note(&format!(
                 "{} virtual lights, {} lobes",

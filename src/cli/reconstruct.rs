@@ -12,7 +12,7 @@ use crate::cli::report::report;
 use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::reconstruct::Options;
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let path = arguments::required_path(matches, "capture");
@@ -30,7 +30,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 
     let began = Instant::now();
     display.stage("load");
-    let Happening::Loaded(capture) = job::wait(&mut worker, Command::Load { path }, &mut display)?
+    let JobEvent::Loaded(capture) = job::wait(&mut worker, Command::Load { path }, &mut display)?
     else {
         return Ok(());
     };
@@ -38,9 +38,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let command = Command::Reconstruct {
         capture: capture.clone(),
         options: Box::new(options.clone()),
-        keeper: None,
+        stage_cache: None,
     };
-    let Happening::Reconstructed(reconstruction) = job::wait(&mut worker, command, &mut display)?
+    let JobEvent::Reconstructed(reconstruction) = job::wait(&mut worker, command, &mut display)?
     else {
         return Ok(());
     };

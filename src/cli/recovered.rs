@@ -14,7 +14,7 @@ use crate::render::edits::Edits;
 use crate::render::groups;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) struct Recovered {
     pub capture: Arc<Capture>,
@@ -30,7 +30,7 @@ pub(super) fn read(
 ) -> Result<Recovered, Ending> {
     let path = arguments::required_path(matches, "capture");
     display.stage("load");
-    let Happening::Loaded(capture) = job::wait(worker, Command::Load { path }, display)? else {
+    let JobEvent::Loaded(capture) = job::wait(worker, Command::Load { path }, display)? else {
         return Err(Ending::Failed(anyhow!("the capture was not loaded")));
     };
     let solved = io::solved::read(&arguments::required_path(matches, "solution"), &capture)?;

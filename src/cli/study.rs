@@ -12,7 +12,7 @@ use crate::io;
 use crate::reconstruct::Options;
 use crate::study::settings::Scope;
 use crate::study::{Source, Study, Subject, speed, stability};
-use crate::worker::{Command, Happening, Worker};
+use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let Some((subject, matches)) = matches.subcommand() else { return Ok(()) };
@@ -60,9 +60,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
     display.stage("runs");
-    let happening = job::wait(&mut worker, Command::Study(Box::new(study)), &mut display)?;
+    let event = job::wait(&mut worker, Command::Study(Box::new(study)), &mut display)?;
     display.clear();
-    if let Happening::Studied(lines) = happening {
+    if let JobEvent::Studied(lines) = event {
         for line in lines {
             say_line!("{line}");
         }

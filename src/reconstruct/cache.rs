@@ -1,14 +1,16 @@
-//! What earlier runs of a capture made, so that a run begins at the first stage that differs.
+//! The stage cache: the products of earlier runs of a capture, so that a run begins at the first
+//! stage whose inputs differ.
 //!
-//! A product is taken over where the step that made it, and every step that this one builds on,
-//! read the same then as now (`reads.rs` has the table of what they read). It is the same
-//! product, not a copy, and the result has the same bytes as that of a run from the beginning.
+//! Every product is stored with the inputs of the step that made it (`reads.rs` lists what each
+//! step reads). A run takes a product over where these inputs, and those of every step it builds
+//! on, equal its own. Products are shared, not copied, and a run that takes some over gives the
+//! same bytes as one from the beginning.
 //!
-//! Two runs are kept: the last that ended, and the last that did not but made something new, so
-//! that an artist who stops a run loses neither what was there before nor the stages that were
-//! done. Both hold what pixels see (16 bytes for each pixel of the photographs, once as long as
-//! the geometry and the cameras are the same) beside what a result consists of. All of it goes
-//! with the last handle.
+//! Products of two runs are kept: of the last that ended, and of the last that was stopped after
+//! making something new. So an artist who stops a run loses neither the earlier result nor the
+//! stages that were done. Besides what a result consists of, they hold the visibility buffers (16
+//! bytes for each pixel of the photographs; one copy as long as geometry and cameras are the same).
+//! All memory is released with the last clone of the cache.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,140 +27,140 @@ use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::transport::Transport;
 use crate::reconstruct::{Method, Options, Stage};
-use crate::scene::{Capture, Photograph, Sightlines};
+use crate::scene::{Capture, Photograph, VisibilityCache};
 
-/// A handle on what runs of one capture left; clones are handles on the same.
+/// The stage cache of one capture. Clones share their contents.
 #[derive(Clone, Default)]
-pub struct Keeper {
-    kept: Arc<Mutex<Kept>>,
+pub struct StageCache {
+    runs: Arc<Mutex<CachedRuns>>,
     afresh: bool,
 }
 
 #[derive(Default)]
-struct Kept {
-    ended: Option<Made>,
-    stopped: Option<Made>,
+struct CachedRuns {
+    ended: Option<RunProducts>,
+    stopped: Option<RunProducts>,
     changes: u64,
 }
 
-impl Keeper {
-    /// A handle for a run that takes nothing over; what it makes is kept.
+impl StageCache {
+    /// The same cache for a run that takes nothing over, but stores its products.
     pub fn afresh(&self) -> Self {
         Self { afresh: true, ..self.clone() }
     }
 
-    /// For each of [`Stage::ALL`] whether a run with these would take it over.
+    /// For each of [`Stage::ALL`] whether a run with these inputs would take its products over.
     pub fn stages(&self, capture: &Capture, options: &Options) -> [bool; 5] {
         let inputs = Inputs::of_all(capture, options);
         let method = options.general.method;
         let earlier = self.earlier();
         Stage::ALL.map(|stage| {
             let step = Step::ending(stage, method);
-            earlier.iter().any(|made| made.holds(step, method, &inputs))
+            earlier.iter().any(|run| run.holds(step, method, &inputs))
         })
     }
 
-    /// Grows with every change of what is kept.
+    /// A number that grows with every change of the contents.
     pub fn changes(&self) -> u64 {
         self.lock().changes
     }
 
-    /// What may be taken over, best first.
-    pub(super) fn earlier(&self) -> Vec<Made> {
+    /// Runs whose products may be taken over; where several fit, the first counts.
+    pub(super) fn earlier(&self) -> Vec<RunProducts> {
         if self.afresh {
             return Vec::new();
         }
-        let kept = self.lock();
-        kept.stopped.iter().chain(&kept.ended).cloned().collect()
+        let runs = self.lock();
+        runs.stopped.iter().chain(&runs.ended).cloned().collect()
     }
 
-    /// Keeps what a run made that ended.
-    pub(super) fn ended(&self, made: Made) {
-        let mut kept = self.lock();
-        kept.ended = Some(made);
-        kept.stopped = None;
-        kept.changes += 1;
+    /// Stores the products of a run that ended.
+    pub(super) fn ended(&self, products: RunProducts) {
+        let mut runs = self.lock();
+        runs.ended = Some(products);
+        runs.stopped = None;
+        runs.changes += 1;
     }
 
-    /// Keeps what a run made until it was stopped, if anything of it is new.
-    pub(super) fn stopped(&self, made: Made) {
-        if made.is_new {
-            let mut kept = self.lock();
-            kept.stopped = Some(made);
-            kept.changes += 1;
+    /// Stores the products of a run that was stopped, if any of them is new.
+    pub(super) fn stopped(&self, products: RunProducts) {
+        if products.is_new {
+            let mut runs = self.lock();
+            runs.stopped = Some(products);
+            runs.changes += 1;
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, CachedRuns> {
+        self.runs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl fmt::Debug for Keeper {
+impl fmt::Debug for StageCache {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kept = self.lock();
-        f.debug_struct("Keeper")
-            .field("ended", &kept.ended.is_some())
-            .field("stopped", &kept.stopped.is_some())
+        let runs = self.lock();
+        f.debug_struct("StageCache")
+            .field("ended", &runs.ended.is_some())
+            .field("stopped", &runs.stopped.is_some())
             .field("afresh", &self.afresh)
             .finish()
     }
 }
 
-/// What one run made, as far as it came, with what it was made of.
+/// The products of one run, as far as it came, with the inputs of each.
 #[derive(Clone, Default)]
-pub(super) struct Made {
-    pub sight: Option<Product<Sight>>,
-    pub samples: Option<Product<Placed>>,
+pub(super) struct RunProducts {
+    pub visibility: Option<Product<Visibility>>,
+    pub samples: Option<Product<SampleProducts>>,
     pub gathered: Option<Product<Transport>>,
-    pub lights: Option<Product<Lit>>,
+    pub lights: Option<Product<LightProducts>>,
     pub coupled: Option<Product<Transport>>,
-    pub solved: Option<Product<Solved>>,
+    pub solved: Option<Product<SolveProducts>>,
     pub textures: Option<Product<Vec<Texture>>>,
-    /// Of each of `Stage::ALL` what it took to make it, in this run or before.
+    /// Seconds that each of `Stage::ALL` took, in the run that did it.
     pub secs: [f64; 5],
-    /// Not everything was taken over.
+    /// Whether this run made any of them itself.
     pub is_new: bool,
 }
 
-/// What a step came to, and what it had read.
+/// The product of a step, with the inputs that it was made from.
 pub(super) struct Product<T> {
-    pub of: Arc<Inputs>,
-    pub it: Arc<T>,
+    pub inputs: Arc<Inputs>,
+    pub value: Arc<T>,
 }
 
 impl<T> Clone for Product<T> {
     fn clone(&self) -> Self {
-        Self { of: self.of.clone(), it: self.it.clone() }
+        Self { inputs: self.inputs.clone(), value: self.value.clone() }
     }
 }
 
-/// What every pixel sees.
-pub(super) struct Sight {
+/// The ray caster and the visibility buffers of all photographs.
+pub(super) struct Visibility {
     pub caster: RayCaster,
-    pub lines: Sightlines,
+    pub buffers: VisibilityCache,
 }
 
-/// The samples, and what comes of the photographs with them.
-pub(super) struct Placed {
+/// The samples, and what is computed from them about the photographs.
+pub(super) struct SampleProducts {
     pub cloud: Arc<SampleCloud>,
-    /// The gains that were looked for to be divided out.
+    /// Gains of the photographs; only where they are divided out.
     pub gains: Vec<Gain>,
-    /// The photographs without telling gains, where there were any.
+    /// The photographs divided by these gains, where any differs enough from 1.
     pub corrected: Option<Vec<Photograph>>,
-    /// Eq. 11, by material.
+    /// Diffuse reflectance per material to start from (Eq. 11).
     pub start: Vec<Option<Rgb>>,
 }
 
 /// Virtual lights and their lobes.
-pub(super) struct Lit {
+pub(super) struct LightProducts {
     pub lights: Arc<VirtualLights>,
     pub lobes: Arc<Lobes>,
 }
 
-/// What the solve comes to.
+/// The products of the solve.
 #[derive(Clone)]
-pub(super) struct Solved {
+pub(super) struct SolveProducts {
     pub lights: Arc<VirtualLights>,
     pub lobes: Arc<Lobes>,
     pub transport: Arc<Transport>,
@@ -166,24 +168,24 @@ pub(super) struct Solved {
     pub solution: Arc<Solution>,
 }
 
-impl Made {
-    /// What a step had read; `None` where it was not done.
-    fn of(&self, step: Step) -> Option<&Inputs> {
-        let of = match step {
-            Step::Sight => self.sight.as_ref().map(|product| &product.of),
-            Step::Samples => self.samples.as_ref().map(|product| &product.of),
-            Step::Gathered => self.gathered.as_ref().map(|product| &product.of),
-            Step::Lights => self.lights.as_ref().map(|product| &product.of),
-            Step::Coupled => self.coupled.as_ref().map(|product| &product.of),
-            Step::Solved => self.solved.as_ref().map(|product| &product.of),
-            Step::Textures => self.textures.as_ref().map(|product| &product.of),
+impl RunProducts {
+    /// The inputs of a step; `None` where it was not done.
+    fn inputs(&self, step: Step) -> Option<&Inputs> {
+        let inputs = match step {
+            Step::Visibility => self.visibility.as_ref().map(|product| &product.inputs),
+            Step::Samples => self.samples.as_ref().map(|product| &product.inputs),
+            Step::Gathered => self.gathered.as_ref().map(|product| &product.inputs),
+            Step::Lights => self.lights.as_ref().map(|product| &product.inputs),
+            Step::Coupled => self.coupled.as_ref().map(|product| &product.inputs),
+            Step::Solved => self.solved.as_ref().map(|product| &product.inputs),
+            Step::Textures => self.textures.as_ref().map(|product| &product.inputs),
         };
-        of.map(Arc::as_ref)
+        inputs.map(Arc::as_ref)
     }
 
-    /// Whether a step was done with these, and all that it builds on.
+    /// Whether a step, and every step that it builds on, was done with these inputs.
     pub(super) fn holds(&self, step: Step, method: Method, inputs: &[Arc<Inputs>; 7]) -> bool {
-        self.of(step).is_some_and(|of| of.are(&inputs[step as usize]))
+        self.inputs(step).is_some_and(|own| own.same_as(&inputs[step as usize]))
             && step.builds_on(method).iter().all(|&below| self.holds(below, method, inputs))
     }
 }

@@ -1,10 +1,10 @@
-//! What time a run takes, stage by stage, and what is told of it.
+//! Seconds of each stage of a run, and the updates that a stage begins or is reused.
 
 use std::time::Instant;
 
 use crate::reconstruct::{Stage, Update};
 
-/// Seconds of every stage, and the word to the outside that one begins, or is kept.
+/// Measures the seconds of every stage, and sends an update when one begins or is reused.
 pub(super) struct Clock<'a> {
     update: &'a (dyn Fn(Update) + Sync),
     current: Option<(Stage, Instant)>,
@@ -22,12 +22,12 @@ impl<'a> Clock<'a> {
         (self.update)(Update::Stage(stage));
     }
 
-    /// A stage is taken over, which once took that long.
+    /// A stage is taken over from a run with these seconds.
     pub(super) fn keep(&mut self, stage: Stage, secs: &mut [f64; 5], earlier: &[f64; 5]) {
         self.stop(secs);
         secs[stage as usize] = earlier[stage as usize];
         self.kept[stage as usize] = true;
-        (self.update)(Update::Kept(stage));
+        (self.update)(Update::Reused(stage));
     }
 
     pub(super) fn stop(&mut self, secs: &mut [f64; 5]) {

@@ -182,16 +182,16 @@ impl Glossy {
         sample: usize,
         towards_camera: Vec3,
     ) -> Self {
-        let site = &cloud.samples[sample];
+        let point = &cloud.samples[sample];
         // The ideal specular direction: γ between it and ω_i equals γ of Eq. 12.
-        let mirror = mirrored(towards_camera, site.normal);
+        let mirror = mirrored(towards_camera, point.normal);
         let mut glossy = Self {
             mirror,
             light_log_cosine: Vec::new(),
             record_log_cosine: Vec::new(),
             record_irradiance: Default::default(),
         };
-        glossy.set_lights(site, lights);
+        glossy.set_lights(point, lights);
         for record in transport.records_of(sample) {
             let log = log_cosine(mirror, record.direction);
             if log > f32::NEG_INFINITY {

@@ -10,7 +10,7 @@ use crate::math::sampling::{
 use crate::options;
 use crate::reconstruct::Stream;
 use crate::reconstruct::samples::{SampleCloud, spacing_for};
-use crate::scene::{Site, Views};
+use crate::scene::{SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -133,49 +133,58 @@ impl VirtualLight {
         0.5 * (n + 2.0) * cosine.powf(n)
     }
 
-    /// V(x, A_i): the fraction of the light that a site sees, by `side`² jittered rays.
-    pub fn visibility(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
+    /// V(x, A_i): the fraction of the light that a surface point sees, by `side`² jittered rays.
+    pub fn visibility(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        side: usize,
+        random: &mut Random,
+    ) -> f32 {
         // The sun is smaller than the angle that samples resolve.
         let side = if self.kind == LightKind::Sun { 1 } else { side };
         let discs: Vec<Vec2> = stratified(side, random).map(square_to_disc).collect();
-        self.visible_part(views, site, &discs)
+        self.visible_part(views, point, &discs)
     }
 
     /// The same by rays to places of the light that points of the unit disc stand for.
-    pub fn visible_part(&self, views: &Views, site: Site, discs: &[Vec2]) -> f32 {
-        let frame = self.frame(site);
-        let free = discs.iter().filter(|&&disc| self.is_free(views, site, frame, disc)).count();
+    pub fn visible_part(&self, views: &Views, point: SurfacePoint, discs: &[Vec2]) -> f32 {
+        let frame = self.frame(point);
+        let free = discs.iter().filter(|&&disc| self.is_free(views, point, frame, disc)).count();
         free as f32 / discs.len() as f32
     }
 
-    /// Whether a site sees the place of the light that a point of the unit square stands for.
-    pub fn is_seen(&self, views: &Views, site: Site, square: Vec2) -> bool {
-        self.is_free(views, site, self.frame(site), square_to_disc(square))
+    /// Whether a surface point sees the place of the light that a point of the unit square stands
+    /// for.
+    pub fn is_seen(&self, views: &Views, point: SurfacePoint, square: Vec2) -> bool {
+        self.is_free(views, point, self.frame(point), square_to_disc(square))
     }
 
     /// About the direction that the light's disc faces.
-    fn frame(&self, site: Site) -> Frame {
+    fn frame(&self, point: SurfacePoint) -> Frame {
         Frame::about(match self.kind {
-            // A ball shows every site the same disc.
-            LightKind::Lamp => self.direction_from(site.position),
+            // A ball shows every surface point the same disc.
+            LightKind::Lamp => self.direction_from(point.position),
             _ => self.normal,
         })
     }
 
-    fn is_free(&self, views: &Views, site: Site, frame: Frame, disc: Vec2) -> bool {
+    fn is_free(&self, views: &Views, point: SurfacePoint, frame: Frame, disc: Vec2) -> bool {
         if self.is_distant() {
             let spread = (0.5 * self.half_angle).sin() * disc;
             let height = 1.0 - 2.0 * spread.length_squared();
             let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
             let direction =
                 -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
-            direction.dot(site.normal) > 0.0 && !views.caster.occluded(&views.ray(site, direction))
+            direction.dot(point.normal) > 0.0
+                && !views.caster.occluded(&views.ray(point, direction))
         } else {
             let out = frame.tangent * disc.x + frame.bitangent * disc.y;
             let target = self.position + self.radius_m * out;
-            // The part of a disc below a site's horizon is hidden by the site's own surface.
-            let above = (target - site.position).dot(site.normal) > 0.0;
-            above && views.is_free(site, target)
+            // The part of a disc below a surface point's horizon is hidden by the surface point's
+            // own surface.
+            let above = (target - point.position).dot(point.normal) > 0.0;
+            above && views.is_free(point, target)
         }
     }
 }
@@ -205,17 +214,17 @@ pub fn place(
             watch.tick()?;
             let mut random = Random::new(seed, Stream::Lights as u64, index as u64);
             let frame = Frame::about(sample.normal);
-            let site = sample.site();
+            let point = sample.surface_point();
             let squares: Vec<_> = stratified(side, &mut random).collect();
             let place = |square| {
-                let ray = views.ray(site, frame.to_world(square_to_uniform_hemisphere(square)));
+                let ray = views.ray(point, frame.to_world(square_to_uniform_hemisphere(square)));
                 let (kind, position, normal) = match views.caster.closest(&ray) {
                     Some(hit) => {
-                        let site = views.site(&ray, &hit);
-                        if views.is_measured(site) {
+                        let point = views.surface_point(&ray, &hit);
+                        if views.is_measured(point) {
                             return None;
                         }
-                        (LightKind::Surface, site.position, site.normal)
+                        (LightKind::Surface, point.position, point.normal)
                     }
                     None => {
                         let offset = ray.origin - sphere_center;

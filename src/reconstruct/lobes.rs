@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::math::sampling::{Frame, square_to_uniform_hemisphere};
 use crate::options;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
-use crate::scene::{Site, Views};
+use crate::scene::{SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -124,18 +124,18 @@ pub fn coverage(
     watch: &Watch,
 ) -> Result<CoverageMask, Cancelled> {
     let frame = Frame::about(light.normal);
-    let site = Site { position: light.position, normal: light.normal };
+    let point = SurfacePoint { position: light.position, normal: light.normal };
     let rows: Vec<Vec<bool>> = (0..side)
         .into_par_iter()
         .map(|y| {
             watch.tick()?;
             let pixel = |x: usize| {
                 let square = (Vec2::new(x as f32, y as f32) + 0.5) / side as f32;
-                let ray = views.ray(site, frame.to_world(square_to_uniform_hemisphere(square)));
+                let ray = views.ray(point, frame.to_world(square_to_uniform_hemisphere(square)));
                 views
                     .caster
                     .closest(&ray)
-                    .is_some_and(|hit| views.is_measured(views.site(&ray, &hit)))
+                    .is_some_and(|hit| views.is_measured(views.surface_point(&ray, &hit)))
             };
             Ok((0..side).map(pixel).collect())
         })

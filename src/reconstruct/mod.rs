@@ -2,8 +2,8 @@
 //!
 //! [`run`] is a straight line of stages, each a function from plain data to plain data:
 //! samples (4.1), virtual lights and lobes (4.2), transport (5.1), the refinement of
-//! reflectances and emissions (5.2 to 5.4), textures (5.5). [`run_keeping`] is the same line, but
-//! takes over what an earlier run has made of the same ([`kept`]).
+//! reflectances and emissions (5.2 to 5.4), textures (5.5). [`run_cached`] is the same line, but
+//! takes products over from earlier runs of the same inputs ([`cache`]).
 
 mod checks;
 mod clock;
@@ -11,7 +11,7 @@ pub mod emission;
 pub mod equations;
 pub mod gain;
 pub mod joint;
-pub mod kept;
+pub mod cache;
 pub mod lights;
 pub mod lobes;
 pub mod normalize;
@@ -32,9 +32,9 @@ use std::sync::Arc;
 
 use crate::geometry::spaced::TooManyPoints;
 use crate::options::OptionError;
+use crate::reconstruct::cache::RunProducts;
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::gain::Gain;
-use crate::reconstruct::kept::Made;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::reads::Inputs;
@@ -47,7 +47,7 @@ use crate::scene::Capture;
 use crate::solve::bounded::BoundedError;
 use crate::watch::{Cancelled, Watch};
 
-pub use kept::Keeper;
+pub use cache::StageCache;
 pub use options::{Method, Options};
 pub use predict::Predicted;
 pub use quality::Quality;
@@ -95,8 +95,8 @@ pub(crate) enum Stream {
 #[derive(Clone, Debug)]
 pub enum Update {
     Stage(Stage),
-    /// A stage is not done again; what an earlier run made there follows.
-    Kept(Stage),
+    /// A stage is not done again; its products from an earlier run follow.
+    Reused(Stage),
     Samples(Arc<SampleCloud>),
     Lights(Arc<VirtualLights>, Arc<Lobes>),
     Transport(Arc<Transport>),
@@ -201,7 +201,7 @@ pub fn run_withholding(
         options,
         inputs: Inputs::whole(capture, options),
         earlier: Vec::new(),
-        made: Made::default(),
+        products: RunProducts::default(),
         withheld,
         watch,
         update,
@@ -209,12 +209,12 @@ pub fn run_withholding(
     .perform()
 }
 
-/// As [`run`], to the same bytes, but beginning at the first stage that differs from what earlier
-/// runs with this keeper made.
-pub fn run_keeping(
+/// As [`run`], to the same bytes, but beginning at the first stage whose inputs differ from those
+/// of the runs in the stage cache.
+pub fn run_cached(
     capture: &Capture,
     options: &Options,
-    keeper: &Keeper,
+    stage_cache: &StageCache,
     watch: &Watch,
     update: &(dyn Fn(Update) + Sync),
 ) -> Result<Reconstruction, Error> {
@@ -222,16 +222,16 @@ pub fn run_keeping(
         capture,
         options,
         inputs: Inputs::of_all(capture, options),
-        earlier: keeper.earlier(),
-        made: Made::default(),
+        earlier: stage_cache.earlier(),
+        products: RunProducts::default(),
         withheld: None,
         watch,
         update,
     };
     let result = run.perform();
     match &result {
-        Ok(_) => keeper.ended(run.made),
-        Err(_) => keeper.stopped(run.made),
+        Ok(_) => stage_cache.ended(run.products),
+        Err(_) => stage_cache.stopped(run.products),
     }
     Ok(result?.0)
 }

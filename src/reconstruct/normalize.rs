@@ -77,13 +77,13 @@ pub fn initial_diffuse(
     watch: &Watch,
 ) -> Result<Vec<Option<Rgb>>, Cancelled> {
     let mut normalizations = vec![None; views.capture.photographs.len()];
-    let of_maps: Vec<Normalization> = views
-        .maps
+    let of_buffers: Vec<Normalization> = views
+        .buffers
         .par_iter()
-        .map(|map| Normalization::of(map.image, watch))
+        .map(|buffer| Normalization::of(buffer.image, watch))
         .collect::<Result<_, Cancelled>>()?;
-    for (map, normalization) in views.maps.iter().zip(of_maps) {
-        normalizations[map.photograph] = Some(normalization);
+    for (buffer, normalization) in views.buffers.iter().zip(of_buffers) {
+        normalizations[buffer.photograph] = Some(normalization);
     }
     let mut sums = vec![([0.0f64; CHANNELS], 0.0f64); views.capture.materials.len()];
     for sample in &cloud.samples {

@@ -14,7 +14,7 @@ use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::TextureOptions;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::transport::HiddenLight;
+use crate::reconstruct::transport::PatchRadiosity;
 use crate::scene::Views;
 use crate::watch::{Cancelled, Watch};
 
@@ -43,12 +43,17 @@ pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> V
 pub(super) fn radiance(
     views: &Views,
     samples: Vec<Sample>,
-    (lights, lobes, hidden_light, solution): (&VirtualLights, &Lobes, &HiddenLight, &Solution),
+    (lights, lobes, patch_radiosity, solution): (
+        &VirtualLights,
+        &Lobes,
+        &PatchRadiosity,
+        &Solution,
+    ),
     options: &Options,
     watch: &Watch,
 ) -> Result<Vec<Predicted>, Cancelled> {
     let light =
-        Light::new(lights, lobes, hidden_light, solution, options, options.general.seed as u64);
+        Light::new(lights, lobes, patch_radiosity, solution, options, options.general.seed as u64);
     let rays = TextureOptions {
         rays: options.transport.rays,
         disc_rays: options.transport.disc_rays,
@@ -62,7 +67,7 @@ pub(super) fn radiance(
                 .as_ref()
                 .filter(|reflectance| reflectance.specular.iter().all(|&s| s == 0.0));
             Ok(reflectance.map(|reflectance| {
-                let irradiance = light.at(views, sample.site(), &rays);
+                let irradiance = light.at(views, sample.surface_point(), &rays);
                 let computed = std::array::from_fn(|c| reflectance.diffuse[c] * irradiance[c] / PI);
                 Predicted { measured: sample.radiance.map(f64::from), computed }
             }))

@@ -1,13 +1,13 @@
-//! What every step of a run reads: the one place that says so.
+//! What every step of a run reads: the table that the stage cache relies on.
 //!
-//! A step is handed what stands here and nothing else, so that what it comes to cannot depend on
-//! an option or a tag that is missing; two runs in which all of this is alike for a step, and for
-//! the steps that it builds on, come to the same bytes there.
+//! A step is handed only what this table lists, so that its product cannot depend on an option or
+//! tag that is missing here. Where all of it is the same in two runs, for a step and for the steps
+//! that it builds on, both runs give the same bytes there.
 //!
 //! | step | stage | builds on | options | of the capture |
 //! |---|---|---|---|---|
-//! | sight: what every pixel sees | samples | | | mesh, cameras, which photographs measure |
-//! | samples, Eq. 11 | samples | sight | seed, `samples`, whether `photographs.gain = apply` | photographs, which surface is of which material; kinds with `photographs.gain = apply` |
+//! | visibility: which surface every pixel sees | samples | | | mesh, cameras, which photographs measure |
+//! | samples, Eq. 11 | samples | visibility | seed, `samples`, whether `photographs.gain = apply` | photographs, which surface is of which material; kinds with `photographs.gain = apply` |
 //! | gathered: light of photographed surfaces | transport | samples | seed, `transport.rays`, `transport.glossy_rays` | kinds of materials |
 //! | lights (method `paper`) | lights | samples | seed, `lights`, `lobes` | as samples |
 //! | coupled (`paper`) | transport | gathered, lights | seed, `transport.disc_rays`, `transport.falloff` | known lights |
@@ -26,10 +26,10 @@ use crate::reconstruct::transport::TransportOptions;
 use crate::reconstruct::{Method, Options, Stage};
 use crate::scene::{Capture, Material, MaterialKind};
 
-/// A part of a run whose product can be kept.
+/// A part of a run whose product can be cached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    Sight,
+    Visibility,
     Samples,
     Gathered,
     Lights,
@@ -40,7 +40,7 @@ pub(super) enum Step {
 
 impl Step {
     pub(super) const ALL: [Self; 7] = [
-        Self::Sight,
+        Self::Visibility,
         Self::Samples,
         Self::Gathered,
         Self::Lights,
@@ -52,8 +52,8 @@ impl Step {
     /// The steps whose products this one is handed as well.
     pub(super) fn builds_on(self, method: Method) -> &'static [Self] {
         match (self, method) {
-            (Self::Sight, _) => &[],
-            (Self::Samples, _) => &[Self::Sight],
+            (Self::Visibility, _) => &[],
+            (Self::Samples, _) => &[Self::Visibility],
             (Self::Gathered | Self::Lights, _) => &[Self::Samples],
             (Self::Coupled, _) => &[Self::Gathered, Self::Lights],
             (Self::Solved, Method::Joint) => &[Self::Gathered],
@@ -75,7 +75,8 @@ impl Step {
     }
 }
 
-/// What a step is handed; all else is as in an empty capture and as by default.
+/// The inputs of a step: what it does not read is empty in the capture and at its default in the
+/// options.
 #[derive(Clone, Debug)]
 pub(super) struct Inputs {
     pub capture: Capture,
@@ -91,7 +92,7 @@ impl Inputs {
         let general = GeneralOptions { method: own.general.method, ..seed.clone() };
         let seeded = Options { general: seed, ..none.clone() };
         match step {
-            Step::Sight => Self { capture: photographed(capture), options: none },
+            Step::Visibility => Self { capture: photographed(capture), options: none },
             Step::Samples => Self {
                 capture: assigned(capture, own.photographs.gain == GainUse::Apply),
                 options: Options {
@@ -181,10 +182,10 @@ impl Inputs {
         Step::ALL.map(|step| Arc::new(Self::of(step, capture, options)))
     }
 
-    /// Whether a step comes to the same with these. Mesh and images are compared as what they are
-    /// held by, not by what is in them: read again from a file they are others.
-    pub(super) fn are(&self, other: &Self) -> bool {
-        // Taken apart, so that a field that is added is not forgotten here.
+    /// Whether these are the same inputs. Mesh and images are compared by their address, not by
+    /// their contents: read again from a file they count as others.
+    pub(super) fn same_as(&self, other: &Self) -> bool {
+        // Destructured, so that a field that is added cannot be forgotten here.
         let Capture { name, mesh, surfaces, photographs, materials, lights, environment, warnings } =
             &self.capture;
         let capture = &other.capture;

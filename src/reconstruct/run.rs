@@ -1,16 +1,18 @@
-//! One run: the steps in a straight line, each done, or taken over from an earlier run.
+//! One run: the steps in a straight line, each done, or its product taken from the stage cache.
 
 use std::sync::Arc;
 
 use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::Rgb;
+use crate::reconstruct::cache::{
+    LightProducts, Product, RunProducts, SampleProducts, SolveProducts, Visibility,
+};
 use crate::reconstruct::checks::{
     LOWER_JOINT, LOWER_PAPER, SolveSize, check_size, check_start, warn,
 };
 use crate::reconstruct::clock::Clock;
 use crate::reconstruct::equations::{self, Equations, Reflectance};
 use crate::reconstruct::gain::{self, GainUse};
-use crate::reconstruct::kept::{Lit, Made, Placed, Product, Sight, Solved};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::predict::{self, Predicted};
 use crate::reconstruct::reads::{Inputs, Step};
@@ -23,23 +25,23 @@ use crate::reconstruct::{
 use crate::scene::{Capture, Views};
 use crate::watch::Watch;
 
-/// A run on its way.
+/// A run in progress.
 pub(super) struct Run<'a> {
     pub capture: &'a Capture,
     pub options: &'a Options,
     /// What each step is handed, in the order of `Step::ALL`.
     pub inputs: [Arc<Inputs>; 7],
-    /// What may be taken over.
-    pub earlier: Vec<Made>,
-    pub made: Made,
-    /// The part of all blocks whose samples are taken out, by its number.
+    /// Products of earlier runs, which may be taken over.
+    pub earlier: Vec<RunProducts>,
+    pub products: RunProducts,
+    /// The quarter of all blocks, by its number, whose samples are withheld to be predicted.
     pub withheld: Option<usize>,
     pub watch: &'a Watch,
     pub update: &'a (dyn Fn(Update) + Sync),
 }
 
 impl Run<'_> {
-    /// All steps; what is done of them is in `made`, whatever the end.
+    /// All steps; what is done of them is in `products`, whether or not the run succeeds.
     pub(super) fn perform(&mut self) -> Result<(Reconstruction, Vec<Predicted>), Error> {
         self.options.check()?;
         check_start(self.capture, self.options)?;
@@ -47,20 +49,20 @@ impl Run<'_> {
             return Err(Error::NoMeasurement);
         }
         let mut clock = Clock::new(self.update);
-        let (placed, unseen) = self.samples(&mut clock)?;
+        let (placed, withheld) = self.samples(&mut clock)?;
         let solved = match self.options.general.method {
             Method::Joint => self.joint(&placed, &mut clock)?,
             Method::Paper => self.paper(&placed, &mut clock)?,
         };
         let textures = self.textures(&placed, &solved, &mut clock)?;
-        clock.stop(&mut self.made.secs);
+        clock.stop(&mut self.products.secs);
 
         let capture = corrected(self.capture, &placed);
-        let sight = self.sight()?;
-        let views = Views::along(&capture, &sight.caster, &sight.lines);
-        let Solved { lights, lobes, transport, equations, solution } = (*solved).clone();
-        let light = (&*lights, &*lobes, &transport.hidden_light, &*solution);
-        let predicted = predict::radiance(&views, unseen, light, self.options, self.watch)?;
+        let visibility = self.visibility()?;
+        let views = Views::with_visibility(&capture, &visibility.caster, &visibility.buffers);
+        let SolveProducts { lights, lobes, transport, equations, solution } = (*solved).clone();
+        let light = (&*lights, &*lobes, &transport.patch_radiosity, &*solution);
+        let predicted = predict::radiance(&views, withheld, light, self.options, self.watch)?;
         let gains = match self.options.photographs.gain {
             GainUse::Off => Vec::new(),
             GainUse::Report => gain::estimate(&capture, &placed.cloud),
@@ -78,7 +80,7 @@ impl Run<'_> {
             solution,
             textures,
             gains,
-            seconds: self.made.secs,
+            seconds: self.products.secs,
             kept: clock.kept,
             warnings,
         };
@@ -89,94 +91,97 @@ impl Run<'_> {
         self.inputs[step as usize].clone()
     }
 
-    fn product<T>(&mut self, step: Step, it: T) -> Product<T> {
-        self.made.is_new = true;
-        Product { of: self.inputs(step), it: Arc::new(it) }
+    fn product<T>(&mut self, step: Step, value: T) -> Product<T> {
+        self.products.is_new = true;
+        Product { inputs: self.inputs(step), value: Arc::new(value) }
     }
 
-    /// An earlier run that did this step with the same.
-    fn earlier(&self, step: Step) -> Option<Made> {
+    /// An earlier run that did this step with the same inputs.
+    fn earlier(&self, step: Step) -> Option<RunProducts> {
         let method = self.options.general.method;
-        self.earlier.iter().find(|made| made.holds(step, method, &self.inputs)).cloned()
+        self.earlier.iter().find(|run| run.holds(step, method, &self.inputs)).cloned()
     }
 
-    /// A stage's product as an earlier run made it, and that run; without one the stage begins.
+    /// A stage's product from an earlier run, and that run; where there is none the stage begins.
     fn kept<T>(
         &mut self,
         step: Step,
         stage: Stage,
-        product: fn(&mut Made) -> Option<Product<T>>,
+        product: fn(&mut RunProducts) -> Option<Product<T>>,
         clock: &mut Clock,
-    ) -> Option<(Product<T>, Made)> {
-        if let Some(mut made) = self.earlier(step)
-            && let Some(found) = product(&mut made)
+    ) -> Option<(Product<T>, RunProducts)> {
+        if let Some(mut run) = self.earlier(step)
+            && let Some(found) = product(&mut run)
         {
-            clock.keep(stage, &mut self.made.secs, &made.secs);
-            return Some((found, made));
+            clock.keep(stage, &mut self.products.secs, &run.secs);
+            return Some((found, run));
         }
-        clock.begin(stage, &mut self.made.secs);
+        clock.begin(stage, &mut self.products.secs);
         None
     }
 
-    /// Works with the photographs as they were measured with, and with what a step is handed.
+    /// Calls `work` with the visibility buffers over the corrected photographs, and with the inputs
+    /// of a step.
     fn with_views<T>(
         &mut self,
         step: Step,
-        placed: &Placed,
+        placed: &SampleProducts,
         work: impl FnOnce(&Views, &Inputs) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let (inputs, sight) = (self.inputs(step), self.sight()?);
+        let (inputs, visibility) = (self.inputs(step), self.visibility()?);
         let capture = corrected(&inputs.capture, placed);
-        work(&Views::along(&capture, &sight.caster, &sight.lines), &inputs)
+        work(&Views::with_visibility(&capture, &visibility.caster, &visibility.buffers), &inputs)
     }
 
-    /// What every pixel sees.
-    fn sight(&mut self) -> Result<Arc<Sight>, Error> {
-        if self.made.sight.is_none() {
-            self.made.sight = self.earlier(Step::Sight).and_then(|made| made.sight);
+    /// The ray caster and the visibility buffers.
+    fn visibility(&mut self) -> Result<Arc<Visibility>, Error> {
+        if self.products.visibility.is_none() {
+            self.products.visibility =
+                self.earlier(Step::Visibility).and_then(|run| run.visibility);
         }
-        if let Some(sight) = &self.made.sight {
-            return Ok(sight.it.clone());
+        if let Some(visibility) = &self.products.visibility {
+            return Ok(visibility.value.clone());
         }
-        let inputs = self.inputs(Step::Sight);
+        let inputs = self.inputs(Step::Visibility);
         let mesh = &inputs.capture.mesh;
         let caster = RayCaster::build(&mesh.positions, &mesh.triangles);
-        let lines = Views::new(&inputs.capture, &caster, self.watch)?.lines();
-        let sight = self.product(Step::Sight, Sight { caster, lines });
-        Ok(self.made.sight.insert(sight).it.clone())
+        let buffers = Views::new(&inputs.capture, &caster, self.watch)?.visibility();
+        let visibility = self.product(Step::Visibility, Visibility { caster, buffers });
+        Ok(self.products.visibility.insert(visibility).value.clone())
     }
 
-    /// Samples and Eq. 11; also the samples that were taken out.
-    fn samples(&mut self, clock: &mut Clock) -> Result<(Arc<Placed>, Vec<Sample>), Error> {
-        let mut unseen = Vec::new();
-        let kept = self.kept(Step::Samples, Stage::Samples, |made| made.samples.take(), clock);
-        let placed = if let Some((placed, made)) = kept {
-            self.made.sight = made.sight;
+    /// Samples and Eq. 11; also the samples that were withheld.
+    fn samples(&mut self, clock: &mut Clock) -> Result<(Arc<SampleProducts>, Vec<Sample>), Error> {
+        let mut withheld = Vec::new();
+        let kept = self.kept(Step::Samples, Stage::Samples, |run| run.samples.take(), clock);
+        let placed = if let Some((placed, run)) = kept {
+            self.products.visibility = run.visibility;
             placed
         } else {
-            let placed = self.place(&mut unseen)?;
+            let placed = self.place(&mut withheld)?;
             self.product(Step::Samples, placed)
         };
-        let placed = self.made.samples.insert(placed).it.clone();
+        let placed = self.products.samples.insert(placed).value.clone();
         (self.update)(Update::Samples(placed.cloud.clone()));
-        Ok((placed, unseen))
+        Ok((placed, withheld))
     }
 
-    fn place(&mut self, unseen: &mut Vec<Sample>) -> Result<Placed, Error> {
-        let (sight, watch) = (self.sight()?, self.watch);
+    fn place(&mut self, withheld: &mut Vec<Sample>) -> Result<SampleProducts, Error> {
+        let (visibility, watch) = (self.visibility()?, self.watch);
         let inputs = self.inputs(Step::Samples);
         let (options, seed) = (&inputs.options, seed(&inputs));
-        let mut views = Views::along(&inputs.capture, &sight.caster, &sight.lines);
+        let mut views =
+            Views::with_visibility(&inputs.capture, &visibility.caster, &visibility.buffers);
         let mut cloud = samples::place(&views, &options.samples, seed, watch)?;
         let applies = options.photographs.gain == GainUse::Apply;
         let gains = if applies { gain::estimate(&inputs.capture, &cloud) } else { Vec::new() };
         let corrected = gain::corrected(&inputs.capture, &gains);
         if let Some(corrected) = &corrected {
-            views = Views::along(corrected, &sight.caster, &sight.lines);
+            views = Views::with_visibility(corrected, &visibility.caster, &visibility.buffers);
             cloud = samples::place(&views, &options.samples, seed, watch)?;
         }
         if let Some(part) = self.withheld {
-            *unseen = predict::withhold(&views, &mut cloud, part);
+            *withheld = predict::withhold(&views, &mut cloud, part);
         }
         if cloud.samples.is_empty() {
             return Err(if views.shows_anything() {
@@ -187,13 +192,13 @@ impl Run<'_> {
         }
         let start = normalize::initial_diffuse(&views, &cloud, watch)?;
         let corrected = corrected.map(|capture| capture.photographs);
-        Ok(Placed { cloud: Arc::new(cloud), gains, corrected, start })
+        Ok(SampleProducts { cloud: Arc::new(cloud), gains, corrected, start })
     }
 
     /// The light that photographed surfaces send to the samples.
-    fn gather(&mut self, placed: &Placed) -> Result<Arc<Transport>, Error> {
-        if let Some(gathered) = self.earlier(Step::Gathered).and_then(|made| made.gathered) {
-            return Ok(self.made.gathered.insert(gathered).it.clone());
+    fn gather(&mut self, placed: &SampleProducts) -> Result<Arc<Transport>, Error> {
+        if let Some(gathered) = self.earlier(Step::Gathered).and_then(|run| run.gathered) {
+            return Ok(self.products.gathered.insert(gathered).value.clone());
         }
         let watch = self.watch;
         let gathered = self.with_views(Step::Gathered, placed, |views, inputs| {
@@ -201,26 +206,30 @@ impl Run<'_> {
             Ok(transport::photographed(views, &placed.cloud, options, seed(inputs), watch)?)
         })?;
         let gathered = self.product(Step::Gathered, gathered);
-        Ok(self.made.gathered.insert(gathered).it.clone())
+        Ok(self.products.gathered.insert(gathered).value.clone())
     }
 
     /// The joint method: the lights are part of what is solved for, so they come last.
-    fn joint(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Solved>, Error> {
+    fn joint(
+        &mut self,
+        placed: &SampleProducts,
+        clock: &mut Clock,
+    ) -> Result<Arc<SolveProducts>, Error> {
         let joint = &self.options.joint;
         let size = self.solve_size(placed, joint.largest_set(), joint.light_sets);
         check_size(&size, LOWER_JOINT)?;
-        if let Some(made) = self.earlier(Step::Gathered) {
-            clock.keep(Stage::Transport, &mut self.made.secs, &made.secs);
+        if let Some(run) = self.earlier(Step::Gathered) {
+            clock.keep(Stage::Transport, &mut self.products.secs, &run.secs);
         } else {
-            clock.begin(Stage::Transport, &mut self.made.secs);
+            clock.begin(Stage::Transport, &mut self.products.secs);
         }
         let gathered = self.gather(placed)?;
-        let kept = self.kept(Step::Solved, Stage::Solve, |made| made.solved.take(), clock);
-        if let Some((solved, made)) = kept {
-            self.tell_iterations(&solved.it);
-            clock.keep(Stage::Lights, &mut self.made.secs, &made.secs);
-            self.tell_lights(&solved.it);
-            return Ok(self.made.solved.insert(solved).it.clone());
+        let kept = self.kept(Step::Solved, Stage::Solve, |run| run.solved.take(), clock);
+        if let Some((solved, run)) = kept {
+            self.tell_iterations(&solved.value);
+            clock.keep(Stage::Lights, &mut self.products.secs, &run.secs);
+            self.tell_lights(&solved.value);
+            return Ok(self.products.solved.insert(solved).value.clone());
         }
         let (update, watch, cloud) = (self.update, self.watch, &placed.cloud);
         let (outcome, equations) = self.with_views(Step::Solved, placed, |views, inputs| {
@@ -240,16 +249,16 @@ impl Run<'_> {
             Ok((outcome, equations))
         })?;
 
-        clock.begin(Stage::Lights, &mut self.made.secs);
+        clock.begin(Stage::Lights, &mut self.products.secs);
         let transport = Transport {
             irradiance: outcome.irradiance,
-            hidden_light: outcome.hidden_light,
+            patch_radiosity: outcome.patch_radiosity,
             coupling: outcome.coupling,
             // What is shared, and a number for each sample.
             ..Transport::clone(&gathered)
         };
         let equations = equations.with_lights(cloud, &outcome.set.lights);
-        let solved = Solved {
+        let solved = SolveProducts {
             lights: Arc::new(outcome.set.lights),
             lobes: Arc::new(outcome.set.lobes),
             transport: Arc::new(transport),
@@ -258,20 +267,24 @@ impl Run<'_> {
         };
         self.tell_lights(&solved);
         let solved = self.product(Step::Solved, solved);
-        Ok(self.made.solved.insert(solved).it.clone())
+        Ok(self.products.solved.insert(solved).value.clone())
     }
 
     /// The paper's method: lights are placed first, and light and reflectances refined in turn.
-    fn paper(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Solved>, Error> {
+    fn paper(
+        &mut self,
+        placed: &SampleProducts,
+        clock: &mut Clock,
+    ) -> Result<Arc<SolveProducts>, Error> {
         let lit = self.lights(placed, clock)?;
         (self.update)(Update::Lights(lit.lights.clone(), lit.lobes.clone()));
         check_size(&self.solve_size(placed, lit.lobes.lobes.len(), 1), LOWER_PAPER)?;
         let coupled = self.couple(placed, &lit, clock)?;
         (self.update)(Update::Transport(coupled.clone()));
-        let kept = self.kept(Step::Solved, Stage::Solve, |made| made.solved.take(), clock);
+        let kept = self.kept(Step::Solved, Stage::Solve, |run| run.solved.take(), clock);
         if let Some((solved, _)) = kept {
-            self.tell_iterations(&solved.it);
-            return Ok(self.made.solved.insert(solved).it.clone());
+            self.tell_iterations(&solved.value);
+            return Ok(self.products.solved.insert(solved).value.clone());
         }
         let inputs = self.inputs(Step::Solved);
         let capture = corrected(&inputs.capture, placed);
@@ -295,7 +308,7 @@ impl Run<'_> {
             &|iteration| (self.update)(Update::Iteration(*iteration)),
             self.watch,
         )?;
-        let solved = Solved {
+        let solved = SolveProducts {
             lights: lit.lights.clone(),
             lobes: lit.lobes.clone(),
             transport: coupled,
@@ -303,35 +316,39 @@ impl Run<'_> {
             solution: Arc::new(solution),
         };
         let solved = self.product(Step::Solved, solved);
-        Ok(self.made.solved.insert(solved).it.clone())
+        Ok(self.products.solved.insert(solved).value.clone())
     }
 
-    fn lights(&mut self, placed: &Placed, clock: &mut Clock) -> Result<Arc<Lit>, Error> {
-        let kept = self.kept(Step::Lights, Stage::Lights, |made| made.lights.take(), clock);
+    fn lights(
+        &mut self,
+        placed: &SampleProducts,
+        clock: &mut Clock,
+    ) -> Result<Arc<LightProducts>, Error> {
+        let kept = self.kept(Step::Lights, Stage::Lights, |run| run.lights.take(), clock);
         if let Some((lit, _)) = kept {
-            return Ok(self.made.lights.insert(lit).it.clone());
+            return Ok(self.products.lights.insert(lit).value.clone());
         }
         let watch = self.watch;
         let lit = self.with_views(Step::Lights, placed, |views, inputs| {
             let (options, seed) = (&inputs.options, seed(inputs));
             let mut lights = lights::place(views, &placed.cloud, &options.lights, seed, watch)?;
             let lobes = Arc::new(lobes::choose(views, &mut lights, &options.lobes, watch)?);
-            Ok(Lit { lights: Arc::new(lights), lobes })
+            Ok(LightProducts { lights: Arc::new(lights), lobes })
         })?;
         let lit = self.product(Step::Lights, lit);
-        Ok(self.made.lights.insert(lit).it.clone())
+        Ok(self.products.lights.insert(lit).value.clone())
     }
 
     fn couple(
         &mut self,
-        placed: &Placed,
-        lit: &Lit,
+        placed: &SampleProducts,
+        lit: &LightProducts,
         clock: &mut Clock,
     ) -> Result<Arc<Transport>, Error> {
-        let kept = self.kept(Step::Coupled, Stage::Transport, |made| made.coupled.take(), clock);
-        if let Some((coupled, made)) = kept {
-            self.made.gathered = made.gathered;
-            return Ok(self.made.coupled.insert(coupled).it.clone());
+        let kept = self.kept(Step::Coupled, Stage::Transport, |run| run.coupled.take(), clock);
+        if let Some((coupled, run)) = kept {
+            self.products.gathered = run.gathered;
+            return Ok(self.products.coupled.insert(coupled).value.clone());
         }
         let (gathered, watch) = (self.gather(placed)?, self.watch);
         let coupling = self.with_views(Step::Coupled, placed, |views, inputs| {
@@ -348,18 +365,18 @@ impl Run<'_> {
         })?;
         let coupled = Transport { coupling, ..Transport::clone(&gathered) };
         let coupled = self.product(Step::Coupled, coupled);
-        Ok(self.made.coupled.insert(coupled).it.clone())
+        Ok(self.products.coupled.insert(coupled).value.clone())
     }
 
     fn textures(
         &mut self,
-        placed: &Placed,
-        solved: &Solved,
+        placed: &SampleProducts,
+        solved: &SolveProducts,
         clock: &mut Clock,
     ) -> Result<Arc<Vec<textures::Texture>>, Error> {
-        let kept = self.kept(Step::Textures, Stage::Textures, |made| made.textures.take(), clock);
+        let kept = self.kept(Step::Textures, Stage::Textures, |run| run.textures.take(), clock);
         if let Some((textures, _)) = kept {
-            return Ok(self.made.textures.insert(textures).it.clone());
+            return Ok(self.products.textures.insert(textures).value.clone());
         }
         let watch = self.watch;
         let textures = self.with_views(Step::Textures, placed, |views, inputs| {
@@ -368,7 +385,7 @@ impl Run<'_> {
                 &placed.cloud,
                 &solved.lights,
                 &solved.lobes,
-                &solved.transport.hidden_light,
+                &solved.transport.patch_radiosity,
                 &solved.solution,
                 &inputs.options,
                 seed(inputs),
@@ -376,10 +393,10 @@ impl Run<'_> {
             )
         })?;
         let textures = self.product(Step::Textures, textures);
-        Ok(self.made.textures.insert(textures).it.clone())
+        Ok(self.products.textures.insert(textures).value.clone())
     }
 
-    fn solve_size(&self, placed: &Placed, lobes: usize, light_sets: usize) -> SolveSize {
+    fn solve_size(&self, placed: &SampleProducts, lobes: usize, light_sets: usize) -> SolveSize {
         let views_per_sample = self.options.gloss.views_per_sample;
         SolveSize {
             samples: placed.cloud.samples.len(),
@@ -390,13 +407,13 @@ impl Run<'_> {
         }
     }
 
-    fn tell_iterations(&self, solved: &Solved) {
+    fn tell_iterations(&self, solved: &SolveProducts) {
         for iteration in &solved.solution.iterations {
             (self.update)(Update::Iteration(*iteration));
         }
     }
 
-    fn tell_lights(&self, solved: &Solved) {
+    fn tell_lights(&self, solved: &SolveProducts) {
         (self.update)(Update::Lights(solved.lights.clone(), solved.lobes.clone()));
         (self.update)(Update::Transport(solved.transport.clone()));
     }
@@ -407,7 +424,7 @@ fn seed(inputs: &Inputs) -> u64 {
 }
 
 /// The reflectances to start from: known ones, given ones, else Eq. 11.
-fn start(inputs: &Inputs, placed: &Placed) -> Vec<Option<Rgb>> {
+fn start(inputs: &Inputs, placed: &SampleProducts) -> Vec<Option<Rgb>> {
     let mut start = placed.start.clone();
     for (diffuse, material) in start.iter_mut().zip(&inputs.capture.materials) {
         let given = inputs.options.start.get(&material.name).copied();
@@ -418,8 +435,8 @@ fn start(inputs: &Inputs, placed: &Placed) -> Vec<Option<Rgb>> {
     start
 }
 
-/// A capture with its photographs as they were measured with.
-fn corrected(capture: &Capture, placed: &Placed) -> Capture {
+/// A capture with its photographs divided by the gains that were found.
+fn corrected(capture: &Capture, placed: &SampleProducts) -> Capture {
     let mut capture = capture.clone();
     if let Some(photographs) = &placed.corrected {
         capture.photographs.clone_from(photographs);

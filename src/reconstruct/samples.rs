@@ -8,7 +8,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::Random;
 use crate::options;
 use crate::reconstruct::{Error, Stream};
-use crate::scene::{Role, Site, Views};
+use crate::scene::{Role, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -68,31 +68,31 @@ pub struct View {
 }
 
 impl Sample {
-    pub fn site(&self) -> Site {
-        Site { position: self.position, normal: self.normal }
+    pub fn surface_point(&self) -> SurfacePoint {
+        SurfacePoint { position: self.position, normal: self.normal }
     }
 }
 
 /// A pixel that could become a sample: there are millions, so it says no more than which.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Candidate {
-    /// Index into `Views::maps`.
-    map: u32,
+    /// Index into `Views::buffers`.
+    buffer: u32,
     /// Pixels before it, row by row.
     pixel: u32,
 }
 
 impl Candidate {
-    fn new(map: usize, pixel: usize) -> Result<Self, TooManyPoints> {
+    fn new(buffer: usize, pixel: usize) -> Result<Self, TooManyPoints> {
         let index = |number: usize| u32::try_from(number).map_err(|_| TooManyPoints(number));
-        Ok(Self { map: index(map)?, pixel: index(pixel)? })
+        Ok(Self { buffer: index(buffer)?, pixel: index(pixel)? })
     }
 
     /// The position and the triangle that the pixel shows.
     fn hit(self, views: &Views) -> (Vec3, u32) {
-        let map = &views.maps[self.map as usize];
-        let (pixel, width) = (self.pixel as usize, map.camera.width);
-        map.hit(pixel % width, pixel / width).expect("candidates show something")
+        let buffer = &views.buffers[self.buffer as usize];
+        let (pixel, width) = (self.pixel as usize, buffer.camera.width);
+        buffer.hit(pixel % width, pixel / width).expect("candidates show something")
     }
 }
 
@@ -193,17 +193,17 @@ fn candidates(
 ) -> Result<Vec<Candidate>, TooManyPoints> {
     let capture = views.capture;
     let mut candidates = Vec::new();
-    for (index, map) in views.maps.iter().enumerate() {
-        let camera = map.camera.position.as_vec3();
-        let (width, height) = (map.camera.width, map.camera.height);
+    for (index, buffer) in views.buffers.iter().enumerate() {
+        let camera = buffer.camera.position.as_vec3();
+        let (width, height) = (buffer.camera.width, buffer.camera.height);
         Candidate::new(index, width * height)?;
         candidates.par_extend((0..height).into_par_iter().flat_map_iter(|y| {
             let pixel = move |x| {
-                let (position, triangle) = map.hit(x, y)?;
+                let (position, triangle) = buffer.hit(x, y)?;
                 let surface = capture.mesh.surface[triangle as usize] as usize;
                 let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
-                    && (!off_edges || map.is_off_edges(x, y))
-                    && map.image.radiance(x, y).is_some();
+                    && (!off_edges || buffer.is_off_edges(x, y))
+                    && buffer.image.radiance(x, y).is_some();
                 let sight = (camera - position).normalize_or_zero();
                 let cosine = views.normals[triangle as usize].dot(sight).abs();
                 if !usable || f64::from(cosine) < options.min_cosine {
@@ -286,25 +286,25 @@ fn read(
 ) -> Option<(Sample, Vec<View>)> {
     let (position, triangle) = candidate.hit(views);
     let normal = views.normals[triangle as usize];
-    let towards = views.maps[candidate.map as usize].camera.position.as_vec3() - position;
+    let towards = views.buffers[candidate.buffer as usize].camera.position.as_vec3() - position;
     let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-    let site = Site { position, normal };
+    let point = SurfacePoint { position, normal };
     let look = |off_edges: bool| -> Vec<View> {
         views
-            .maps
+            .buffers
             .iter()
-            .filter_map(|map| {
-                let seen = views.seen(map, site)?;
+            .filter_map(|buffer| {
+                let seen = views.seen(buffer, point)?;
                 if f64::from(seen.cosine) < options.min_cosine
-                    || (off_edges && !map.is_off_edges(seen.x, seen.y))
+                    || (off_edges && !buffer.is_off_edges(seen.x, seen.y))
                 {
                     return None;
                 }
                 Some(View {
-                    photograph: map.photograph,
+                    photograph: buffer.photograph,
                     pixel: [seen.x, seen.y],
                     direction: seen.direction,
-                    radiance: map.window(seen.x, seen.y, options.window_px)?,
+                    radiance: buffer.window(seen.x, seen.y, options.window_px)?,
                 })
             })
             .collect()
@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn a_pixel_whose_number_does_not_fit_is_an_error() {
         let last = u32::MAX as usize;
-        assert_eq!(Candidate::new(7, last), Ok(Candidate { map: 7, pixel: u32::MAX }));
+        assert_eq!(Candidate::new(7, last), Ok(Candidate { buffer: 7, pixel: u32::MAX }));
         assert_eq!(Candidate::new(7, last + 1), Err(TooManyPoints(last + 1)));
         assert_eq!(Candidate::new(last + 1, 0), Err(TooManyPoints(last + 1)));
     }

@@ -1,4 +1,4 @@
-//! Section 5.1: what reaches each sample, from the photographed surfaces and from each lobe.
+//! Section 5.1: light transport to each sample, from photographed surfaces and from each lobe.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use crate::reconstruct::Stream;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{KnownLight, MaterialKind, Site, Views};
+use crate::scene::{KnownLight, MaterialKind, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 use crate::{choices, options};
 
@@ -44,7 +44,7 @@ options! {
 }
 
 /// Everything that is needed to compute a sample's radiance from reflectances and emissions.
-/// Records and hidden points are the bulk of it, and are shared between clones.
+/// Records and unphotographed hits take most of its memory, and are shared between clones.
 #[derive(Clone, Debug)]
 pub struct Transport {
     /// I_s per sample: irradiance from photographed surfaces, in the photographs' unit times sr.
@@ -60,52 +60,60 @@ pub struct Transport {
     /// (Eq. 10 with 1/r²).
     pub coupling: Mat<f64>,
     /// Where rays from the samples met known surfaces that no photograph shows, sample by sample.
-    pub hidden: Arc<Vec<Hidden>>,
+    pub unphotographed: Arc<Vec<UnphotographedHit>>,
     /// Per sample the first of these, and at the end their number.
-    pub first_hidden: Vec<usize>,
-    /// What those surfaces send; nothing unless it was computed.
-    pub hidden_light: HiddenLight,
+    pub first_unphotographed: Vec<usize>,
+    /// The radiosity of those surfaces; zero unless it was computed.
+    pub patch_radiosity: PatchRadiosity,
 }
 
-/// A point of a known surface that no photograph shows, on the side that was met.
+/// Where a gathering ray hit a known surface that no photograph shows.
 #[derive(Clone, Copy, Debug)]
-pub struct Hidden {
-    pub site: Site,
+pub struct UnphotographedHit {
+    /// The point, on the side that the ray hit.
+    pub point: SurfacePoint,
+    /// Index into `Mesh::triangles`.
     pub triangle: u32,
-    /// The projected solid angle of the ray that met it, in sr.
+    /// The projected solid angle that the ray stands for, cos θ ω in sr.
     pub projected_sr: f64,
 }
 
-/// The radiance of known surfaces that no photograph shows, at places spread over them.
+/// The radiosity solution of known surfaces that no photograph shows: they are divided into
+/// patches, each the surroundings of a point, with one diffuse radiance each. The default has no
+/// patches and sends no light.
 #[derive(Clone, Debug, Default)]
-pub struct HiddenLight {
+pub struct PatchRadiosity {
+    /// Finds the patch of a position.
     nearest: Option<Nearest>,
+    /// Per patch.
     radiance: Vec<Radiance>,
 }
 
-impl HiddenLight {
-    /// `radiance` belongs to the points that `nearest` finds, in their order.
+impl PatchRadiosity {
+    /// `radiance` has one entry for each point of `nearest`, in their order.
     pub fn new(nearest: Nearest, radiance: Vec<Radiance>) -> Self {
         Self { nearest: Some(nearest), radiance }
     }
 
-    /// I_s with what the hidden points of a site's hemisphere send; as it is where nothing was
-    /// computed.
-    pub fn added_to(&self, irradiance: Radiance, hidden: &[Hidden]) -> Rgb {
+    /// I_s plus the irradiance from the patches that the unphotographed hits lie on; unchanged
+    /// where there are no patches.
+    pub fn added_to(&self, irradiance: Radiance, unphotographed: &[UnphotographedHit]) -> Rgb {
         let Some(nearest) = &self.nearest else { return irradiance.map(f64::from) };
-        let seen = hidden.iter().map(|point| (nearest.to(point.site.position), point.projected_sr));
+        let seen =
+            unphotographed.iter().map(|hit| (nearest.to(hit.point.position), hit.projected_sr));
         self.added_from(irradiance, seen)
     }
 
-    /// The same where the places are known that are seen, each with a projected solid angle in sr.
+    /// The same for patches that are known, each with its projected solid angle in sr (π times its
+    /// form factor).
     pub fn added_from(
         &self,
         irradiance: Radiance,
         seen: impl Iterator<Item = (usize, f64)>,
     ) -> Rgb {
         let mut sum = irradiance.map(f64::from);
-        for (place, projected_sr) in seen {
-            for (sum, value) in sum.iter_mut().zip(self.radiance[place]) {
+        for (patch, projected_sr) in seen {
+            for (sum, value) in sum.iter_mut().zip(self.radiance[patch]) {
                 *sum += projected_sr * f64::from(value);
             }
         }
@@ -126,8 +134,9 @@ impl Transport {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
     }
 
-    pub fn hidden_of(&self, sample: usize) -> &[Hidden] {
-        &self.hidden[self.first_hidden[sample]..self.first_hidden[sample + 1]]
+    pub fn unphotographed_of(&self, sample: usize) -> &[UnphotographedHit] {
+        &self.unphotographed
+            [self.first_unphotographed[sample]..self.first_unphotographed[sample + 1]]
     }
 
     /// I_s of one sample and channel.
@@ -171,22 +180,22 @@ pub fn photographed(
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
             let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };
-            let mut gathered = hemisphere(views, sample.site(), side, &mut random);
+            let mut gathered = hemisphere(views, sample.surface_point(), side, &mut random);
             if !specular {
                 gathered.records = Vec::new();
             }
             Ok(gathered)
         })
         .collect::<Result<_, Cancelled>>()?;
-    let (mut records, mut hidden) = (Vec::new(), Vec::new());
-    let (mut first_record, mut first_hidden) = (vec![0], vec![0]);
+    let (mut records, mut unphotographed) = (Vec::new(), Vec::new());
+    let (mut first_record, mut first_unphotographed) = (vec![0], vec![0]);
     let mut irradiance = Vec::with_capacity(count);
     for own in gathered {
         irradiance.push(own.irradiance);
         records.extend(own.records);
         first_record.push(records.len());
-        hidden.extend(own.hidden);
-        first_hidden.push(hidden.len());
+        unphotographed.extend(own.unphotographed);
+        first_unphotographed.push(unphotographed.len());
     }
     Ok(Transport {
         irradiance,
@@ -194,9 +203,9 @@ pub fn photographed(
         first_record,
         record_weight: std::f64::consts::PI / (glossy_side * glossy_side) as f64,
         coupling: Mat::zeros(count, 0),
-        hidden: hidden.into(),
-        first_hidden,
-        hidden_light: HiddenLight::default(),
+        unphotographed: unphotographed.into(),
+        first_unphotographed,
+        patch_radiosity: PatchRadiosity::default(),
     })
 }
 
@@ -226,27 +235,36 @@ pub fn couple(
     }))
 }
 
-/// What rays over a site's hemisphere found.
+/// What rays over a surface point's hemisphere found.
 pub struct Gathered {
     /// I_s, from photographed surfaces alone.
     pub irradiance: Radiance,
     pub records: Vec<Record>,
-    pub hidden: Vec<Hidden>,
+    pub unphotographed: Vec<UnphotographedHit>,
 }
 
-/// What `side`² cosine-distributed rays from a site find.
-pub fn hemisphere(views: &Views, site: Site, side: usize, random: &mut Random) -> Gathered {
-    let frame = Frame::about(site.normal);
+/// What `side`² cosine-distributed rays from a surface point find.
+pub fn hemisphere(
+    views: &Views,
+    point: SurfacePoint,
+    side: usize,
+    random: &mut Random,
+) -> Gathered {
+    let frame = Frame::about(point.normal);
     let weight = std::f64::consts::PI / (side * side) as f64;
-    let (mut records, mut hidden) = (Vec::new(), Vec::new());
+    let (mut records, mut unphotographed) = (Vec::new(), Vec::new());
     let mut sum = [0.0f64; CHANNELS];
     for square in stratified(side, random) {
         let direction = frame.to_world(square_to_cosine_hemisphere(square));
-        let ray = views.ray(site, direction);
+        let ray = views.ray(point, direction);
         let Some(hit) = views.caster.closest(&ray) else { continue };
-        let met = views.site(&ray, &hit);
+        let met = views.surface_point(&ray, &hit);
         let Some(radiance) = views.radiance(met) else {
-            hidden.push(Hidden { site: met, triangle: hit.triangle, projected_sr: weight });
+            unphotographed.push(UnphotographedHit {
+                point: met,
+                triangle: hit.triangle,
+                projected_sr: weight,
+            });
             continue;
         };
         for (sum, value) in sum.iter_mut().zip(radiance) {
@@ -254,7 +272,7 @@ pub fn hemisphere(views: &Views, site: Site, side: usize, random: &mut Random) -
         }
         records.push(Record { direction, radiance });
     }
-    Gathered { irradiance: sum.map(|value| (value * weight) as f32), records, hidden }
+    Gathered { irradiance: sum.map(|value| (value * weight) as f32), records, unphotographed }
 }
 
 /// k_ij of one sample for every lobe.
@@ -271,18 +289,27 @@ fn couple_sample(
     for (index, light) in lights.lights.iter().enumerate() {
         let range = lobes.of(index);
         let (shapes, values) = (&lobes.lobes[range.clone()], &mut row[range]);
-        arriving(views, light, shapes, sample.site(), options.falloff, side, random, values);
+        arriving(
+            views,
+            light,
+            shapes,
+            sample.surface_point(),
+            options.falloff,
+            side,
+            random,
+            values,
+        );
     }
     row
 }
 
-#[expect(clippy::too_many_arguments, reason = "a light, its lobes, a site, and how to look")]
-/// k_ij of one light's lobes at a site, from `side`² visibility rays.
+#[expect(clippy::too_many_arguments, reason = "a light, its lobes, a point, and how to look")]
+/// k_ij of one light's lobes at a surface point, from `side`² visibility rays.
 pub fn arriving(
     views: &Views,
     light: &VirtualLight,
     lobes: &[Lobe],
-    site: Site,
+    point: SurfacePoint,
     falloff: Falloff,
     side: usize,
     random: &mut Random,
@@ -291,11 +318,11 @@ pub fn arriving(
     values.fill(0.0);
     if let LightKind::Known(known) = light.kind {
         if let KnownLight::Shape { emitter, .. } = &views.capture.lights[known] {
-            values.fill(emitter.irradiance(views, site, side, random));
+            values.fill(emitter.irradiance(views, point, side, random));
         }
         return;
     }
-    let Some(geometry) = geometric_factor(light, site, falloff) else { return };
+    let Some(geometry) = geometric_factor(light, point, falloff) else { return };
     for (value, lobe) in values.iter_mut().zip(lobes) {
         *value = lobe.value(-geometry.direction) * geometry.factor;
     }
@@ -304,7 +331,7 @@ pub fn arriving(
         values.fill(0.0);
         return;
     }
-    let visible = light.visibility(views, site, side, random);
+    let visible = light.visibility(views, point, side, random);
     for value in values {
         *value *= visible;
     }
@@ -313,20 +340,21 @@ pub fn arriving(
 /// The part of Eq. 10 that a light's lobes share.
 #[derive(Clone, Copy, Debug)]
 pub struct LightGeometry {
-    /// Unit direction from the site to the light, −ω_i.
+    /// Unit direction from the surface point to the light, −ω_i.
     pub direction: Vec3,
     /// A_i cos θ_i / r².
     pub factor: f32,
 }
 
-/// A_i cos θ_i / r² for a light seen from a site; `None` below the site's horizon.
+/// A_i cos θ_i / r² for a light seen from a surface point; `None` below the surface point's
+/// horizon.
 pub fn geometric_factor(
     light: &VirtualLight,
-    site: Site,
+    point: SurfacePoint,
     falloff: Falloff,
 ) -> Option<LightGeometry> {
     if light.is_distant() {
-        let cosine = -light.normal.dot(site.normal);
+        let cosine = -light.normal.dot(point.normal);
         let factor = match light.kind {
             // The emission of a sun is its irradiance already.
             LightKind::Sun => cosine,
@@ -335,10 +363,10 @@ pub fn geometric_factor(
         };
         return (factor > 0.0).then_some(LightGeometry { direction: -light.normal, factor });
     }
-    let offset = light.position - site.position;
+    let offset = light.position - point.position;
     let distance = offset.length();
     let direction = offset / distance.max(f32::MIN_POSITIVE);
-    let cosine = direction.dot(site.normal);
+    let cosine = direction.dot(point.normal);
     if cosine <= 0.0 {
         return None;
     }

@@ -14,7 +14,7 @@ use crate::render::edits::{AddedLight, Edits, Shape};
 use crate::render::groups;
 use crate::render::scene::{Geometry, Solved};
 use crate::scene::emitter::Arrival;
-use crate::scene::{Capture, Dome, Emitter, KnownLight, Site, Views};
+use crate::scene::{Capture, Dome, Emitter, KnownLight, SurfacePoint, Views};
 
 /// A recovered light that shines.
 #[derive(Clone, Debug)]
@@ -37,10 +37,10 @@ pub struct Recovered {
     cumulated: Vec<f32>,
 }
 
-/// Light that reaches a site from one direction, were nothing in the way.
+/// Light that reaches a surface point from one direction, were nothing in the way.
 #[derive(Clone, Copy, Debug)]
 pub struct Arriving {
-    /// Irradiance of the site.
+    /// Irradiance of the surface point.
     pub irradiance: Radiance,
     /// (n+2)/2 cosⁿγ per mirror direction and exponent is asked of this.
     pub direction: Vec3,
@@ -117,7 +117,7 @@ impl Recovered {
                 Some(emitter) => emitter.direction_from(position),
                 None => light.shape.direction_from(position),
             };
-            let tilted = Site { position, normal: (normal + towards).normalize_or(normal) };
+            let tilted = SurfacePoint { position, normal: (normal + towards).normalize_or(normal) };
             let arriving = light.arriving(tilted, least_m, Vec2::splat(0.5));
             let facing = towards.dot(normal).max(0.0) + 0.1;
             arriving.map_or(0.0, |(a, _)| facing * a.irradiance.iter().sum::<f32>())
@@ -140,7 +140,7 @@ impl Recovered {
     pub fn sample(
         &self,
         views: &Views,
-        site: Site,
+        point: SurfacePoint,
         choice: f32,
         square: Vec2,
     ) -> Option<(Arriving, &VirtualLight)> {
@@ -149,21 +149,21 @@ impl Recovered {
             return None;
         }
         let side = self.side;
-        let place = ((site.position - self.low) / self.cell_m).to_array();
+        let place = ((point.position - self.low) / self.cell_m).to_array();
         let [x, y, z] = place.map(|index| (index.max(0.0) as usize).min(side - 1));
-        let facing = site.normal.abs();
+        let facing = point.normal.abs();
         let axis = facing.max_position();
-        let sign = usize::from(site.normal[axis] < 0.0);
+        let sign = usize::from(point.normal[axis] < 0.0);
         let first = (((z * side + y) * side + x) * SIDES.len() + 2 * axis + sign) * count;
         let cumulated = &self.cumulated[first..first + count];
         let index = cumulated.partition_point(|&sum| sum <= choice).min(count - 1);
         let before = if index > 0 { cumulated[index - 1] } else { 0.0 };
         let probability = cumulated[index] - before;
         let light = &self.lights[index];
-        let (arriving, arrival) = light.arriving(site, views.offset_m, square)?;
+        let (arriving, arrival) = light.arriving(point, views.offset_m, square)?;
         let is_free = match arrival {
-            Some(arrival) => arrival.is_free(views, site),
-            None => light.shape.is_seen(views, site, square),
+            Some(arrival) => arrival.is_free(views, point),
+            None => light.shape.is_seen(views, point, square),
         };
         let irradiance = arriving.irradiance.map(|value| value / probability);
         is_free.then_some((Arriving { irradiance, ..arriving }, &light.shape))
@@ -178,27 +178,27 @@ impl Light {
             Some(emitter) => emitter.direction_from(position),
             None => self.shape.direction_from(position),
         };
-        let arriving = self.arriving(Site { position, normal }, 0.0, Vec2::splat(0.5));
+        let arriving = self.arriving(SurfacePoint { position, normal }, 0.0, Vec2::splat(0.5));
         arriving.map(|(arriving, _)| arriving)
     }
 
-    /// Light at a site were nothing in the way; of a light that the artist gave also the way that
-    /// it takes.
+    /// Light at a surface point were nothing in the way; of a light that the artist gave also the
+    /// way that it takes.
     fn arriving(
         &self,
-        site: Site,
+        point: SurfacePoint,
         least_m: f32,
         square: Vec2,
     ) -> Option<(Arriving, Option<Arrival>)> {
         let mut irradiance = [0.0; CHANNELS];
         if let Some(emitter) = &self.emitter {
-            let arrival = emitter.arrival(site, least_m, square)?;
+            let arrival = emitter.arrival(point, least_m, square)?;
             for (sum, value) in irradiance.iter_mut().zip(self.lobes[0].1) {
                 *sum = value * arrival.cosine * arrival.strength;
             }
             return Some((Arriving { irradiance, direction: arrival.direction }, Some(arrival)));
         }
-        let geometry = geometric_factor(&self.shape, site, Falloff::InverseSquare)?;
+        let geometry = geometric_factor(&self.shape, point, Falloff::InverseSquare)?;
         for (lobe, emission) in &self.lobes {
             let value = geometry.factor * lobe.value(-geometry.direction);
             for (sum, emission) in irradiance.iter_mut().zip(emission) {
@@ -223,7 +223,7 @@ enum Source {
 /// Part of the distance within which a light may lie on a surface.
 const FLUSH: f32 = 1e-3;
 
-/// Light of an added one at a site.
+/// Light of an added one at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Direct {
     pub direction: Vec3,
@@ -263,11 +263,11 @@ impl Added {
     }
 
     /// Light from a direction that a point of the unit square stands for, with shadows.
-    pub fn sample(&self, views: &Views, site: Site, square: Vec2) -> Option<Direct> {
+    pub fn sample(&self, views: &Views, point: SurfacePoint, square: Vec2) -> Option<Direct> {
         match &self.source {
             Source::Emitter(emitter) => {
-                let arrival = emitter.arrival(site, views.offset_m, square)?;
-                if !arrival.is_free(views, site) {
+                let arrival = emitter.arrival(point, views.offset_m, square)?;
+                if !arrival.is_free(views, point) {
                     return None;
                 }
                 let has_extent =
@@ -285,8 +285,8 @@ impl Added {
             }
             Source::Dome(table) => {
                 let (direction, density) = table.sample(square)?;
-                let cosine = direction.dot(site.normal);
-                if cosine <= 0.0 || views.caster.occluded(&views.ray(site, direction)) {
+                let cosine = direction.dot(point.normal);
+                if cosine <= 0.0 || views.caster.occluded(&views.ray(point, direction)) {
                     return None;
                 }
                 let mut light = table.dome.radiance(direction);
@@ -298,23 +298,23 @@ impl Added {
         }
     }
 
-    /// Radiance that a ray from a site meets before `distance_m`, with the density with which
-    /// [`sample`](Self::sample) finds its direction.
+    /// Radiance that a ray from a surface point meets before `distance_m`, with the density with
+    /// which [`sample`](Self::sample) finds its direction.
     pub fn met(
         &self,
         views: &Views,
-        site: Site,
+        point: SurfacePoint,
         direction: Vec3,
         distance_m: f32,
     ) -> Option<(Radiance, f32)> {
         match &self.source {
             Source::Emitter(emitter) => {
-                let (along, strength) = emitter.met(site, direction)?;
+                let (along, strength) = emitter.met(point, direction)?;
                 // A panel may lie on the surface that the ray met: where light sampling finds it,
                 // it has to be found here, too.
                 let is_flush = || {
                     along * (1.0 - FLUSH) - 1e2 * views.offset_m < distance_m
-                        && views.is_free(site, site.position + direction * along)
+                        && views.is_free(point, point.position + direction * along)
                 };
                 (along < distance_m || is_flush()).then(|| (self.emission, 1.0 / strength))
             }

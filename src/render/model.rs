@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::reconstruct::textures::{fill, sites};
+use crate::reconstruct::textures::{fill, points};
 use crate::reconstruct::unwrap::{TexelSize, unwrap};
 use crate::render::edits::{AddedLight, Edits};
 use crate::render::lights::Light;
@@ -209,8 +209,8 @@ fn photographed(
     };
     let unwrap = unwrap(mesh, surface, false, size);
     let factor = edits.original_light as f32;
-    let measured = sites(views, &unwrap, &watch.within())?.into_iter().map(|site| {
-        site.and_then(|site| views.radiance(site)).map(|value| value.map(|v| v * factor))
+    let measured = points(views, &unwrap, &watch.within())?.into_iter().map(|point| {
+        point.and_then(|point| views.radiance(point)).map(|value| value.map(|v| v * factor))
     });
     let texels = fill(measured.collect(), unwrap.width, [0.0; CHANNELS]);
     Ok((Map { width: unwrap.width, height: unwrap.height, texels }, unwrap.corners))

@@ -23,7 +23,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
 use crate::render::looks::Brdf;
 use crate::render::scene::{Met, Scene};
-use crate::scene::Site;
+use crate::scene::SurfacePoint;
 
 /// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
 /// the other.
@@ -105,7 +105,7 @@ impl Gathered<'_> {
 /// Where a path is, and what it carries.
 #[derive(Clone, Copy)]
 struct Place {
-    site: Site,
+    point: SurfacePoint,
     brdf: Brdf,
     /// In which a mirror would send the path on.
     mirror: Vec3,
@@ -164,7 +164,7 @@ impl Scene<'_> {
         let mut ray = ray;
         // Where the ray began, and the density with which its direction was chosen; none for the
         // camera's.
-        let mut from: Option<(Site, f32)> = None;
+        let mut from: Option<(SurfacePoint, f32)> = None;
         // From here on the recovered light is counted already.
         let mut is_counted = false;
         for depth in 0..=most {
@@ -172,19 +172,19 @@ impl Scene<'_> {
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
             self.added_met(&ray, distance_m, from, throughput, depth, &mut gathered);
 
-            let (site, brdf) = match hit {
+            let (point, brdf) = match hit {
                 Some(hit) => {
-                    let site = self.geometry.site(&ray, &hit);
-                    let met = self.met(site, hit.triangle, (hit.u, hit.v));
+                    let point = self.geometry.surface_point(&ray, &hit);
+                    let met = self.met(point, hit.triangle, (hit.u, hit.v));
                     if depth == 0 {
-                        first = self.first(site, hit.t, &met, self.is_object(hit.triangle));
+                        first = self.first(point, hit.t, &met, self.is_object(hit.triangle));
                     }
                     // What a camera sees there has to be guessed: what it would reflect.
                     is_counted |= (depth > 0 || is_within)
                         && !self.is_object(hit.triangle)
-                        && self.is_counted(site);
+                        && self.is_counted(point);
                     match met {
-                        Met::Surface(brdf) => (site, brdf),
+                        Met::Surface(brdf) => (point, brdf),
                         Met::Shining(radiance) => {
                             if !is_counted {
                                 let depth = depth.saturating_sub(1);
@@ -209,14 +209,14 @@ impl Scene<'_> {
             if depth == most {
                 break;
             }
-            let mirror = mirrored(-ray.direction, site.normal);
-            let place = Place { site, brdf, mirror, throughput, depth };
+            let mirror = mirrored(-ray.direction, point.normal);
+            let place = Place { point, brdf, mirror, throughput, depth };
             if !is_counted {
                 self.recovered_at(&place, sequence, &mut gathered);
             }
             self.added_at(&place, sequence, &mut gathered);
 
-            let Some((direction, weight, density)) = scatter(&brdf, site, mirror, sequence) else {
+            let Some((direction, weight, density)) = scatter(&brdf, point, mirror, sequence) else {
                 break;
             };
             throughput = times(throughput, weight);
@@ -231,18 +231,18 @@ impl Scene<'_> {
                 break;
             }
             throughput = scaled(throughput, 1.0 / survives);
-            ray = self.geometry.ray(site, direction);
-            from = Some((site, density));
+            ray = self.geometry.ray(point, direction);
+            from = Some((point, density));
         }
         first
     }
 
-    fn first(&self, site: Site, distance_m: f32, met: &Met, is_object: bool) -> First {
+    fn first(&self, point: SurfacePoint, distance_m: f32, met: &Met, is_object: bool) -> First {
         let albedo = match met {
             Met::Surface(brdf) => std::array::from_fn(|c| brdf.diffuse[c] + brdf.specular[c]),
             Met::Shining(_) => [0.0; CHANNELS],
         };
-        First { albedo, normal: site.normal, distance_m, is_known: true, is_object }
+        First { albedo, normal: point.normal, distance_m, is_known: true, is_object }
     }
 
     /// Added lights that the ray meets, which sampling them might have found as well.
@@ -250,16 +250,16 @@ impl Scene<'_> {
         &self,
         ray: &Ray,
         distance_m: f32,
-        from: Option<(Site, f32)>,
+        from: Option<(SurfacePoint, f32)>,
         throughput: Radiance,
         depth: usize,
         gathered: &mut Gathered,
     ) {
-        let eye = Site { position: ray.origin, normal: ray.direction };
-        let (site, density) = from.unwrap_or((eye, f32::INFINITY));
+        let eye = SurfacePoint { position: ray.origin, normal: ray.direction };
+        let (point, density) = from.unwrap_or((eye, f32::INFINITY));
         for (index, added) in self.added.iter().enumerate() {
             let Some((radiance, by_light)) =
-                added.met(&self.geometry, site, ray.direction, distance_m)
+                added.met(&self.geometry, point, ray.direction, distance_m)
             else {
                 continue;
             };
@@ -274,13 +274,13 @@ impl Scene<'_> {
         if self.original_light == 0.0 || self.recovered.is_dark() {
             return;
         }
-        let Place { site, brdf, mirror, throughput, depth } = *place;
+        let Place { point, brdf, mirror, throughput, depth } = *place;
         let (choice, square) = (sequence.number(), sequence.point());
         let views = &self.geometry;
-        let found = self.recovered.sample(views, site, choice, square);
+        let found = self.recovered.sample(views, point, choice, square);
         let Some((arriving, light)) = found else { return };
         let lobe = if largest(brdf.specular) > 0.0 {
-            light.lobe(site.position, mirror, f64::from(brdf.exponent)) as f32
+            light.lobe(point.position, mirror, f64::from(brdf.exponent)) as f32
         } else {
             0.0
         };
@@ -292,10 +292,10 @@ impl Scene<'_> {
     }
 
     fn added_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
-        let Place { site, brdf, mirror, throughput, depth } = *place;
+        let Place { point, brdf, mirror, throughput, depth } = *place;
         for (index, added) in self.added.iter().enumerate() {
             let square = sequence.point();
-            let Some(direct) = added.sample(&self.geometry, site, square) else { continue };
+            let Some(direct) = added.sample(&self.geometry, point, square) else { continue };
             let reflected = brdf.value(mirror, direct.direction);
             let share = if direct.density > 0.0 {
                 let by_surface = brdf.density(mirror, direct.direction, direct.cosine);
@@ -344,7 +344,7 @@ impl Brdf {
 /// and that density; `None` where the lobe points into the surface, or nothing is reflected.
 fn scatter(
     brdf: &Brdf,
-    site: Site,
+    point: SurfacePoint,
     mirror: Vec3,
     sequence: &mut Sequence,
 ) -> Option<(Vec3, Radiance, f32)> {
@@ -352,8 +352,8 @@ fn scatter(
     if part == 0.0 {
         // Reflectance times cosine over density is the reflectance.
         let local = square_to_cosine_hemisphere(sequence.point());
-        let direction = Frame::about(site.normal).to_world(local);
-        let cosine = direction.dot(site.normal);
+        let direction = Frame::about(point.normal).to_world(local);
+        let cosine = direction.dot(point.normal);
         return (cosine > 0.0).then_some((direction, brdf.diffuse, cosine / PI));
     }
     let (choice, square) = (sequence.number(), sequence.point());
@@ -364,9 +364,9 @@ fn scatter(
         let local = Vec3::new(across * angle.cos(), across * angle.sin(), height);
         Frame::about(mirror).to_world(local)
     } else {
-        Frame::about(site.normal).to_world(square_to_cosine_hemisphere(square))
+        Frame::about(point.normal).to_world(square_to_cosine_hemisphere(square))
     };
-    let cosine = direction.dot(site.normal);
+    let cosine = direction.dot(point.normal);
     if cosine <= 0.0 {
         return None;
     }

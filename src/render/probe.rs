@@ -20,7 +20,7 @@ use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::render::film::Buffer;
 use crate::render::path::Sequence;
 use crate::render::scene::Scene;
-use crate::scene::{Emitter, Site};
+use crate::scene::{Emitter, SurfacePoint};
 use crate::watch::{Cancelled, Watch};
 
 /// An image of all directions; see the module for its axes.
@@ -232,10 +232,10 @@ impl Source<'_> {
                 Some(arriving.irradiance.map(|value| value * factor))
             }
             Self::Emitter(emitter, emission) => {
-                let site = Site { position, normal: emitter.direction_from(position) };
+                let point = SurfacePoint { position, normal: emitter.direction_from(position) };
                 let strengths = (0..SIDE * SIDE).map(|k| {
                     let square = Vec2::new((k % SIDE) as f32 + 0.5, (k / SIDE) as f32 + 0.5);
-                    let arrival = emitter.arrival(site, 0.0, square / SIDE as f32);
+                    let arrival = emitter.arrival(point, 0.0, square / SIDE as f32);
                     arrival.map_or(0.0, |arrival| f64::from(arrival.strength))
                 });
                 let strength = (strengths.sum::<f64>() / (SIDE * SIDE) as f64) as f32;
@@ -276,15 +276,15 @@ impl Source<'_> {
                 within(-*travels, 0.5 * angular_diameter)
             }
             Self::Emitter(emitter, _) => {
-                let site = Site { position, normal: direction };
-                emitter.met(site, direction).map(|(along, _)| along)
+                let point = SurfacePoint { position, normal: direction };
+                emitter.met(point, direction).map(|(along, _)| along)
             }
         }
     }
 
     fn is_free(&self, scene: &Scene, position: Vec3, direction: Vec3, along: Option<f32>) -> bool {
         let views = &scene.geometry;
-        let site = Site { position, normal: direction };
+        let point = SurfacePoint { position, normal: direction };
         let along = along.unwrap_or_else(|| match self {
             Self::Recovered(light, _) if light.shape.is_distant() => f32::INFINITY,
             Self::Recovered(light, _) => light.shape.position.distance(position),
@@ -292,9 +292,9 @@ impl Source<'_> {
             Self::Emitter(emitter, _) => emitter.extent().0.distance(position),
         });
         if along.is_finite() {
-            views.is_free(site, position + direction * along)
+            views.is_free(point, position + direction * along)
         } else {
-            !views.caster.occluded(&views.ray(site, direction))
+            !views.caster.occluded(&views.ray(point, direction))
         }
     }
 }

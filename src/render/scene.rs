@@ -17,7 +17,7 @@ use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::Added;
 pub use crate::render::lights::Recovered;
 use crate::render::looks::{Brdf, SurfaceLook, surface_looks};
-use crate::scene::{Capture, Emitter, Site, Views};
+use crate::scene::{Capture, Emitter, SurfacePoint, Views};
 
 /// What a reconstruction recovered, as far as light can tell.
 #[derive(Clone, Debug, Default)]
@@ -203,7 +203,7 @@ impl<'a> Scene<'a> {
         let lit = Views {
             capture,
             caster: geometry.caster.as_ref().unwrap_or(photographs.caster),
-            maps: Vec::new(),
+            buffers: Vec::new(),
             normals: geometry.normals.clone(),
             offset_m,
         };
@@ -224,10 +224,11 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Whether what the capture's surface sends from a site is the light of recovered lights on
-    /// it already (Section 4.2: virtual lights on known surfaces that no photograph shows).
-    pub fn is_counted(&self, site: Site) -> bool {
-        self.unseen_shines && !self.photographs.is_measured(site)
+    /// Whether what the capture's surface sends from a surface point is the light of recovered
+    /// lights on it already (Section 4.2: virtual lights on known surfaces that no photograph
+    /// shows).
+    pub fn is_counted(&self, point: SurfacePoint) -> bool {
+        self.unseen_shines && !self.photographs.is_measured(point)
     }
 
     /// Radiance of all added domes from a direction.
@@ -241,8 +242,8 @@ impl<'a> Scene<'a> {
         triangle as usize >= self.known
     }
 
-    /// What a hit at barycentric (u, v) on the side of `site` does with light.
-    pub fn met(&self, site: Site, triangle: u32, (u, v): (f32, f32)) -> Met {
+    /// What a hit at barycentric (u, v) on the side of `surface point` does with light.
+    pub fn met(&self, point: SurfacePoint, triangle: u32, (u, v): (f32, f32)) -> Met {
         match self.looks[self.look_of[triangle as usize] as usize] {
             Look::Reflects(brdf) => Met::Surface(brdf),
             Look::Textured(brdf, map) => {
@@ -250,7 +251,7 @@ impl<'a> Scene<'a> {
                 Met::Surface(Brdf { diffuse, ..brdf })
             }
             Look::Photographed => {
-                let radiance = self.photographs.radiance(site).unwrap_or_default();
+                let radiance = self.photographs.radiance(point).unwrap_or_default();
                 Met::Shining(radiance.map(|value| value * self.original_light))
             }
         }
@@ -339,7 +340,7 @@ fn shell(
 
 impl Shell {
     /// Where a ray from within leaves, on the inner side.
-    pub fn exit(&self, origin: Vec3, direction: Vec3) -> Site {
+    pub fn exit(&self, origin: Vec3, direction: Vec3) -> SurfacePoint {
         let far = Vec3::select(direction.cmpgt(Vec3::ZERO), self.high, self.low);
         let along = (far - origin) / direction;
         // Along axes that the ray does not move on the quotient is infinite, or NaN on a face.
@@ -347,6 +348,6 @@ impl Shell {
         let axis = (0..3).min_by(|&a, &b| along[a].total_cmp(&along[b])).unwrap_or(0);
         let mut normal = Vec3::ZERO;
         normal[axis] = -direction[axis].signum();
-        Site { position: origin + direction * along[axis], normal }
+        SurfacePoint { position: origin + direction * along[axis], normal }
     }
 }

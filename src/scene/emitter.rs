@@ -1,5 +1,5 @@
 //! Luminaires of known shape and place outside the photographs, and the light that they send to
-//! a site past the known geometry.
+//! a surface point past the known geometry.
 
 use std::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use crate::math::sampling::{
     Frame, Random, square_to_cosine_hemisphere, square_to_uniform_cone, stratified,
 };
-use crate::scene::{Site, Views};
+use crate::scene::{SurfacePoint, Views};
 
 /// A luminaire of known shape and place. It is no obstacle to other light, and known geometry
 /// that lies in it or in front of it shades it.
@@ -47,14 +47,14 @@ pub enum Emitter {
     },
 }
 
-/// One direction from which a luminaire's light reaches a site.
+/// One direction from which a luminaire's light reaches a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Unit, away from the site.
+    /// Unit, away from the surface point.
     pub direction: Vec3,
     /// Where the light leaves the luminaire; `None` for one that is infinitely far away.
     pub target: Option<Vec3>,
-    /// The cosine at the site, above 0.
+    /// The cosine at the surface point, above 0.
     pub cosine: f32,
     /// What the direction stands for, per unit of the luminaire's strength: of a radiance the
     /// inverse of the density by solid angle, in sr; of an intensity 1/d² in 1/m²; of an
@@ -63,16 +63,21 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    fn above(site: Site, direction: Vec3, target: Option<Vec3>, strength: f32) -> Option<Self> {
-        let cosine = direction.dot(site.normal);
+    fn above(
+        point: SurfacePoint,
+        direction: Vec3,
+        target: Option<Vec3>,
+        strength: f32,
+    ) -> Option<Self> {
+        let cosine = direction.dot(point.normal);
         (cosine > 0.0).then_some(Self { direction, target, cosine, strength })
     }
 
     /// Whether nothing of the known geometry is in the way.
-    pub fn is_free(&self, views: &Views, site: Site) -> bool {
+    pub fn is_free(&self, views: &Views, point: SurfacePoint) -> bool {
         match self.target {
-            Some(target) => views.is_free(site, target),
-            None => !views.caster.occluded(&views.ray(site, self.direction)),
+            Some(target) => views.is_free(point, target),
+            None => !views.caster.occluded(&views.ray(point, self.direction)),
         }
     }
 }
@@ -126,36 +131,42 @@ impl Emitter {
         }
     }
 
-    /// Irradiance of a site per unit of the light's radiance (in sr), intensity (in sr/m²) or
-    /// irradiance (without unit), with the shadows that the known geometry casts. `side`² shadow
+    /// Irradiance of a surface point per unit of the light's radiance (in sr), intensity (in sr/m²)
+    /// or irradiance (without unit), with the shadows that the known geometry casts. `side`² shadow
     /// rays are spread over the light, or a single one is cast where it is a point. An estimate
-    /// without bias: its expectation is exact whatever the number of rays. Zero where the light
-    /// is below the horizon of the site.
+    /// without bias: its expectation is exact whatever the number of rays. Zero where the light is
+    /// below the horizon of the surface point.
     ///
-    /// Inside a sphere the site is surrounded by its light: π where nothing shades it.
-    pub fn irradiance(&self, views: &Views, site: Site, side: usize, random: &mut Random) -> f32 {
+    /// Inside a sphere the surface point is surrounded by its light: π where nothing shades it.
+    pub fn irradiance(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        side: usize,
+        random: &mut Random,
+    ) -> f32 {
         // A single ray where all go the same way.
         let side = if matches!(self, Self::Point { .. } | Self::Spot { .. }) { 1 } else { side };
         mean(side, random, |square| {
-            let Some(arrival) = self.arrival(site, views.offset_m, square) else { return 0.0 };
-            if arrival.is_free(views, site) { arrival.cosine * arrival.strength } else { 0.0 }
+            let Some(arrival) = self.arrival(point, views.offset_m, square) else { return 0.0 };
+            if arrival.is_free(views, point) { arrival.cosine * arrival.strength } else { 0.0 }
         })
     }
 
-    /// The light that a point of the unit square stands for, above a site's horizon. The mean of
-    /// its cosine times strength over the square is the irradiance without shadows. Lights nearer
-    /// than `least_m` count as that far away, so that one that touches a site does not make it
-    /// infinitely bright.
-    pub fn arrival(&self, site: Site, least_m: f32, square: Vec2) -> Option<Arrival> {
+    /// The light that a point of the unit square stands for, above a surface point's horizon. The
+    /// mean of its cosine times strength over the square is the irradiance without shadows. Lights
+    /// nearer than `least_m` count as that far away, so that one that touches a surface point does
+    /// not make it infinitely bright.
+    pub fn arrival(&self, point: SurfacePoint, least_m: f32, square: Vec2) -> Option<Arrival> {
         let least = (least_m * least_m).max(f32::MIN_POSITIVE);
         let to = |target: Vec3, strength: f32| {
-            let direction = (target - site.position).normalize_or_zero();
-            Arrival::above(site, direction, Some(target), strength)
+            let direction = (target - point.position).normalize_or_zero();
+            Arrival::above(point, direction, Some(target), strength)
         };
         match self {
             Self::Rectangle { corners, normal } => {
                 let (target, area_m2) = Quadrilateral::of(corners).point(square);
-                let offset = target - site.position;
+                let offset = target - point.position;
                 // The distance times the cosine at the light, whose back is dark.
                 let facing = -offset.dot(*normal);
                 if facing <= 0.0 {
@@ -165,18 +176,18 @@ impl Emitter {
                 to(target, area_m2 * facing / reach / reach.sqrt())
             }
             Self::Sphere { center, radius_m } => {
-                let axis = center - site.position;
+                let axis = center - point.position;
                 let (distance_squared, radius_squared) = (axis.length_squared(), radius_m.powi(2));
                 if distance_squared <= radius_squared {
                     // Surrounded by light, as far as to where a direction leaves the sphere.
                     let local = square_to_cosine_hemisphere(square);
-                    let direction = Frame::about(site.normal).to_world(local);
+                    let direction = Frame::about(point.normal).to_world(local);
                     let along = axis.dot(direction);
                     let beyond = along * along + radius_squared - distance_squared;
-                    let target = site.position + direction * (along + beyond.max(0.0).sqrt());
+                    let target = point.position + direction * (along + beyond.max(0.0).sqrt());
                     // As rounded here, so that cosine times strength is π to the last digit.
-                    let strength = PI / direction.dot(site.normal);
-                    return Arrival::above(site, direction, Some(target), strength);
+                    let strength = PI / direction.dot(point.normal);
+                    return Arrival::above(point, direction, Some(target), strength);
                 }
                 let sine_squared = radius_squared / distance_squared;
                 // One minus the cosine of the cone that holds the sphere, without cancellation.
@@ -188,14 +199,14 @@ impl Emitter {
                 let half_chord = (radius_squared - off_axis).max(0.0).sqrt();
                 let entry = (distance * local.z - half_chord).max(0.0);
                 let direction = Frame::about(axis / distance).to_world(local);
-                let target = site.position + direction * entry;
-                Arrival::above(site, direction, Some(target), 2.0 * PI * cap)
+                let target = point.position + direction * entry;
+                Arrival::above(point, direction, Some(target), 2.0 * PI * cap)
             }
             Self::Point { position } => {
-                to(*position, 1.0 / (position - site.position).length_squared().max(least))
+                to(*position, 1.0 / (position - point.position).length_squared().max(least))
             }
             Self::Spot { position, direction, inner_angle, outer_angle } => {
-                let offset = site.position - position;
+                let offset = point.position - position;
                 let cosine = offset.normalize_or_zero().dot(*direction);
                 let falloff = falloff(cosine, *inner_angle, *outer_angle);
                 if falloff == 0.0 {
@@ -210,15 +221,15 @@ impl Emitter {
                 let towards = frame.to_world(square_to_uniform_cone(square, cap));
                 // The mean cosine over the disc is 1 − cap/2 on a surface that faces it, whose
                 // irradiance is the unit.
-                Arrival::above(site, towards, None, 1.0 / (1.0 - 0.5 * cap))
+                Arrival::above(point, towards, None, 1.0 / (1.0 - 0.5 * cap))
             }
         }
     }
 
-    /// Where a ray from a site meets the light's shining side, and the strength with which
+    /// Where a ray from a surface point meets the light's shining side, and the strength with which
     /// [`arrival`](Self::arrival) stands for that direction: its inverse is the density by solid
     /// angle. `None` for lights without extent, and for a sun.
-    pub fn met(&self, site: Site, direction: Vec3) -> Option<(f32, f32)> {
+    pub fn met(&self, point: SurfacePoint, direction: Vec3) -> Option<(f32, f32)> {
         match self {
             Self::Rectangle { corners, normal } => {
                 let facing = -direction.dot(*normal);
@@ -226,14 +237,14 @@ impl Emitter {
                     return None;
                 }
                 let panel = Quadrilateral::of(corners);
-                let distance = (site.position - corners[0]).dot(*normal) / facing;
-                let half = panel.half_with(site.position + direction * distance, *normal)?;
+                let distance = (point.position - corners[0]).dot(*normal) / facing;
+                let half = panel.half_with(point.position + direction * distance, *normal)?;
                 (distance > 0.0).then(|| {
                     (distance, 2.0 * panel.areas_m2[half] * facing / (distance * distance))
                 })
             }
             Self::Sphere { center, radius_m } => {
-                let axis = center - site.position;
+                let axis = center - point.position;
                 let along = axis.dot(direction);
                 let (distance_squared, radius_squared) = (axis.length_squared(), radius_m.powi(2));
                 let half_chord_squared = along * along + radius_squared - distance_squared;
@@ -242,7 +253,7 @@ impl Emitter {
                 }
                 let half_chord = half_chord_squared.sqrt();
                 if distance_squared <= radius_squared {
-                    let cosine = direction.dot(site.normal);
+                    let cosine = direction.dot(point.normal);
                     return (cosine > 0.0).then(|| (along + half_chord, PI / cosine));
                 }
                 let sine_squared = radius_squared / distance_squared;

@@ -15,4 +15,4 @@ pub use capture::{
 pub use dome::Dome;
 pub use emitter::Emitter;
 pub use image::Image;
-pub use views::{Seen, Sightlines, Site, Views};
+pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

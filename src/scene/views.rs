@@ -1,9 +1,10 @@
-//! Who sees what: which photographs see a point of the known surfaces, and what they measured.
+//! Visibility: which photographs see a point of the known surfaces, and what they measured there.
 //!
-//! Every photograph is cast once through its pixel centres. Where the nine hits around a pixel
-//! lie on one smooth piece of surface, that map decides on visibility by itself; only points
-//! that project beside an edge need a ray of their own. A point has two sides, and a photograph
-//! sees only the one that faces it.
+//! Every photograph has a visibility buffer: one ray is cast through the centre of each pixel, and
+//! the position and triangle that it hits are kept. Where the nine hits around a pixel lie on one
+//! smooth piece of surface, the buffer alone decides whether a point is seen, as a depth buffer
+//! would; a point that projects beside an edge is tested with a ray of its own. A surface point has
+//! a side, and is seen only by photographs in front of that side.
 
 use std::sync::Arc;
 
@@ -19,31 +20,34 @@ use crate::watch::{Cancelled, Watch};
 pub struct Views<'a> {
     pub capture: &'a Capture,
     pub caster: &'a RayCaster,
-    pub maps: Vec<PixelMap<'a>>,
+    /// The visibility buffer of each measurement, in their order.
+    pub buffers: Vec<VisibilityBuffer<'a>>,
     /// Unit normal of each triangle, by winding.
     pub normals: Arc<[Vec3]>,
     /// Distance in metres by which rays are started off a surface, against hitting it again.
     pub offset_m: f32,
 }
 
-/// What each pixel of one photograph sees.
-pub struct PixelMap<'a> {
+/// The visibility buffer of one photograph: for each pixel the position and triangle that the ray
+/// through its centre hits.
+pub struct VisibilityBuffer<'a> {
     /// Index into `Capture::photographs`.
     pub photograph: usize,
     pub camera: &'a Camera,
     pub image: &'a Image,
     position: Vec3,
-    /// The camera in single precision, for what is asked millions of times.
+    /// The camera in single precision, for projections of which there are millions.
     camera_from_world: Mat3,
     focal_px: Vec2,
     principal_px: Vec2,
     hits: Arc<[PixelHit]>,
 }
 
-/// What every pixel of the measurements meets, to be used again: it depends on the mesh, the
-/// cameras and on which photographs are measurements, and on no tag. 16 bytes a pixel.
+/// The hits of all visibility buffers, without the photographs, to be used by later runs: they
+/// depend on the mesh, the cameras and on which photographs are measurements, and on no tag. 16
+/// bytes a pixel.
 #[derive(Clone)]
-pub struct Sightlines {
+pub struct VisibilityCache {
     hits: Vec<Arc<[PixelHit]>>,
     normals: Arc<[Vec3]>,
 }
@@ -52,14 +56,14 @@ pub struct Sightlines {
 #[derive(Clone, Copy)]
 struct PixelHit {
     position: Vec3,
-    /// The triangle, or `NOTHING`. Its highest bit says that the nine hits around the pixel lie
-    /// on one smooth piece of one surface; here, because visibility asks for both at once.
+    /// The triangle, or `NOTHING`. Its highest bit is set where the nine hits around the pixel lie
+    /// on one smooth piece of one surface; it is kept here because both are read together.
     triangle_and_clean: u32,
 }
 
 /// A side of a point on the known surfaces.
 #[derive(Clone, Copy, Debug)]
-pub struct Site {
+pub struct SurfacePoint {
     pub position: Vec3,
     /// Unit normal of the side that is meant.
     pub normal: Vec3,
@@ -80,8 +84,8 @@ impl PixelHit {
     }
 }
 
-/// Photographs averaged for the radiance of one point that lights others: what they differ by is
-/// noise and gloss, and hundreds of such points light a sample.
+/// Photographs that are averaged for the radiance of a point that a gathering ray hits. They differ
+/// by noise and gloss alone, and hundreds of such points are summed for each sample.
 const ENOUGH_VIEWS: usize = 3;
 
 /// Neighbouring hits whose normals differ by more belong to different faces (20°).
@@ -97,54 +101,61 @@ impl<'a> Views<'a> {
         let normals: Arc<[Vec3]> = (0..capture.mesh.triangles.len())
             .map(|triangle| capture.mesh.normal(triangle))
             .collect();
-        let mut maps = Vec::new();
+        let mut buffers = Vec::new();
         watch.begin(capture.measurements().map(|(_, camera, _)| camera.height as u64).sum());
         for (photograph, camera, image) in capture.measurements() {
-            let mut map = PixelMap::new(photograph, camera, image);
-            map.cast(caster, watch)?;
-            map.mark_clean(capture, &normals);
-            maps.push(map);
+            let mut buffer = VisibilityBuffer::new(photograph, camera, image);
+            buffer.cast(caster, watch)?;
+            buffer.mark_clean(capture, &normals);
+            buffers.push(buffer);
         }
-        Ok(Self { capture, caster, maps, normals, offset_m: offset_m(capture) })
+        Ok(Self { capture, caster, buffers, normals, offset_m: offset_m(capture) })
     }
 
-    /// Without casting anything: along the lines of sight of an earlier capture of the same mesh,
-    /// cameras and measurements.
+    /// Without casting anything: with the visibility buffers of an earlier capture of the same
+    /// mesh, cameras and measurements.
     ///
     /// # Panics
-    /// If a measurement has no line of sight for each pixel.
-    pub fn along(capture: &'a Capture, caster: &'a RayCaster, lines: &Sightlines) -> Self {
-        assert_eq!(capture.measurements().count(), lines.hits.len());
-        let maps = std::iter::zip(capture.measurements(), &lines.hits)
+    /// If there is no buffer for each measurement, with an entry for each of its pixels.
+    pub fn with_visibility(
+        capture: &'a Capture,
+        caster: &'a RayCaster,
+        cache: &VisibilityCache,
+    ) -> Self {
+        assert_eq!(capture.measurements().count(), cache.hits.len());
+        let buffers = std::iter::zip(capture.measurements(), &cache.hits)
             .map(|((photograph, camera, image), hits)| {
                 assert_eq!(camera.width * camera.height, hits.len());
-                PixelMap { hits: hits.clone(), ..PixelMap::new(photograph, camera, image) }
+                VisibilityBuffer {
+                    hits: hits.clone(),
+                    ..VisibilityBuffer::new(photograph, camera, image)
+                }
             })
             .collect();
-        let normals = lines.normals.clone();
-        Self { capture, caster, maps, normals, offset_m: offset_m(capture) }
+        let normals = cache.normals.clone();
+        Self { capture, caster, buffers, normals, offset_m: offset_m(capture) }
     }
 
-    /// What was cast, to be used again.
-    pub fn lines(&self) -> Sightlines {
-        let hits = self.maps.iter().map(|map| map.hits.clone()).collect();
-        Sightlines { hits, normals: self.normals.clone() }
+    /// The hits of all visibility buffers, for [`Self::with_visibility`].
+    pub fn visibility(&self) -> VisibilityCache {
+        let hits = self.buffers.iter().map(|buffer| buffer.hits.clone()).collect();
+        VisibilityCache { hits, normals: self.normals.clone() }
     }
 
     /// Whether any pixel of any photograph shows the known geometry.
     pub fn shows_anything(&self) -> bool {
-        self.maps.iter().any(|map| map.hits.iter().any(|hit| hit.triangle().is_some()))
+        self.buffers.iter().any(|buffer| buffer.hits.iter().any(|hit| hit.triangle().is_some()))
     }
 
     /// What is odd about the photographs and the geometry together.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        for map in &self.maps {
-            let name = &self.capture.photographs[map.photograph].name;
+        for buffer in &self.buffers {
+            let name = &self.capture.photographs[buffer.photograph].name;
             let (mut shown, mut inner) = (0usize, 0usize);
-            for hit in map.hits.iter() {
+            for hit in buffer.hits.iter() {
                 if let Some(triangle) = hit.triangle() {
-                    let sight = hit.position - map.position;
+                    let sight = hit.position - buffer.position;
                     shown += 1;
                     inner += usize::from(self.normals[triangle as usize].dot(sight) > 0.0);
                 }
@@ -159,7 +170,7 @@ impl<'a> Views<'a> {
                      wall or box, or the faces may be wound the wrong way round"
                 ));
             }
-            if map.image.invalid_count() == map.hits.len() {
+            if buffer.image.invalid_count() == buffer.hits.len() {
                 warnings.push(format!("{name} has no valid pixel and is not used"));
             }
         }
@@ -167,25 +178,25 @@ impl<'a> Views<'a> {
     }
 
     /// The side of the surface that a ray met.
-    pub fn site(&self, ray: &Ray, hit: &Hit) -> Site {
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let normal = self.normals[hit.triangle as usize];
         let facing = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        Site { position: ray.origin + ray.direction * hit.t, normal: facing }
+        SurfacePoint { position: ray.origin + ray.direction * hit.t, normal: facing }
     }
 
-    /// A ray from a site into its hemisphere.
-    pub fn ray(&self, site: Site, direction: Vec3) -> Ray {
+    /// A ray from a surface point into its hemisphere.
+    pub fn ray(&self, point: SurfacePoint, direction: Vec3) -> Ray {
         Ray {
-            origin: site.position + site.normal * self.offset_m,
+            origin: point.position + point.normal * self.offset_m,
             direction,
             t_min: 0.0,
             t_max: f32::INFINITY,
         }
     }
 
-    /// Whether the segment from a site to a point above its surface is free.
-    pub fn is_free(&self, site: Site, target: Vec3) -> bool {
-        let origin = site.position + site.normal * self.offset_m;
+    /// Whether the segment from a surface point to a point above its surface is free.
+    pub fn is_free(&self, point: SurfacePoint, target: Vec3) -> bool {
+        let origin = point.position + point.normal * self.offset_m;
         let offset = target - origin;
         let length = offset.length();
         if length <= self.offset_m {
@@ -196,60 +207,61 @@ impl<'a> Views<'a> {
         !self.caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
     }
 
-    /// The pixel in which a photograph sees a site, and the cosine of the angle of view.
-    pub fn seen(&self, map: &PixelMap, site: Site) -> Option<Seen> {
-        let towards = map.position - site.position;
+    /// The pixel in which a photograph sees a surface point, and the cosine of the angle of view.
+    pub fn seen(&self, buffer: &VisibilityBuffer, point: SurfacePoint) -> Option<Seen> {
+        let towards = buffer.position - point.position;
         // Facing away: the commonest case, and the cheapest to tell.
-        if towards.dot(site.normal) <= 0.0 {
+        if towards.dot(point.normal) <= 0.0 {
             return None;
         }
-        let (x, y) = map.pixel(site.position)?;
+        let (x, y) = buffer.pixel(point.position)?;
         let distance = towards.length();
         let direction = towards / distance;
-        let seen = Seen { x, y, direction, cosine: direction.dot(site.normal) };
-        let index = y * map.camera.width + x;
-        let hit = map.hits[index];
+        let seen = Seen { x, y, direction, cosine: direction.dot(point.normal) };
+        let index = y * buffer.camera.width + x;
+        let hit = buffer.hits[index];
         if let Some(triangle) = hit.triangle().filter(|_| hit.is_clean()) {
-            let footprint = distance / map.focal_px.min_element();
+            let footprint = distance / buffer.focal_px.min_element();
             let normal = self.normals[triangle as usize];
             // How far along the line of sight the point is off the pixel's tangent plane.
             let cosine = normal.dot(direction).abs().max(0.02);
-            let off_plane = normal.dot(site.position - hit.position).abs() / cosine;
+            let off_plane = normal.dot(point.position - hit.position).abs() / cosine;
             if off_plane <= footprint {
                 return Some(seen);
             }
-            if distance > map.position.distance(hit.position) + 4.0 * footprint
+            if distance > buffer.position.distance(hit.position) + 4.0 * footprint
                 && off_plane > 4.0 * footprint
             {
                 return None;
             }
         }
-        self.is_free(site, map.position).then_some(seen)
+        self.is_free(point, buffer.position).then_some(seen)
     }
 
-    /// Whether any photograph has a measurement at a site.
-    pub fn is_measured(&self, site: Site) -> bool {
-        self.maps.iter().any(|map| {
-            self.seen(map, site).is_some_and(|seen| map.image.radiance(seen.x, seen.y).is_some())
+    /// Whether any photograph has a measurement at a surface point.
+    pub fn is_measured(&self, point: SurfacePoint) -> bool {
+        self.buffers.iter().any(|buffer| {
+            self.seen(buffer, point)
+                .is_some_and(|seen| buffer.image.radiance(seen.x, seen.y).is_some())
         })
     }
 
-    /// The radiance of a site: the mean over photographs that measure it; `None` where none
-    /// does. Of many, a few are asked, beginning with one that depends on the site, so that a
-    /// mean over sites is one over all photographs.
-    pub fn radiance(&self, site: Site) -> Option<Radiance> {
+    /// The radiance of a surface point: the mean over photographs that measure it; `None` where
+    /// none does. Of many, a few are asked, beginning with one that depends on the surface point,
+    /// so that a mean over surface points is one over all photographs.
+    pub fn radiance(&self, point: SurfacePoint) -> Option<Radiance> {
         let mut sum = [0.0f32; CHANNELS];
         let mut count = 0;
-        let bits = site.position.to_array().map(f32::to_bits);
+        let bits = point.position.to_array().map(f32::to_bits);
         let mixed =
             (bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22)).wrapping_mul(0x9e37_79b9);
-        let first = (mixed >> 8) as usize % self.maps.len().max(1);
-        for map in self.maps[first..].iter().chain(&self.maps[..first]) {
+        let first = (mixed >> 8) as usize % self.buffers.len().max(1);
+        for buffer in self.buffers[first..].iter().chain(&self.buffers[..first]) {
             if count == ENOUGH_VIEWS {
                 break;
             }
-            let Some(seen) = self.seen(map, site) else { continue };
-            let Some(radiance) = map.image.radiance(seen.x, seen.y) else { continue };
+            let Some(seen) = self.seen(buffer, point) else { continue };
+            let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
             for (sum, value) in sum.iter_mut().zip(radiance) {
                 *sum += value;
             }
@@ -259,19 +271,19 @@ impl<'a> Views<'a> {
     }
 }
 
-/// Where a photograph sees a site.
+/// Where a photograph sees a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     pub x: usize,
     pub y: usize,
-    /// Unit direction from the site to the camera.
+    /// Unit direction from the surface point to the camera.
     pub direction: Vec3,
-    /// Cosine between that direction and the site's normal.
+    /// Cosine between that direction and the surface point's normal.
     pub cosine: f32,
 }
 
-impl<'a> PixelMap<'a> {
-    /// Without lines of sight.
+impl<'a> VisibilityBuffer<'a> {
+    /// Without hits.
     fn new(photograph: usize, camera: &'a Camera, image: &'a Image) -> Self {
         Self {
             photograph,

@@ -1,9 +1,8 @@
-//! Ways in which a capture, its tags or the settings may be wrong: what they are called, and how
-//! far they go.
+//! Degradations of a capture, its tags or the settings: their names, units and levels.
 
-/// A way in which a capture, its tags or the settings may be wrong.
+/// One thing about a capture, its tags or the settings that is made worse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Harm {
+pub enum Degradation {
     Noise,
     Saturation,
     Misregistration,
@@ -24,7 +23,7 @@ pub enum Harm {
     Start,
 }
 
-impl Harm {
+impl Degradation {
     pub const ALL: [Self; 18] = [
         Self::Noise,
         Self::Saturation,
@@ -205,15 +204,15 @@ mod tests {
 
     #[test]
     fn steps_end_with_the_most_severe_one() {
-        assert_eq!(Harm::Noise.steps_to(80.0, 9), [5.0, 10.0, 20.0, 40.0, 80.0]);
-        assert_eq!(Harm::Noise.steps_to(30.0, 9), [5.0, 10.0, 20.0, 30.0]);
-        assert_eq!(Harm::Noise.steps_to(30.0, 2), [10.0, 30.0]);
-        assert_eq!(Harm::Noise.steps_to(30.0, 1), [30.0]);
-        assert_eq!(Harm::MergedTags.steps_to(1.0, 3), [1.0]);
-        for harm in Harm::ALL {
-            let levels = harm.levels();
+        assert_eq!(Degradation::Noise.steps_to(80.0, 9), [5.0, 10.0, 20.0, 40.0, 80.0]);
+        assert_eq!(Degradation::Noise.steps_to(30.0, 9), [5.0, 10.0, 20.0, 30.0]);
+        assert_eq!(Degradation::Noise.steps_to(30.0, 2), [10.0, 30.0]);
+        assert_eq!(Degradation::Noise.steps_to(30.0, 1), [30.0]);
+        assert_eq!(Degradation::MergedTags.steps_to(1.0, 3), [1.0]);
+        for degradation in Degradation::ALL {
+            let levels = degradation.levels();
             let last = levels[levels.len() - 1];
-            assert_eq!(harm.steps_to(last, 9), levels);
+            assert_eq!(degradation.steps_to(last, 9), levels);
         }
     }
 }

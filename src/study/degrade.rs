@@ -10,7 +10,7 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::Random;
 use crate::reconstruct::Options;
 use crate::scene::{Camera, Capture, Distortion, Image, Role, Views};
-use crate::study::harm::Harm;
+use crate::study::degradation::Degradation;
 use crate::watch::{Cancelled, Watch};
 
 /// A degraded capture, and the settings that go with it.
@@ -25,17 +25,17 @@ pub struct Degraded {
 pub fn degrade(
     capture: &Capture,
     options: &Options,
-    harm: Harm,
+    degradation: Degradation,
     level: f64,
     seed: u64,
     watch: &Watch,
 ) -> Result<Degraded, Cancelled> {
-    let mut random = Random::new(seed, 0x4a12, harm as u64);
+    let mut random = Random::new(seed, 0x4a12, degradation as u64);
     let mut worse =
         Degraded { capture: capture.clone(), options: options.clone(), cut: Vec::new() };
     let part = 0.01 * level;
-    match harm {
-        Harm::Noise => {
+    match degradation {
+        Degradation::Noise => {
             let mean = mean_radiance(capture);
             each_image(&mut worse.capture, |_, pixel, _| {
                 pixel.map(|v| {
@@ -44,39 +44,39 @@ pub fn degrade(
                 })
             });
         }
-        Harm::Saturation => {
+        Degradation::Saturation => {
             let limit = brightest_part(capture, part);
             each_image(&mut worse.capture, |_, pixel, _| match pixel.iter().any(|&v| v >= limit) {
                 true => [f32::NAN; CHANNELS],
                 false => pixel,
             });
         }
-        Harm::Misregistration => {
+        Degradation::Misregistration => {
             let corners = seen_corners(capture);
             for photograph in &mut worse.capture.photographs {
                 photograph.camera = misplaced(&photograph.camera, &corners, level, &mut random);
             }
         }
-        Harm::Lens => each_camera(&mut worse.capture, |camera| {
+        Degradation::Lens => each_camera(&mut worse.capture, |camera| {
             let mut radial = camera.distortion.radial;
             radial[0] += level;
             let distortion = Distortion { radial, ..camera.distortion };
             with_lens(camera, camera.focal_px, distortion)
         }),
-        Harm::Focal => each_camera(&mut worse.capture, |camera| {
+        Degradation::Focal => each_camera(&mut worse.capture, |camera| {
             with_lens(camera, camera.focal_px * (1.0 + part), camera.distortion)
         }),
-        Harm::Exposure => {
+        Degradation::Exposure => {
             let gains: Vec<f64> =
                 capture.photographs.iter().map(|_| (part * normal(&mut random)).exp()).collect();
             each_image(&mut worse.capture, |photograph, pixel, _| {
                 pixel.map(|v| v * gains[photograph] as f32)
             });
         }
-        Harm::Vignetting => each_image(&mut worse.capture, |_, pixel, place| {
+        Degradation::Vignetting => each_image(&mut worse.capture, |_, pixel, place| {
             pixel.map(|v| v * (1.0 - part * place.length_squared()) as f32)
         }),
-        Harm::FewerImages => {
+        Degradation::FewerImages => {
             let measured: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
             let kept = ((measured.len() as f64 * (1.0 - part)).round() as usize).max(1);
             // Evenly over the row, beginning elsewhere for each seed.
@@ -89,33 +89,35 @@ pub fn degrade(
                 }
             }
         }
-        Harm::FewerSamples => {
+        Degradation::FewerSamples => {
             let samples = &mut worse.options.samples;
             let keep = |count: usize| ((count as f64 * (1.0 - part)) as usize).max(1);
             samples.count = keep(samples.count);
             samples.min_per_material = keep(samples.min_per_material);
         }
-        Harm::MissingSurfaces => remove_surfaces(&mut worse.capture, level as usize, &mut random),
-        Harm::MovedVertices => move_vertices(&mut worse.capture, part, &mut random),
-        Harm::MoreLights | Harm::FewerLights => {
-            let factor = if harm == Harm::MoreLights { level } else { 1.0 / level };
+        Degradation::MissingSurfaces => {
+            remove_surfaces(&mut worse.capture, level as usize, &mut random)
+        }
+        Degradation::MovedVertices => move_vertices(&mut worse.capture, part, &mut random),
+        Degradation::MoreLights | Degradation::FewerLights => {
+            let factor = if degradation == Degradation::MoreLights { level } else { 1.0 / level };
             let spacing = factor.sqrt().recip();
             let Options { lights, joint, .. } = &mut worse.options;
             lights.count = ((lights.count as f64 * factor) as usize).max(1);
             joint.coarse_spacing = (joint.coarse_spacing * spacing).clamp(0.1, 3.0);
             joint.fine_spacing = (joint.fine_spacing * spacing).clamp(0.1, 3.0);
         }
-        Harm::LightColor => {
+        Degradation::LightColor => {
             // Light of another colour changes every photograph by the same factors.
             let gain = [level.sqrt(), 1.0, level.sqrt().recip()];
             each_image(&mut worse.capture, |_, pixel, _| {
                 std::array::from_fn(|c| pixel[c] * gain[c] as f32)
             });
         }
-        Harm::MergedTags => merge_tags(&mut worse.capture, level as usize, &mut random),
-        Harm::SplitTags => worse.cut = split_tags(&mut worse.capture, level as usize),
-        Harm::Texture => add_texture(&mut worse.capture, part, watch)?,
-        Harm::Start => {
+        Degradation::MergedTags => merge_tags(&mut worse.capture, level as usize, &mut random),
+        Degradation::SplitTags => worse.cut = split_tags(&mut worse.capture, level as usize),
+        Degradation::Texture => add_texture(&mut worse.capture, part, watch)?,
+        Degradation::Start => {
             for material in &capture.materials {
                 let factor = if random.uniform() < 0.5 { level } else { 1.0 / level };
                 let value: Rgb = [(factor / 3.0).clamp(0.01, 0.99); CHANNELS];
@@ -347,13 +349,13 @@ fn add_texture(capture: &mut Capture, contrast: f64, watch: &Watch) -> Result<()
     let original = capture.clone();
     let caster = RayCaster::build(&original.mesh.positions, &original.mesh.triangles);
     let views = Views::new(&original, &caster, watch)?;
-    for map in &views.maps {
-        let image = map.image;
+    for buffer in &views.buffers {
+        let image = buffer.image;
         let (width, height) = (image.width(), image.height());
         let pixel = |k: usize| -> Radiance {
             let (x, y) = (k % width, k / width);
             let Some(radiance) = image.radiance(x, y) else { return [f32::NAN; CHANNELS] };
-            let Some((position, _)) = map.hit(x, y) else { return radiance };
+            let Some((position, _)) = buffer.hit(x, y) else { return radiance };
             // Off the planes of walls by a part of a cell that no rounding reaches.
             let place = ((position - low) / cell + Vec3::splat(0.37)).floor();
             let is_light = (place.x + place.y + place.z).rem_euclid(2.0) < 0.5;
@@ -361,7 +363,7 @@ fn add_texture(capture: &mut Capture, contrast: f64, watch: &Watch) -> Result<()
             radiance.map(|v| v * factor as f32)
         };
         let pixels = (0..width * height).map(pixel).collect();
-        capture.photographs[map.photograph].image =
+        capture.photographs[buffer.photograph].image =
             Some(Arc::new(Image::new(width, height, pixels, None)));
     }
     Ok(())

@@ -1,11 +1,12 @@
-//! Studies of the results: how far they are from the truth, what seconds buy, and what harms them.
+//! Studies of the results: how far they are from the truth, accuracy against seconds, and error
+//! against degradations of the capture.
 
 pub mod chart;
 pub mod cost;
 pub mod degrade;
 pub mod flip;
 pub mod front;
-pub mod harm;
+pub mod degradation;
 pub mod measure;
 pub mod pictures;
 pub mod reference;
@@ -33,7 +34,8 @@ use crate::watch::Watch;
 #[derive(Clone, Debug)]
 pub struct Study {
     pub subject: Subject,
-    /// Where runs, tables and charts are written to; `None` to have the findings told alone.
+    /// Where runs, tables and charts are written to; with `None` findings are only
+    /// passed on.
     pub folder: Option<PathBuf>,
     /// Runs by their numbers, in this order; all, and the charts, where there are none.
     pub only: Vec<usize>,
@@ -109,7 +111,7 @@ pub enum Findings {
 }
 
 impl Findings {
-    /// Writes tables, charts and report as the terminal does, and gives what it tells.
+    /// Writes tables, charts and report, and returns the lines of a summary.
     pub fn write(&self, folder: &Path) -> Result<Vec<String>, io::Error> {
         match self {
             Self::Speed { rows, planned } => speed::write(folder, rows, *planned),
@@ -131,8 +133,8 @@ impl Study {
         })
     }
 
-    /// Carries the study out, and gives what is to be told at its end. `watch` counts runs; `tell`
-    /// hears of each that is done.
+    /// Carries the study out, and returns the lines of its summary. `watch` counts runs; `tell` is
+    /// called with each that is done.
     pub fn perform(
         &self,
         watch: &Watch,

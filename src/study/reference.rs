@@ -1,5 +1,5 @@
-//! What the results of a study of stability are held against: the truth, or without one what the
-//! methods make of the capture as it is.
+//! What the results of a study of stability are compared with: the truth, or without one the result
+//! of the same variant on the capture as it is.
 
 use crate::io;
 use crate::io::export::summary;
@@ -9,12 +9,12 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
 use crate::reconstruct::{self, Options, Quality};
 use crate::scene::Capture;
-use crate::study::stability::{Design, Way};
+use crate::study::stability::{Design, Variant};
 use crate::study::{guarded, score};
 use crate::watch::Watch;
 
-/// A reference for each way, or why there is none.
-pub(super) struct References(Vec<(Way, Result<Reference, String>)>);
+/// A reference for each variant, or why there is none.
+pub(super) struct References(Vec<(Variant, Result<Reference, String>)>);
 
 pub(super) struct Reference {
     /// Name of the true material, and its reflectance, of each surface that is known.
@@ -35,22 +35,24 @@ impl References {
             Some(_) => Err(String::new()),
             None => guarded(|| careful(capture, base, watch))?,
         };
-        let one = |way: &Way| -> Result<_, io::Error> {
+        let one = |variant: &Variant| -> Result<_, io::Error> {
             let reference = match (truth, &careful) {
                 (Some(truth), _) => Ok(true_reference(capture, truth)),
                 (None, Ok(careful)) => {
-                    guarded(|| own_reference(capture, careful, *way, base, watch))?
+                    guarded(|| own_reference(capture, careful, *variant, base, watch))?
                 }
                 (None, Err(failure)) => Err(failure.clone()),
             };
-            Ok((*way, reference))
+            Ok((*variant, reference))
         };
-        design.ways.iter().map(one).collect::<Result<_, _>>().map(Self)
+        design.variants.iter().map(one).collect::<Result<_, _>>().map(Self)
     }
 
-    pub(super) fn of(&self, way: Way) -> Result<&Reference, &str> {
-        let own = self.0.iter().find(|(own, _)| *own == way).map(|(_, reference)| reference);
-        own.map_or(Err("this way was not asked for"), |own| own.as_ref().map_err(String::as_str))
+    pub(super) fn of(&self, variant: Variant) -> Result<&Reference, &str> {
+        let own = self.0.iter().find(|(own, _)| *own == variant).map(|(_, reference)| reference);
+        own.map_or(Err("this variant was not asked for"), |own| {
+            own.as_ref().map_err(String::as_str)
+        })
     }
 }
 
@@ -80,21 +82,21 @@ fn careful(
     base: &Options,
     watch: &Watch,
 ) -> Result<Solution, reconstruct::Error> {
-    let mut options = Way::Joint.options(base, 1);
+    let mut options = Variant::Joint.options(base, 1);
     options.set("general", "quality", &Quality::Standard.text())?;
     solve(capture, &options, watch)
 }
 
-/// Without a truth: the way's own result on the capture as it is. Its error is taken to be what
+/// Without a truth: the variant's own result on the capture as it is. Its error is taken to be what
 /// the intervals of the joint method promise, and what it differs from that method's result.
 fn own_reference(
     capture: &Capture,
     careful: &Solution,
-    way: Way,
+    variant: Variant,
     base: &Options,
     watch: &Watch,
 ) -> Result<Reference, reconstruct::Error> {
-    let own = solve(capture, &way.options(base, 1), watch)?;
+    let own = solve(capture, &variant.options(base, 1), watch)?;
     let mean = score::mean_half_width(careful).unwrap_or(0.0);
     let differs = Reference::of(careful).errors(&own, &[]).map_or(0.0, |[raw, _]| raw);
     Ok(Reference { own_error: ERROR_PER_HALF_WIDTH * mean + differs, ..Reference::of(&own) })

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::io::drawing::{escaped, svg};
-use crate::study::harm::Harm;
-use crate::study::stability::{BREAKS, Course, Row, Way};
+use crate::study::degradation::Degradation;
+use crate::study::stability::{BREAKS, DegradationCurve, Row, Variant};
 use crate::study::{PANIC, stability_chart};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
@@ -16,7 +16,11 @@ const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;mar
     th,td{border-color:#353c46}}";
 
 /// A whole HTML page that needs nothing beside it.
-pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> String {
+pub fn page(
+    capture: &str,
+    rows: &[Row],
+    curves: &[(Degradation, Variant, DegradationCurve)],
+) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width\">\n<title>What {0} can bear</title>\n<style>{STYLE}</style>\n\
@@ -24,7 +28,7 @@ pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> Str
         escaped(capture)
     );
     // Writing into a string does not fail.
-    if let Some(opening) = opening(courses) {
+    if let Some(opening) = opening(curves) {
         let _ = writeln!(page, "<p>{}</p>", escaped(&opening));
     }
     let _ = writeln!(page, "<p>{}</p>", escaped(&soundness(rows)));
@@ -32,25 +36,29 @@ pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> Str
         "<h2>In short</h2>\n<table><tr><th>What goes wrong<th>The result bears<th>It breaks at\
          <th>What to do\n",
     );
-    let mut of_joint: Vec<&(Harm, Way, Course)> =
-        courses.iter().filter(|(_, way, _)| *way == Way::Joint).collect();
+    let mut of_joint: Vec<&(Degradation, Variant, DegradationCurve)> =
+        curves.iter().filter(|(_, variant, _)| *variant == Variant::Joint).collect();
     // What breaks first stands first.
     of_joint.sort_by(|a, b| severity(&b.2).total_cmp(&severity(&a.2)));
-    for (harm, _, course) in &of_joint {
-        let (bears, breaks) = limits(*harm, course);
-        let _ =
-            writeln!(page, "<tr><td>{}<td>{bears}<td>{breaks}<td>{}", harm.title(), advice(*harm));
+    for (degradation, _, curve) in &of_joint {
+        let (bears, breaks) = limits(*degradation, curve);
+        let _ = writeln!(
+            page,
+            "<tr><td>{}<td>{bears}<td>{breaks}<td>{}",
+            degradation.title(),
+            advice(*degradation)
+        );
     }
     page.push_str(
         "</table>\n<h2>In pictures</h2>\n<p>The line is the middle of several runs, the \
                    band from the best to the worst; a star marks where a method breaks.</p>\n",
     );
-    for of_harm in courses.chunk_by(|a, b| a.0 == b.0) {
+    for of_degradation in curves.chunk_by(|a, b| a.0 == b.0) {
         let _ = writeln!(
             page,
             "<section>\n{}<p>{}</p></section>",
-            svg(&stability_chart::one(of_harm)),
-            escaped(&sentence(of_harm))
+            svg(&stability_chart::one(of_degradation)),
+            escaped(&sentence(of_degradation))
         );
     }
     page.push_str("</html>\n");
@@ -58,8 +66,8 @@ pub fn page(capture: &str, rows: &[Row], courses: &[(Harm, Way, Course)]) -> Str
 }
 
 /// How far off the result is on the capture as it is, and what is meant by breaking.
-pub fn opening(courses: &[(Harm, Way, Course)]) -> Option<String> {
-    let clean = courses.iter().find(|(_, way, _)| *way == Way::Joint)?.2.clean?;
+pub fn opening(curves: &[(Degradation, Variant, DegradationCurve)]) -> Option<String> {
+    let clean = curves.iter().find(|(_, variant, _)| *variant == Variant::Joint)?.2.clean?;
     Some(format!(
         "As the capture is, the reflectances that are recovered are off by {clean:.3} on average, \
          on a scale from 0 (black) to 1 (white). To see what it would bear, one thing after the \
@@ -68,41 +76,42 @@ pub fn opening(courses: &[(Harm, Way, Course)]) -> Option<String> {
     ))
 }
 
-/// How much larger the error is at the mildest steps, for an order of harms.
-fn severity(course: &Course) -> f64 {
+/// How much larger the error is at the mildest steps, by which degradations are sorted.
+fn severity(curve: &DegradationCurve) -> f64 {
     let of = |(_, errors): &(f64, Option<[f64; 3]>)| errors.map_or(1e9, |[_, median, _]| median);
-    let broken = course.steps.iter().position(|(level, _)| Some(*level) == course.breaks_at);
+    let broken = curve.steps.iter().position(|(level, _)| Some(*level) == curve.breaks_at);
     let early = broken.map_or(0.0, |step| 1e3 / (1.0 + step as f64));
-    let mean = course.steps.iter().map(of).sum::<f64>() / course.steps.len().max(1) as f64;
-    early + mean / course.clean.unwrap_or(1.0).max(1e-9)
+    let mean = curve.steps.iter().map(of).sum::<f64>() / curve.steps.len().max(1) as f64;
+    early + mean / curve.clean.unwrap_or(1.0).max(1e-9)
 }
 
 /// What is borne and where it breaks, in words.
-fn limits(harm: Harm, course: &Course) -> (String, String) {
-    let breaks = course.breaks_at;
-    let borne = course.steps.iter().map(|(level, _)| *level).take_while(|&l| Some(l) != breaks);
-    let bears =
-        borne.last().map_or("none of the steps that were tried".to_owned(), |l| harm.step(l));
+fn limits(degradation: Degradation, curve: &DegradationCurve) -> (String, String) {
+    let breaks = curve.breaks_at;
+    let borne = curve.steps.iter().map(|(level, _)| *level).take_while(|&l| Some(l) != breaks);
+    let bears = borne
+        .last()
+        .map_or("none of the steps that were tried".to_owned(), |l| degradation.step(l));
     let error = |level: f64| {
-        let step = course.steps.iter().find(|(l, _)| *l == level);
+        let step = curve.steps.iter().find(|(l, _)| *l == level);
         match step.and_then(|(_, errors)| *errors) {
             Some([_, median, _]) => format!("an error of {median:.3}"),
             None => "no result".to_owned(),
         }
     };
     let breaks = breaks.map_or("not within what was tried".to_owned(), |level| {
-        format!("{}: {}", harm.step(level), error(level))
+        format!("{}: {}", degradation.step(level), error(level))
     });
     (bears, breaks)
 }
 
-/// What each way bears of one harm.
-pub fn sentence(courses: &[(Harm, Way, Course)]) -> String {
+/// For each variant the level of one degradation that it bears, or at which it breaks.
+pub fn sentence(curves: &[(Degradation, Variant, DegradationCurve)]) -> String {
     let mut text = String::new();
-    for (harm, way, course) in courses {
-        let (bears, breaks) = limits(*harm, course);
-        let name = way.name();
-        let said = match course.breaks_at {
+    for (degradation, variant, curve) in curves {
+        let (bears, breaks) = limits(*degradation, curve);
+        let name = variant.name();
+        let said = match curve.breaks_at {
             None => format!("{name} bears {bears}. "),
             Some(_) => format!("{name} breaks at {breaks}. "),
         };
@@ -111,26 +120,30 @@ pub fn sentence(courses: &[(Harm, Way, Course)]) -> String {
     text
 }
 
-/// What can be done about a harm.
-pub fn advice(harm: Harm) -> &'static str {
-    match harm {
-        Harm::Noise => "Expose longer, or merge more exposures.",
-        Harm::Saturation => "Add shorter exposures; give the sensor's limit in tags.json.",
-        Harm::Misregistration => "Calibrate the cameras again, with more points.",
-        Harm::Lens => "Calibrate the lens; give k1, k2 in transforms.json.",
-        Harm::Focal => "Calibrate the focal length; do not zoom between photographs.",
-        Harm::Exposure => "Keep exposure, white balance and aperture fixed.",
-        Harm::Vignetting => "Give the vignetting in transforms.json, or use a smaller aperture.",
-        Harm::FewerImages => "Take more photographs, from more sides.",
-        Harm::FewerSamples => "Raise --samples.count.",
-        Harm::MissingSurfaces => "Model what the photographs show.",
-        Harm::MovedVertices => "Fit the model to the photographs more exactly.",
-        Harm::MoreLights | Harm::FewerLights => "Leave the spacing of lights at its default.",
-        Harm::LightColor => "Nothing: colour of light is solved for.",
-        Harm::MergedTags => "Give every material a tag of its own.",
-        Harm::SplitTags => "Nothing: surfaces may be tagged apart.",
-        Harm::Texture => "Tag textured materials as textured.",
-        Harm::Start => "Nothing: start values hardly count.",
+/// What can be done about a degradation.
+pub fn advice(degradation: Degradation) -> &'static str {
+    match degradation {
+        Degradation::Noise => "Expose longer, or merge more exposures.",
+        Degradation::Saturation => "Add shorter exposures; give the sensor's limit in tags.json.",
+        Degradation::Misregistration => "Calibrate the cameras again, with more points.",
+        Degradation::Lens => "Calibrate the lens; give k1, k2 in transforms.json.",
+        Degradation::Focal => "Calibrate the focal length; do not zoom between photographs.",
+        Degradation::Exposure => "Keep exposure, white balance and aperture fixed.",
+        Degradation::Vignetting => {
+            "Give the vignetting in transforms.json, or use a smaller aperture."
+        }
+        Degradation::FewerImages => "Take more photographs, from more sides.",
+        Degradation::FewerSamples => "Raise --samples.count.",
+        Degradation::MissingSurfaces => "Model what the photographs show.",
+        Degradation::MovedVertices => "Fit the model to the photographs more exactly.",
+        Degradation::MoreLights | Degradation::FewerLights => {
+            "Leave the spacing of lights at its default."
+        }
+        Degradation::LightColor => "Nothing: colour of light is solved for.",
+        Degradation::MergedTags => "Give every material a tag of its own.",
+        Degradation::SplitTags => "Nothing: surfaces may be tagged apart.",
+        Degradation::Texture => "Tag textured materials as textured.",
+        Degradation::Start => "Nothing: start values hardly count.",
     }
 }
 

@@ -21,7 +21,7 @@ struct Stored<R> {
 /// A run of a study.
 pub trait Planned: Sync {
     type Row: Serialize + DeserializeOwned + Send;
-    /// A word for people and file names.
+    /// Shown to people, and part of file names.
     fn name(&self) -> String;
     /// Everything that the result depends on.
     fn key(&self) -> String;
@@ -50,10 +50,10 @@ fn finished<P: Planned>(folder: &Path, index: usize, run: &P) -> Option<P::Row> 
 /// What one run of a plan comes to.
 pub type Perform<'a, P> = dyn Fn(&P, &Watch) -> Result<<P as Planned>::Row, io::Error> + Sync + 'a;
 
-/// Hears of a run that is done: its number in the plan, the run, and what it came to.
+/// Called with a run that is done: its number in the plan, the run, and what it came to.
 pub type Tell<'a, P> = dyn Fn(usize, &P, &<P as Planned>::Row) + Sync + 'a;
 
-/// Carries out the runs that are not done yet. `perform` is told the run; `watch` counts runs. Each
+/// Carries out the runs that are not done yet. `perform` does one; `watch` counts runs. Each
 /// leaves a file in the folder, if there is one.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! The study of stability: how far each method's reflectances go wrong as a capture gets worse.
+//! The study of stability: error of the reflectances of each method as a capture is degraded.
 
 use std::path::Path;
 
@@ -9,23 +9,23 @@ use crate::io::records::cell;
 use crate::io::{self, atomic, drawing, records};
 use crate::reconstruct::{self, Method, Options, Quality};
 use crate::scene::Capture;
+use crate::study::degradation::Degradation;
 use crate::study::degrade::{Degraded, degrade};
-use crate::study::harm::Harm;
 use crate::study::reference::References;
 use crate::study::runs::{self, Choice, Planned, Tell};
 use crate::study::{Source, described, guarded, report, stability_chart};
 use crate::watch::Watch;
 
-/// A method, with or without what makes it bear bad input.
+/// A variant of the solve whose stability is compared: a method, with or without its robust parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Variant {
     Joint,
     /// Without the loss that makes outliers count less and the rejection of pixels beside edges.
     Bare,
     Paper,
 }
 
-impl Way {
+impl Variant {
     pub const ALL: [Self; 3] = [Self::Joint, Self::Bare, Self::Paper];
 
     pub fn name(self) -> &'static str {
@@ -36,7 +36,7 @@ impl Way {
         }
     }
 
-    /// The method upon what else is set.
+    /// The options of a run: `base` with the method and the seed set.
     pub fn options(self, base: &Options, seed: usize) -> Options {
         let mut options = base.clone();
         options.general.seed = seed;
@@ -53,40 +53,46 @@ impl Way {
     }
 }
 
-/// What is made worse, how far, and what is run on it.
+/// The design of a study: the degradations with their levels, and the variants to run on each.
 #[derive(Clone, Debug)]
 pub struct Design {
     pub source: Source,
-    /// What the ways are set upon.
+    /// Options that all runs share.
     pub base: Options,
-    /// Every harm with its steps.
-    pub harms: Vec<(Harm, Vec<f64>)>,
-    pub ways: Vec<Way>,
+    /// Each degradation with its levels.
+    pub degradations: Vec<(Degradation, Vec<f64>)>,
+    pub variants: Vec<Variant>,
     pub seeds: usize,
 }
 
 impl Design {
-    /// All harms by all ways; the quick study takes every second step, at the quality `draft`.
+    /// All degradations and variants; the quick study takes every second level, at the quality
+    /// `draft`.
     pub fn of_all(source: Source, quick: bool, seeds: usize) -> Self {
         let every = if quick { 2 } else { 1 };
-        let steps = |harm: Harm| harm.levels().iter().copied().step_by(every).collect();
+        let steps = |degradation: Degradation| {
+            degradation.levels().iter().copied().step_by(every).collect()
+        };
         Self {
             source,
             base: Options::of_quality(if quick { Quality::Draft } else { Quality::Standard }),
-            harms: Harm::ALL.into_iter().map(|harm| (harm, steps(harm))).collect(),
-            ways: Way::ALL.to_vec(),
+            degradations: Degradation::ALL
+                .into_iter()
+                .map(|degradation| (degradation, steps(degradation)))
+                .collect(),
+            variants: Variant::ALL.to_vec(),
             seeds,
         }
     }
 }
 
-/// One method on a capture with one thing wrong.
+/// One variant on a capture with one degradation.
 #[derive(Clone, Debug)]
 pub struct Run {
     capture: String,
     /// `None` for the capture as it is.
-    harm: Option<(Harm, f64)>,
-    way: Way,
+    degradation: Option<(Degradation, f64)>,
+    variant: Variant,
     seed: usize,
     pub options: Options,
 }
@@ -94,15 +100,18 @@ pub struct Run {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub capture: String,
-    /// Empty for the capture as it is.
-    pub harm: String,
+    /// Title of the degradation; empty for the capture as it is.
+    #[serde(rename = "harm")]
+    pub degradation: String,
     pub level: f64,
-    pub way: String,
+    /// Name of the variant.
+    #[serde(rename = "way")]
+    pub variant: String,
     pub seed: usize,
     /// Mean absolute error of the diffuse reflectances: against the truth, or without one what is
-    /// to be expected of the capture as it is and what the harm adds.
+    /// to be expected of the capture as it is and what the degradation adds.
     pub error: Option<f64>,
-    /// After the one factor that fits best.
+    /// The same after the one factor on all reflectances that makes it least.
     pub error_one_scale: Option<f64>,
     pub seconds: f64,
     /// Whether every number of the result is finite.
@@ -114,36 +123,40 @@ impl Planned for Run {
     type Row = Row;
 
     fn name(&self) -> String {
-        let harm = match self.harm {
-            Some((harm, level)) => format!("{} {level}", harm.title()),
+        let degradation = match self.degradation {
+            Some((degradation, level)) => format!("{} {level}", degradation.title()),
             None => "as it is".to_owned(),
         };
-        format!("{harm} · {} · {}", self.way.name(), self.seed)
+        format!("{degradation} · {} · {}", self.variant.name(), self.seed)
     }
 
     fn key(&self) -> String {
-        format!("{} {:?} {}", self.capture, self.harm, described(&self.options))
+        format!("{} {:?} {}", self.capture, self.degradation, described(&self.options))
     }
 }
 
-/// Every run: the capture as it is, then every harm by its steps; each by every way and seed.
+/// Every run: the capture as it is, then every degradation by its levels; each with every variant
+/// and seed.
 pub fn plan(design: &Design) -> Vec<Run> {
-    let steps = |(harm, levels): &(Harm, Vec<f64>)| -> Vec<Option<(Harm, f64)>> {
-        levels.iter().map(|&level| Some((*harm, level))).collect()
-    };
-    let harms = std::iter::once(None).chain(design.harms.iter().flat_map(steps));
+    let steps =
+        |(degradation, levels): &(Degradation, Vec<f64>)| -> Vec<Option<(Degradation, f64)>> {
+            levels.iter().map(|&level| Some((*degradation, level))).collect()
+        };
+    let degradations = std::iter::once(None).chain(design.degradations.iter().flat_map(steps));
     let capture = design.source.name();
-    let run = |harm, way: Way, seed| Run {
+    let run = |degradation, variant: Variant, seed| Run {
         capture: capture.clone(),
-        harm,
-        way,
+        degradation,
+        variant,
         seed,
-        options: way.options(&design.base, seed),
+        options: variant.options(&design.base, seed),
     };
-    harms
-        .flat_map(|harm| design.ways.iter().map(move |&way| (harm, way)))
-        .flat_map(|(harm, way)| (1..=design.seeds).map(move |seed| (harm, way, seed)))
-        .map(|(harm, way, seed)| run(harm, way, seed))
+    degradations
+        .flat_map(|degradation| design.variants.iter().map(move |&variant| (degradation, variant)))
+        .flat_map(|(degradation, variant)| {
+            (1..=design.seeds).map(move |seed| (degradation, variant, seed))
+        })
+        .map(|(degradation, variant, seed)| run(degradation, variant, seed))
         .collect()
 }
 
@@ -160,20 +173,22 @@ pub fn carry_out(
     // Before the runs, which wait for nothing but their own loops.
     let references = References::new(&capture, truth.as_deref(), design, watch)?;
     let perform = |run: &Run, watch: &Watch| {
-        let reference = references.of(run.way);
+        let reference = references.of(run.variant);
         let mut row = Row {
             capture: capture.name.clone(),
-            harm: run.harm.map_or_else(String::new, |(harm, _)| harm.title().to_owned()),
-            level: run.harm.map_or(0.0, |(_, level)| level),
-            way: run.way.name().to_owned(),
+            degradation: run
+                .degradation
+                .map_or_else(String::new, |(degradation, _)| degradation.title().to_owned()),
+            level: run.degradation.map_or(0.0, |(_, level)| level),
+            variant: run.variant.name().to_owned(),
             seed: run.seed,
             ..Row::default()
         };
         let outcome = guarded(|| {
             let options = &run.options;
-            let worse = match run.harm {
-                Some((harm, level)) => {
-                    degrade(&capture, options, harm, level, run.seed as u64, watch)?
+            let worse = match run.degradation {
+                Some((degradation, level)) => {
+                    degrade(&capture, options, degradation, level, run.seed as u64, watch)?
                 }
                 None => Degraded {
                     capture: Capture::clone(&capture),
@@ -204,11 +219,15 @@ pub fn carry_out(
     runs::carry_out(folder, plan, choice, watch, &perform, tell)
 }
 
-/// How a way did under one harm.
+/// Error against severity, of one variant under one degradation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Course {
-    pub harm: &'static str,
-    pub way: &'static str,
+pub struct DegradationCurve {
+    /// Title of the degradation.
+    #[serde(rename = "harm")]
+    pub degradation: &'static str,
+    /// Name of the variant.
+    #[serde(rename = "way")]
+    pub variant: &'static str,
     /// Median error on the capture as it is.
     pub clean: Option<f64>,
     /// Per step: its level, lowest, median and highest error over the seeds.
@@ -217,14 +236,17 @@ pub struct Course {
     pub breaks_at: Option<f64>,
 }
 
-/// An error this much larger than on the capture as it is means that a method has broken.
+/// A variant is said to break where its error is more than this many times that on the capture as
+/// it is.
 pub const BREAKS: f64 = 2.0;
 
-/// Lowest, median and highest error of the rows of one way, harm and level.
-fn spread(rows: &[Row], harm: &str, way: Way, level: f64) -> Option<[f64; 3]> {
+/// Lowest, median and highest error of the rows of one variant, degradation and level.
+fn spread(rows: &[Row], degradation: &str, variant: Variant, level: f64) -> Option<[f64; 3]> {
     let mut errors: Vec<f64> = rows
         .iter()
-        .filter(|row| row.harm == harm && row.way == way.name() && row.level == level)
+        .filter(|row| {
+            row.degradation == degradation && row.variant == variant.name() && row.level == level
+        })
         .filter_map(|row| row.error)
         .collect();
     errors.sort_by(f64::total_cmp);
@@ -232,39 +254,41 @@ fn spread(rows: &[Row], harm: &str, way: Way, level: f64) -> Option<[f64; 3]> {
     Some([low, 0.5 * (errors[(errors.len() - 1) / 2] + errors[errors.len() / 2]), high])
 }
 
-/// The course of every harm and way that was run.
-pub fn courses(rows: &[Row]) -> Vec<(Harm, Way, Course)> {
-    let mut courses = Vec::new();
-    for harm in Harm::ALL {
-        for way in Way::ALL {
-            let clean = spread(rows, "", way, 0.0);
+/// The curve of every degradation and variant that was run.
+pub fn curves(rows: &[Row]) -> Vec<(Degradation, Variant, DegradationCurve)> {
+    let mut curves = Vec::new();
+    for degradation in Degradation::ALL {
+        for variant in Variant::ALL {
+            let clean = spread(rows, "", variant, 0.0);
             // What was not run yet has not broken.
-            let was_run = |row: &&Row| row.harm == harm.title() && row.way == way.name();
+            let was_run = |row: &&Row| {
+                row.degradation == degradation.title() && row.variant == variant.name()
+            };
             let mut levels: Vec<f64> = rows.iter().filter(was_run).map(|row| row.level).collect();
             levels.sort_by(f64::total_cmp);
             levels.dedup();
             let steps: Vec<(f64, Option<[f64; 3]>)> = levels
                 .into_iter()
-                .map(|level| (level, spread(rows, harm.title(), way, level)))
+                .map(|level| (level, spread(rows, degradation.title(), variant, level)))
                 .collect();
             let has_broken = |step: &&(f64, Option<[f64; 3]>)| match (step.1, clean) {
                 (Some([_, median, _]), Some([_, clean, _])) => median > BREAKS * clean,
                 (None, _) => true,
                 _ => false,
             };
-            let course = Course {
-                harm: harm.title(),
-                way: way.name(),
+            let curve = DegradationCurve {
+                degradation: degradation.title(),
+                variant: variant.name(),
                 clean: clean.map(|[_, median, _]| median),
                 breaks_at: steps.iter().find(has_broken).map(|(level, _)| *level),
                 steps,
             };
-            if !course.steps.is_empty() {
-                courses.push((harm, way, course));
+            if !curve.steps.is_empty() {
+                curves.push((degradation, variant, curve));
             }
         }
     }
-    courses
+    curves
 }
 
 /// Writes the report, tables and charts of what has been run into the folder.
@@ -296,9 +320,9 @@ pub fn write(
     let cells = |row: &Row| {
         vec![
             row.capture.clone(),
-            row.harm.clone(),
+            row.degradation.clone(),
             row.level.to_string(),
-            row.way.clone(),
+            row.variant.clone(),
             row.seed.to_string(),
             cell(row.error),
             cell(row.error_one_scale),
@@ -310,23 +334,23 @@ pub fn write(
     };
     let table: Vec<_> = rows.iter().map(cells).collect();
     records::write_csv(&folder.join("stability.csv"), &columns, &table)?;
-    let courses = courses(rows);
-    let breaks: Vec<_> = courses
+    let curves = curves(rows);
+    let breaks: Vec<_> = curves
         .iter()
-        .map(|(_, _, course)| {
+        .map(|(_, _, curve)| {
             vec![
-                course.harm.to_owned(),
-                course.way.to_owned(),
-                cell(course.clean),
-                cell(course.breaks_at),
-                cell(course.steps.last().and_then(|(_, errors)| errors.map(|[_, m, _]| m))),
+                curve.degradation.to_owned(),
+                curve.variant.to_owned(),
+                cell(curve.clean),
+                cell(curve.breaks_at),
+                cell(curve.steps.last().and_then(|(_, errors)| errors.map(|[_, m, _]| m))),
             ]
         })
         .collect();
     let columns = ["harm", "way", "clean_error", "breaks_at", "error_at_the_last_step"];
     records::write_csv(&folder.join("breaks.csv"), &columns, &breaks)?;
-    drawing::write(folder, "stability", &stability_chart::chart(capture, &courses))?;
-    let page = report::page(capture, rows, &courses);
+    drawing::write(folder, "stability", &stability_chart::chart(capture, &curves))?;
+    let page = report::page(capture, rows, &curves);
     atomic::write_bytes(&folder.join("report.html"), page.as_bytes())?;
 
     let mut told = vec![format!("{} of {planned} runs are done", rows.len())];
@@ -335,15 +359,18 @@ pub fn write(
         "{:30}{:>16}{:>28}{:>16}",
         "breaks at", "joint", "without its remedies", "paper"
     ));
-    for of_harm in courses.chunk_by(|a, b| a.0 == b.0) {
-        let at = |way: Way| {
-            let found = of_harm.iter().find(|(_, w, _)| *w == way);
+    for of_degradation in curves.chunk_by(|a, b| a.0 == b.0) {
+        let at = |variant: Variant| {
+            let found = of_degradation.iter().find(|(_, w, _)| *w == variant);
             found
                 .and_then(|(_, _, c)| c.breaks_at)
                 .map_or("-".to_owned(), |level| level.to_string())
         };
-        let [joint, bare, paper] = Way::ALL.map(at);
-        told.push(format!("{:30}{joint:>16}{bare:>28}{paper:>16}", of_harm[0].2.harm));
+        let [joint, bare, paper] = Variant::ALL.map(at);
+        told.push(format!(
+            "{:30}{joint:>16}{bare:>28}{paper:>16}",
+            of_degradation[0].2.degradation
+        ));
     }
     Ok(told)
 }

@@ -1,15 +1,15 @@
-//! Error against severity as charts: a panel for each harm.
+//! Error against severity as charts: a panel for each degradation.
 
 use crate::io::drawing::{Drawing, Form, Ink};
 use crate::study::chart::{self, Chart, Panel, Point, Scale, Series, number};
-use crate::study::harm::Harm;
-use crate::study::stability::{Course, Way};
+use crate::study::degradation::Degradation;
+use crate::study::stability::{DegradationCurve, Variant};
 
-pub type Courses = [(Harm, Way, Course)];
+pub type DegradationCurves = [(Degradation, Variant, DegradationCurve)];
 
-/// All harms.
-pub fn chart(capture: &str, courses: &Courses) -> Drawing {
-    let panels = courses.chunk_by(|a, b| a.0 == b.0).map(panel).collect();
+/// A panel for each degradation.
+pub fn chart(capture: &str, curves: &DegradationCurves) -> Drawing {
+    let panels = curves.chunk_by(|a, b| a.0 == b.0).map(panel).collect();
     chart::draw(&Chart {
         title: format!("What {capture} can bear"),
         notes: vec![
@@ -24,33 +24,33 @@ pub fn chart(capture: &str, courses: &Courses) -> Drawing {
     })
 }
 
-/// One harm by itself.
-pub fn one(courses: &Courses) -> Drawing {
-    let panels = vec![panel(courses)];
+/// One degradation by itself.
+pub fn one(curves: &DegradationCurves) -> Drawing {
+    let panels = vec![panel(curves)];
     chart::draw(&Chart { panels, columns: 1, size: [430.0, 210.0], ..Chart::default() })
 }
 
-/// The steps of a harm that were run, by any way.
-pub fn levels(courses: &Courses) -> Vec<f64> {
+/// The levels of a degradation that were run, with any variant.
+pub fn levels(curves: &DegradationCurves) -> Vec<f64> {
     let mut levels: Vec<f64> =
-        courses.iter().flat_map(|(.., course)| &course.steps).map(|(level, _)| *level).collect();
+        curves.iter().flat_map(|(.., curve)| &curve.steps).map(|(level, _)| *level).collect();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
     levels
 }
 
-fn panel(courses: &Courses) -> Panel {
-    let harm = courses[0].0;
-    let levels = levels(courses);
+fn panel(curves: &DegradationCurves) -> Panel {
+    let degradation = curves[0].0;
+    let levels = levels(curves);
     let steps = std::iter::once("as it is".to_owned()).chain(levels.iter().map(|&l| number_of(l)));
-    let series = courses.iter().map(|(_, way, course)| {
-        let (ink, form) = match way {
-            Way::Joint => (0, Form::Circle),
-            Way::Bare => (2, Form::Square),
-            Way::Paper => (1, Form::Triangle),
+    let series = curves.iter().map(|(_, variant, curve)| {
+        let (ink, form) = match variant {
+            Variant::Joint => (0, Form::Circle),
+            Variant::Bare => (2, Form::Square),
+            Variant::Paper => (1, Form::Triangle),
         };
-        let clean = course.clean.map(|y| Point { y, band: Some([y; 2]), ..Point::default() });
-        let worse = course.steps.iter().filter_map(|(level, errors)| {
+        let clean = curve.clean.map(|y| Point { y, band: Some([y; 2]), ..Point::default() });
+        let worse = curve.steps.iter().filter_map(|(level, errors)| {
             let step = levels.iter().position(|l| l == level)?;
             let [low, median, high] = (*errors)?;
             Some(Point {
@@ -58,11 +58,11 @@ fn panel(courses: &Courses) -> Panel {
                 y: median,
                 band: Some([low, high]),
                 label: String::new(),
-                stands_out: course.breaks_at == Some(*level),
+                stands_out: curve.breaks_at == Some(*level),
             })
         });
         Series {
-            name: way.name().to_owned(),
+            name: variant.name().to_owned(),
             ink: Ink::Series(ink),
             form,
             filled: true,
@@ -71,8 +71,8 @@ fn panel(courses: &Courses) -> Panel {
         }
     });
     Panel {
-        title: harm.title().to_owned(),
-        x_label: harm.unit().to_owned(),
+        title: degradation.title().to_owned(),
+        x_label: degradation.unit().to_owned(),
         y_label: "mean absolute error".to_owned(),
         series: series.collect(),
         x: Scale::Steps(steps.collect()),

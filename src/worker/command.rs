@@ -1,4 +1,4 @@
-//! What the worker can be asked to do.
+//! Commands: the jobs of the worker.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use crate::io::import::{self, Holds, Import, Survey, Writing};
 use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
-use crate::reconstruct::{self, Keeper, Options, Reconstruction};
+use crate::reconstruct::{self, Options, Reconstruction, StageCache};
 use crate::scene::{Capture, Views};
 use crate::study::{Findings, Study};
 use crate::watch::{Cancelled, Watch};
-use crate::worker::elsewhere::{self, Takeaway};
-use crate::worker::event::Happening;
+use crate::worker::elsewhere::{self, SceneExport};
+use crate::worker::event::JobEvent;
 use crate::worker::merge::{self, Merging};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
@@ -30,14 +30,15 @@ pub enum Command {
     Import { source: PathBuf, options: Box<import::Options> },
     /// Write what was imported as a capture.
     WriteCapture { import: Arc<Import>, folder: PathBuf, writing: Box<Writing> },
-    /// Prepare to hold what was imported against its photographs.
+    /// Prepare to compare what was imported with its photographs.
     Survey { import: Arc<Import> },
-    /// Hold one of the photographs against what was imported.
+    /// Compare one of the photographs with what was imported.
     CheckShot { survey: Arc<Survey>, shot: usize },
     /// Find what exposure series share: the response, shifts, whether their times are right.
     Investigate { series: Vec<Series>, options: Box<MergeOptions> },
-    /// Reconstruct a loaded capture; with a keeper from where it differs from earlier runs.
-    Reconstruct { capture: Arc<Capture>, options: Box<Options>, keeper: Option<Keeper> },
+    /// Reconstruct a loaded capture; with a cache from the first stage that differs from earlier
+    /// runs.
+    Reconstruct { capture: Arc<Capture>, options: Box<Options>, stage_cache: Option<StageCache> },
     /// Write a reconstruction into a folder, each file whole or not at all.
     Export {
         capture: Arc<Capture>,
@@ -60,12 +61,12 @@ pub enum Command {
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
-    TakeElsewhere(Box<Takeaway>),
+    ExportScene(Box<SceneExport>),
     /// Carry out a study, or a part of one.
     Study(Box<Study>),
     /// Write what a study has found.
     WriteStudy { findings: Box<Findings>, folder: PathBuf },
-    /// Look whether a capture's folder says what is true; only studies ask.
+    /// Read the `truth.json` of a capture's folder, if it has one; for studies alone.
     ReadTruth { folder: PathBuf },
     #[cfg(test)]
     Panic,
@@ -84,58 +85,58 @@ pub enum EditSource {
 
 impl Command {
     /// Carries the command out; what happens before its end goes to `emit`.
-    pub(super) fn perform(self, watch: &Watch, emit: &(dyn Fn(Happening) + Sync)) -> Happening {
+    pub(super) fn perform(self, watch: &Watch, emit: &(dyn Fn(JobEvent) + Sync)) -> JobEvent {
         match self {
             Self::Load { path } => match io::capture::load(&path, watch) {
-                Ok(capture) => Happening::Loaded(Arc::new(capture)),
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(capture) => JobEvent::Loaded(Arc::new(capture)),
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::Import { source, options } => match import::read(&source, &options, watch) {
-                Ok(import) => Happening::Imported(Arc::new(import)),
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(import) => JobEvent::Imported(Arc::new(import)),
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::WriteCapture { import, folder, writing } => {
                 // A capture in the way is for whoever asked to decide on.
                 if !writing.replace && import::holds(&folder).is_ok_and(|own| own == Holds::Capture)
                 {
-                    return Happening::Occupied(folder);
+                    return JobEvent::Occupied(folder);
                 }
                 match import::write(&import, &folder, &writing, watch) {
-                    Ok(written) => Happening::CaptureWritten(folder, Arc::new(written)),
-                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok(written) => JobEvent::CaptureWritten(folder, Arc::new(written)),
+                    Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::Survey { import } => match import::survey(import, watch) {
-                Ok(survey) => Happening::Surveyed(Arc::new(survey)),
-                Err(Cancelled) => Happening::Cancelled,
+                Ok(survey) => JobEvent::Surveyed(Arc::new(survey)),
+                Err(Cancelled) => JobEvent::Cancelled,
             },
             Self::CheckShot { survey, shot } => match import::check_shot(&survey, shot, watch) {
-                Ok(check) => Happening::Checked(Arc::new(check)),
-                Err(Cancelled) => Happening::Cancelled,
+                Ok(check) => JobEvent::Checked(Arc::new(check)),
+                Err(Cancelled) => JobEvent::Cancelled,
             },
             Self::Investigate { series, options } => {
                 watch.begin(brackets::steps(&series) - series.len() as u64);
                 match brackets::investigate(&series, None, &options, watch) {
-                    Ok(found) => Happening::Investigated(Arc::new(found)),
-                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok(found) => JobEvent::Investigated(Arc::new(found)),
+                    Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
-            Self::Reconstruct { capture, options, keeper } => {
-                let update = |update| emit(Happening::Update(update));
-                let result = match &keeper {
-                    Some(keeper) => {
-                        reconstruct::run_keeping(&capture, &options, keeper, watch, &update)
+            Self::Reconstruct { capture, options, stage_cache } => {
+                let update = |update| emit(JobEvent::Update(update));
+                let result = match &stage_cache {
+                    Some(stage_cache) => {
+                        reconstruct::run_cached(&capture, &options, stage_cache, watch, &update)
                     }
                     None => reconstruct::run(&capture, &options, watch, &update),
                 };
                 match result {
-                    Ok(reconstruction) => Happening::Reconstructed(Arc::new(reconstruction)),
-                    Err(reconstruct::Error::Cancelled(_)) => Happening::Cancelled,
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok(reconstruction) => JobEvent::Reconstructed(Arc::new(reconstruction)),
+                    Err(reconstruct::Error::Cancelled(_)) => JobEvent::Cancelled,
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::Export { capture, options, reconstruction, load_secs, folder } => {
@@ -148,26 +149,26 @@ impl Command {
                     watch,
                 );
                 match written {
-                    Ok(()) => Happening::Exported(folder),
-                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok(()) => JobEvent::Exported(folder),
+                    Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::Cover { capture, lights } => match cover(&capture, &lights, watch) {
-                Ok(masks) => Happening::Covered(Arc::new(masks)),
-                Err(Cancelled) => Happening::Cancelled,
+                Ok(masks) => JobEvent::Covered(Arc::new(masks)),
+                Err(Cancelled) => JobEvent::Cancelled,
             },
             Self::Render(rendering) => match render::perform(&rendering, watch, emit) {
-                Ok(happening) => happening,
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(event) => event,
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::Relight(relighting) => {
-                relight::perform(&relighting, watch, emit).unwrap_or(Happening::Cancelled)
+                relight::perform(&relighting, watch, emit).unwrap_or(JobEvent::Cancelled)
             }
             Self::ReadSolved { capture, folder } => match io::solved::read(&folder, &capture) {
-                Ok(solved) => Happening::Solved(Arc::new(solved)),
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(solved) => JobEvent::Solved(Arc::new(solved)),
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::ReadEdits { capture, source } => {
                 let read = match source {
@@ -177,35 +178,35 @@ impl Command {
                     }
                 };
                 match read {
-                    Ok((edits, warnings)) => Happening::Edits(Arc::new(edits), warnings),
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok((edits, warnings)) => JobEvent::Edits(Arc::new(edits), warnings),
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::Merge(merging) => match merge::perform(&merging, watch) {
-                Ok(happening) => happening,
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(event) => event,
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
-            Self::TakeElsewhere(takeaway) => match elsewhere::perform(&takeaway, watch) {
-                Ok(happening) => happening,
-                Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                Err(error) => Happening::Failed(error.to_string()),
+            Self::ExportScene(scene_export) => match elsewhere::perform(&scene_export, watch) {
+                Ok(event) => event,
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::Study(study) => {
-                let tell = |found| emit(Happening::Found(Box::new(found)));
+                let tell = |found| emit(JobEvent::Found(Box::new(found)));
                 match study.perform(watch, &tell) {
-                    Ok(lines) => Happening::Studied(lines),
-                    Err(io::Error::Cancelled(_)) => Happening::Cancelled,
-                    Err(error) => Happening::Failed(error.to_string()),
+                    Ok(lines) => JobEvent::Studied(lines),
+                    Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                    Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::WriteStudy { findings, folder } => match write_study(&findings, &folder) {
-                Ok(_) => Happening::Exported(folder),
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(_) => JobEvent::Exported(folder),
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::ReadTruth { folder } => match Truth::beside(&folder) {
-                Ok(truth) => Happening::Truth(truth.map(Arc::new)),
-                Err(error) => Happening::Failed(error.to_string()),
+                Ok(truth) => JobEvent::Truth(truth.map(Arc::new)),
+                Err(error) => JobEvent::Failed(error.to_string()),
             },
             #[cfg(test)]
             Self::Panic => panic!("on purpose"),

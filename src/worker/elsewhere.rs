@@ -10,19 +10,19 @@ use crate::render::model::Model;
 use crate::render::scene::{Geometry, Scene, Solved};
 use crate::scene::{Capture, Views};
 use crate::watch::Watch;
-use crate::worker::event::Happening;
+use crate::worker::event::JobEvent;
 
 /// A recovered scene with its edits, to be written for other programs.
 #[derive(Clone, Debug)]
-pub struct Takeaway {
+pub struct SceneExport {
     pub capture: Arc<Capture>,
     pub solved: Arc<Solved>,
     pub edits: Arc<Edits>,
     pub plan: Plan,
 }
 
-pub(super) fn perform(takeaway: &Takeaway, watch: &Watch) -> Result<Happening, io::Error> {
-    let Takeaway { capture, solved, edits, plan } = takeaway;
+pub(super) fn perform(scene_export: &SceneExport, watch: &Watch) -> Result<JobEvent, io::Error> {
+    let SceneExport { capture, solved, edits, plan } = scene_export;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
     let geometry = Geometry::new(capture, edits);
@@ -30,5 +30,5 @@ pub(super) fn perform(takeaway: &Takeaway, watch: &Watch) -> Result<Happening, i
     let scene = Scene::new(&views, &geometry, solved, edits, &places);
     let model = Model::new(&scene, &views, solved, edits, watch)?;
     elsewhere::write(plan, capture, &scene, &model, watch)?;
-    Ok(Happening::Exported(plan.folder.clone()))
+    Ok(JobEvent::Exported(plan.folder.clone()))
 }

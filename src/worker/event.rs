@@ -1,4 +1,4 @@
-//! What the worker tells.
+//! Events: what jobs report.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,21 +21,22 @@ use crate::worker::relight::Relit;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Job(pub(super) u64);
 
-/// Something that happened to a job.
+/// An event of a job.
 #[derive(Clone, Debug)]
 pub struct Event {
     pub job: Job,
-    pub happening: Happening,
+    pub what: JobEvent,
 }
 
+/// What a job reports while it runs, and how it ends.
 #[derive(Clone, Debug)]
-pub enum Happening {
+pub enum JobEvent {
     Started,
-    /// A running reconstruction has come to something.
+    /// A stage, product or iteration of a running reconstruction.
     Update(Update),
     Loaded(Arc<Capture>),
     Imported(Arc<Import>),
-    /// What was imported stands in its folder.
+    /// An import was written as a capture into this folder.
     CaptureWritten(PathBuf, Arc<Written>),
     /// Nothing was written: a capture is in the folder already.
     Occupied(PathBuf),
@@ -51,7 +52,7 @@ pub enum Happening {
         frame: usize,
         film: Arc<Film>,
     },
-    /// A changed scene has become clearer.
+    /// A finer picture of a [`crate::worker::PreviewRequest`].
     Relit(Arc<Relit>),
     /// Results were read.
     Solved(Arc<Solved>),
@@ -61,23 +62,23 @@ pub enum Happening {
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.
     Merged(Box<MergeReport>),
-    /// The picture of a frame, beside the photograph that was taken from there.
+    /// How far the picture of a frame is from the photograph that was taken from there.
     Judged {
         frame: usize,
         score: Box<PictureScore>,
     },
     /// A run of a study is done.
     Found(Box<Finding>),
-    /// What is known to be true of a capture, where its folder has it.
+    /// The contents of a capture's `truth.json`; `None` where there is none.
     Truth(Option<Arc<Truth>>),
-    /// A study is done; what is to be told of it.
+    /// A study is done, with the lines of its summary.
     Studied(Vec<String>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
     Cancelled,
 }
 
-impl Happening {
+impl JobEvent {
     /// Whether the job ends with this.
     pub fn is_ending(&self) -> bool {
         !matches!(

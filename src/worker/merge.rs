@@ -7,7 +7,7 @@ use crate::exposures::{MergeOptions, Response};
 use crate::io;
 use crate::io::brackets::{self, Found, Series};
 use crate::watch::Watch;
-use crate::worker::event::Happening;
+use crate::worker::event::JobEvent;
 
 /// Exposure series to be merged, all on one scale.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ pub struct MergeReport {
     pub found: Found,
 }
 
-pub(super) fn perform(merging: &Merging, watch: &Watch) -> Result<Happening, io::Error> {
+pub(super) fn perform(merging: &Merging, watch: &Watch) -> Result<JobEvent, io::Error> {
     let Merging { series, response, options, place, curve } = merging;
     watch.begin(brackets::steps(series));
     let mut taken = BTreeSet::new();
@@ -81,5 +81,5 @@ pub(super) fn perform(merging: &Merging, watch: &Watch) -> Result<Happening, io:
         io::response::draw(&curve.with_extension("svg"), &found.checked.response)?;
     }
     let report = MergeReport { series: series.clone(), written, found };
-    Ok(Happening::Merged(Box::new(report)))
+    Ok(JobEvent::Merged(Box::new(report)))
 }

@@ -1,9 +1,8 @@
 //! One thread that takes commands and gives events.
 //!
-//! The window and the terminal drive the same worker, so the same button and the same command
-//! give the same answer. Jobs are done one after the other; each has its own [`Watch`], so that
-//! a late cancel cannot stop the next. A panic inside a job becomes [`Happening::Failed`] and
-//! the worker lives on.
+//! The window and the terminal send the same commands, so that both give the same results. Jobs are
+//! done one after the other; each has its own [`Watch`], so that a late cancel cannot stop the
+//! next. A panic inside a job becomes [`JobEvent::Failed`] and the thread goes on with the next.
 
 mod command;
 mod elsewhere;
@@ -21,13 +20,13 @@ use std::thread::JoinHandle;
 use crate::watch::{Progress, Watch};
 
 pub use command::{Command, EditSource};
-pub use elsewhere::Takeaway;
-pub use event::{Event, Happening, Job};
+pub use elsewhere::SceneExport;
+pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
-pub use relight::{Desk, Relighting, Relit, Wish};
+pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};
 
-/// A handle on the worker's thread; dropping it cancels what runs and waits for the thread.
+/// The worker thread. Dropping this cancels all jobs and waits for the thread to end.
 pub struct Worker {
     commands: Option<Sender<(Job, Watch, Command)>>,
     events: Receiver<Event>,
@@ -45,14 +44,14 @@ impl Worker {
         let shared = watches.clone();
         let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
             for (job, watch, command) in orders {
-                let emit = |happening| {
-                    // Whoever started the worker may be gone; then nobody is left to tell.
-                    let _ = sender.send(Event { job, happening });
+                let emit = |what| {
+                    // Sending fails only if the receiver was dropped; then nobody needs the event.
+                    let _ = sender.send(Event { job, what });
                     wake();
                 };
-                emit(Happening::Started);
+                emit(JobEvent::Started);
                 let ending = perform(command, &watch, &emit);
-                // Before the ending is told: who hears of it finds no progress any more.
+                // Before the last event is sent: whoever receives it finds no progress any more.
                 shared.lock().unwrap_or_else(PoisonError::into_inner).remove(&job);
                 emit(ending);
             }
@@ -107,19 +106,19 @@ impl Drop for Worker {
     }
 }
 
-/// Carries a command out and says how it ended.
-fn perform(command: Command, watch: &Watch, emit: &(dyn Fn(Happening) + Sync)) -> Happening {
+/// Carries a command out; the event is the one that ends its job.
+fn perform(command: Command, watch: &Watch, emit: &(dyn Fn(JobEvent) + Sync)) -> JobEvent {
     // A job shares nothing with the next but read-only products, so nothing half-changed can
     // be seen after a panic.
     match catch_unwind(AssertUnwindSafe(|| command.perform(watch, emit))) {
-        Ok(happening) => happening,
+        Ok(event) => event,
         Err(panic) => {
             let text = panic
                 .downcast_ref::<&str>()
                 .map(|text| (*text).to_owned())
                 .or_else(|| panic.downcast_ref::<String>().cloned())
                 .unwrap_or_else(|| "no message".to_owned());
-            Happening::Failed(format!(
+            JobEvent::Failed(format!(
                 "an internal error stopped the job ({text}); please report it with the capture"
             ))
         }
@@ -132,12 +131,12 @@ mod tests {
     use crate::reconstruct::Options;
     use crate::scene::Capture;
 
-    /// The happening that ends a job.
-    fn ending(worker: &Worker, job: Job) -> Happening {
+    /// The event that ends a job.
+    fn ending(worker: &Worker, job: Job) -> JobEvent {
         loop {
             let event = worker.events().recv().unwrap();
-            if event.job == job && event.happening.is_ending() {
-                return event.happening;
+            if event.job == job && event.what.is_ending() {
+                return event.what;
             }
         }
     }
@@ -149,10 +148,10 @@ mod tests {
             let job = worker.send(Command::Reconstruct {
                 capture: Arc::new(Capture::default()),
                 options: Box::default(),
-                keeper: None,
+                stage_cache: None,
             });
             match ending(&worker, job) {
-                Happening::Failed(message) => assert!(message.contains("no photograph")),
+                JobEvent::Failed(message) => assert!(message.contains("no photograph")),
                 other => panic!("{other:?}"),
             }
             assert_eq!(worker.progress(job), None);
@@ -161,8 +160,8 @@ mod tests {
 
     #[test]
     fn a_panic_is_an_event() {
-        let happening = perform(Command::Panic, &Watch::new(), &|_| ());
-        assert!(matches!(happening, Happening::Failed(text) if text.contains("on purpose")));
+        let event = perform(Command::Panic, &Watch::new(), &|_| ());
+        assert!(matches!(event, JobEvent::Failed(text) if text.contains("on purpose")));
     }
 
     #[test]
@@ -174,8 +173,8 @@ mod tests {
         let second = worker.send(Command::Reconstruct {
             capture: Arc::new(Capture::default()),
             options: Box::new(Options::default()),
-            keeper: None,
+            stage_cache: None,
         });
-        assert!(matches!(ending(&worker, second), Happening::Failed(_)));
+        assert!(matches!(ending(&worker, second), JobEvent::Failed(_)));
     }
 }

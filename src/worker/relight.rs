@@ -18,31 +18,31 @@ use crate::render::scene::{Geometry, Recovered, Scene, Solved};
 use crate::render::{RenderOptions, add_paths};
 use crate::scene::{Camera, Capture, Image, Photograph, Views};
 use crate::watch::{Cancelled, Watch};
-use crate::worker::event::Happening;
+use crate::worker::event::JobEvent;
 
 /// A session over one recovered scene; it lasts until it is cancelled.
 #[derive(Clone, Debug)]
 pub struct Relighting {
     pub capture: Arc<Capture>,
     pub solved: Arc<Solved>,
-    pub desk: Desk,
+    pub latest: LatestRequest,
 }
 
-/// What is to be seen.
+/// A picture that is asked for: which scene, from where.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wish {
+pub struct PreviewRequest {
     pub edits: Arc<Edits>,
     pub camera: Camera,
-    /// The edits are set into this photograph, taken from the same place.
+    /// Index of the photograph, taken from the same place, that the edits are composited into.
     pub photograph: Option<usize>,
-    /// The scene without edits is wanted, too.
+    /// Also give the scene without edits.
     pub before: bool,
 }
 
-/// The picture that answers a wish, as far as it has come.
+/// The picture of a request, as far as it is refined.
 #[derive(Clone, Debug)]
 pub struct Relit {
-    /// Of the wish, as [`Desk::put`] gave it.
+    /// The number that [`LatestRequest::put`] gave the request.
     pub number: u64,
     pub width: usize,
     pub height: usize,
@@ -52,27 +52,28 @@ pub struct Relit {
     pub before: Option<Vec<(Radiance, f32)>>,
     /// Paths per pixel.
     pub paths: usize,
-    /// The wish is answered in full.
+    /// No finer picture of this request follows.
     pub is_done: bool,
 }
 
-/// Where the newest wish is put; clones share it.
+/// A slot that holds the newest request alone: an older one that is not finished is dropped. Clones
+/// share the slot.
 #[derive(Clone, Debug, Default)]
-pub struct Desk(Arc<(Mutex<Slot>, Condvar)>);
+pub struct LatestRequest(Arc<(Mutex<Slot>, Condvar)>);
 
 #[derive(Debug, Default)]
 struct Slot {
-    wish: Option<Arc<Wish>>,
+    request: Option<Arc<PreviewRequest>>,
     number: u64,
-    /// Of the answer under way.
+    /// Cancels the picture in progress.
     answering: Option<Watch>,
 }
 
-impl Desk {
-    /// Puts a wish in the place of the one before; the answer to that stops.
-    pub fn put(&self, wish: Wish) -> u64 {
+impl LatestRequest {
+    /// Replaces the request before, whose picture is cancelled; returns the new request's number.
+    pub fn put(&self, request: PreviewRequest) -> u64 {
         let mut slot = self.lock();
-        slot.wish = Some(Arc::new(wish));
+        slot.request = Some(Arc::new(request));
         slot.number += 1;
         if let Some(watch) = &slot.answering {
             watch.cancel();
@@ -81,21 +82,21 @@ impl Desk {
         slot.number
     }
 
-    /// Waits for a wish later than `seen`.
-    fn next(&self, seen: u64, watch: &Watch) -> Result<(u64, Arc<Wish>), Cancelled> {
+    /// Waits for a request with a number above `seen`.
+    fn next(&self, seen: u64, watch: &Watch) -> Result<(u64, Arc<PreviewRequest>), Cancelled> {
         let mut slot = self.lock();
         loop {
             watch.check()?;
-            if let Some(wish) = slot.wish.clone().filter(|_| slot.number > seen) {
-                return Ok((slot.number, wish));
+            if let Some(request) = slot.request.clone().filter(|_| slot.number > seen) {
+                return Ok((slot.number, request));
             }
-            // A session is cancelled by its watch, which rings no bell.
+            // Cancelling a watch does not signal the condition variable, so it is polled.
             let waited = self.0.1.wait_timeout(slot, Duration::from_millis(50));
             slot = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 
-    /// What stops with a wish later than `number`.
+    /// A watch that is cancelled as soon as there is a request with a number above `number`.
     fn until_later(&self, number: u64, watch: &Watch) -> Watch {
         let part = watch.part();
         let mut slot = self.lock();
@@ -115,21 +116,21 @@ impl Desk {
 const STEPS: [usize; 3] = [4, 2, 1];
 /// Paths per pixel at which a picture is shown; between them it would hardly change.
 const SHOWN: [usize; 7] = [4, 8, 16, 32, 64, 128, 256];
-/// Pixels of the finest picture: more take more than an artist's patience, and memory.
+/// Pixels of the finest picture; larger ones would take minutes, and memory.
 const MOST_PIXELS: usize = 1 << 20;
 
 type Picture = Vec<(Radiance, f32)>;
 
-/// Answers wishes until cancelled, on threads that give way to all others: a picture that is
-/// always getting clearer would leave nothing of a small machine to the window that shows it.
+/// Renders requests until cancelled, on threads of low priority: refinement uses every core all the
+/// time, and the window must stay responsive on a machine that has few.
 pub(super) fn perform(
     relighting: &Relighting,
     watch: &Watch,
-    emit: &(dyn Fn(Happening) + Sync),
-) -> Result<Happening, Cancelled> {
+    emit: &(dyn Fn(JobEvent) + Sync),
+) -> Result<JobEvent, Cancelled> {
     let threads = rayon::ThreadPoolBuilder::new()
         .thread_name(|_| "relight".to_owned())
-        .start_handler(|_| give_way())
+        .start_handler(|_| lower_thread_priority())
         .build();
     match threads {
         Ok(threads) => threads.install(|| answer_all(relighting, watch, emit)),
@@ -138,7 +139,7 @@ pub(super) fn perform(
 }
 
 /// Lowers the priority of this thread, where that is possible.
-fn give_way() {
+fn lower_thread_priority() {
     #[cfg(target_os = "linux")]
     // SAFETY: takes numbers only. On Linux, process 0 is the calling thread. Whether it succeeds
     // changes no result.
@@ -150,9 +151,9 @@ fn give_way() {
 fn answer_all(
     relighting: &Relighting,
     watch: &Watch,
-    emit: &(dyn Fn(Happening) + Sync),
-) -> Result<Happening, Cancelled> {
-    let Relighting { capture, solved, desk } = relighting;
+    emit: &(dyn Fn(JobEvent) + Sync),
+) -> Result<JobEvent, Cancelled> {
+    let Relighting { capture, solved, latest } = relighting;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
     let bare = Edits::default();
@@ -160,13 +161,13 @@ fn answer_all(
     let bare_lit = Arc::new(Recovered::new(capture, solved, &bare, &bare_geometry));
     let mut placed: Option<(Vec<Object>, Geometry)> = None;
     let bounds = bare_geometry.bounds();
-    let mut lit = Lit { groups: BTreeMap::new(), bounds, by: bare_lit.clone() };
-    let mut without = Without::default();
+    let mut lit = RecoveredLights { groups: BTreeMap::new(), bounds, by: bare_lit.clone() };
+    let mut without = BaselineCache::default();
     let mut seen = 0;
     loop {
-        let (number, wish) = desk.next(seen, watch)?;
+        let (number, request) = latest.next(seen, watch)?;
         seen = number;
-        let Wish { edits, camera, photograph, before } = &*wish;
+        let PreviewRequest { edits, camera, photograph, before } = &*request;
         let geometry = if edits.objects.is_empty() {
             &bare_geometry
         } else {
@@ -193,10 +194,13 @@ fn answer_all(
                     continue;
                 }
                 let photograph = photograph.map(|photograph| seen_by(&reduced, photograph));
-                // While the view turns, wishes come faster than answers: the coarse picture is
-                // always finished, or there would be none.
-                let answering =
-                    if step == STEPS[0] { watch.clone() } else { desk.until_later(number, watch) };
+                // While the view turns, requests come faster than pictures are made: the coarsest
+                // picture is never cancelled, or nothing would be shown.
+                let answering = if step == STEPS[0] {
+                    watch.clone()
+                } else {
+                    latest.until_later(number, watch)
+                };
                 let counts = if is_last { &SHOWN[..] } else { &SHOWN[..1] };
                 let mut film = Film::new(reduced.width, reduced.height, 1 + scene.added.len());
                 for &paths in counts {
@@ -209,12 +213,12 @@ fn answer_all(
                     };
                     let light = edits.original_light as f32;
                     let (after, before) = pictures(&clear, plain, photograph.as_ref(), light);
-                    emit(Happening::Relit(Arc::new(Relit {
+                    emit(JobEvent::Relit(Arc::new(Relit {
                         number,
                         width: reduced.width,
                         height: reduced.height,
                         after,
-                        before: before.filter(|_| wish.before),
+                        before: before.filter(|_| request.before),
                         paths,
                         is_done: is_last && Some(&paths) == SHOWN.last(),
                     })));
@@ -222,15 +226,15 @@ fn answer_all(
             }
             Ok(())
         };
-        // A newer wish is no end of the session.
+        // Cancelled by a newer request the loop goes on; cancelled by the session it ends.
         if answer().is_err() {
             watch.check()?;
         }
     }
 }
 
-/// Traces until every pixel has so many paths. A film that this did not come to an end with is of
-/// no use any more.
+/// Traces until every pixel has so many paths. On an error the film is incomplete and must be
+/// dropped.
 fn grow(
     film: &mut Film,
     scene: &Scene,
@@ -242,15 +246,16 @@ fn grow(
     add_paths(scene, camera, &RenderOptions::default(), film, count, watch)
 }
 
-/// The recovered lights as the edits have them.
-struct Lit {
+/// The recovered lights with the edits' changes of their groups; made anew only where these or the
+/// bounds of the geometry change.
+struct RecoveredLights {
     groups: BTreeMap<String, f64>,
     bounds: (Vec3, Vec3),
     by: Arc<Recovered>,
 }
 
-impl Lit {
-    /// Brings them up to date.
+impl RecoveredLights {
+    /// Makes the lights anew if they depend on what has changed.
     fn bring(&mut self, capture: &Capture, solved: &Solved, edits: &Edits, geometry: &Geometry) {
         if self.groups != edits.groups || self.bounds != geometry.bounds() {
             self.groups.clone_from(&edits.groups);
@@ -260,17 +265,19 @@ impl Lit {
     }
 }
 
-/// The scene without edits from one camera: it stays while lights and objects are moved.
+/// Pictures of the scene without edits from one camera; they stay valid while lights and objects
+/// are moved.
 #[derive(Default)]
-struct Without {
+struct BaselineCache {
     camera: Option<Camera>,
-    /// By the size of a pixel.
+    /// By the side of a coarse pixel, in pixels of the full picture.
     films: BTreeMap<usize, Film>,
-    /// Also by paths per pixel. A difference has least noise between pictures of the same paths.
+    /// By that side and paths per pixel: the difference of two pictures has least noise where both
+    /// have the same number of paths.
     pictures: BTreeMap<(usize, usize), Arc<Picture>>,
 }
 
-impl Without {
+impl BaselineCache {
     fn keep_for(&mut self, camera: &Camera) {
         if self.camera != Some(*camera) {
             *self = Self { camera: Some(*camera), ..Self::default() };
@@ -302,7 +309,7 @@ fn covered(film: &Film) -> Picture {
     film.beauty().into_iter().zip(film.coverage()).collect()
 }
 
-/// What is seen after the edits and before them: in a photograph, or of the scene alone.
+/// The pictures after and before the edits: composited into a photograph, or of the scene alone.
 fn pictures(
     film: &Film,
     plain: Option<Arc<Picture>>,

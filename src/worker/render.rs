@@ -14,7 +14,7 @@ use crate::render::{RenderOptions, render};
 use crate::scene::{Camera, Capture, Views};
 use crate::study::pictures as judge;
 use crate::watch::Watch;
-use crate::worker::event::Happening;
+use crate::worker::event::JobEvent;
 
 /// Pictures to be made of a recovered scene.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub struct Rendering {
     pub edits: Arc<Edits>,
     pub frames: Vec<Frame>,
     pub options: RenderOptions,
-    /// Where to; `None` to have every pass told as [`Happening::Picture`].
+    /// Where to write; with `None` every pass is sent as [`JobEvent::Picture`] instead.
     pub files: Option<Files>,
 }
 
@@ -50,8 +50,8 @@ pub struct Files {
 pub(super) fn perform(
     rendering: &Rendering,
     watch: &Watch,
-    emit: &(dyn Fn(Happening) + Sync),
-) -> Result<Happening, io::Error> {
+    emit: &(dyn Fn(JobEvent) + Sync),
+) -> Result<JobEvent, io::Error> {
     let Rendering { capture, solved, edits, frames, options, files } = rendering;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
@@ -69,7 +69,7 @@ pub(super) fn perform(
     for (index, frame) in frames.iter().enumerate() {
         let show = |film: &Film| {
             if files.is_none() {
-                emit(Happening::Picture { frame: index, film: Arc::new(film.clone()) });
+                emit(JobEvent::Picture { frame: index, film: Arc::new(film.clone()) });
             }
         };
         let film = render(&scene, &frame.camera, options, watch, &show)?;
@@ -78,7 +78,7 @@ pub(super) fn perform(
             if let Some(image) = photograph {
                 watch.check()?;
                 let score = Box::new(judge::against_photograph(&frame.name, &film, image));
-                emit(Happening::Judged { frame: index, score });
+                emit(JobEvent::Judged { frame: index, score });
             }
             continue;
         };
@@ -99,5 +99,5 @@ pub(super) fn perform(
                 .map(|(without, photograph)| (without, &**photograph, edits.original_light as f32)),
         })?;
     }
-    Ok(Happening::Rendered(files.as_ref().map(|files| files.folder.clone())))
+    Ok(JobEvent::Rendered(files.as_ref().map(|files| files.folder.clone())))
 }

@@ -12,7 +12,7 @@ use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::samples::SampleCloud;
 use lobelia::reconstruct::solution::{Solution, Stopped};
 use lobelia::reconstruct::textures::Texture;
-use lobelia::reconstruct::transport::{HiddenLight, Transport};
+use lobelia::reconstruct::transport::{PatchRadiosity, Transport};
 use lobelia::reconstruct::unwrap::Unwrap;
 use lobelia::reconstruct::{Options, Reconstruction};
 use lobelia::render::scene::Solved;
@@ -134,9 +134,9 @@ fn write(folder: &std::path::Path, solved: &Solved) {
             first_record: Vec::new(),
             record_weight: 0.0,
             coupling: faer::Mat::zeros(0, 0),
-            hidden: Arc::default(),
-            first_hidden: Vec::new(),
-            hidden_light: HiddenLight::default(),
+            unphotographed: Arc::default(),
+            first_unphotographed: Vec::new(),
+            patch_radiosity: PatchRadiosity::default(),
         }),
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {

@@ -9,7 +9,7 @@ use lobelia::io::export::summary;
 use lobelia::io::solution::Solution;
 use lobelia::options::{Declaration, Kind};
 use lobelia::reconstruct::options::{Method, Options};
-use lobelia::reconstruct::{Error, Keeper, Reconstruction, Stage, Update, run, run_keeping};
+use lobelia::reconstruct::{Error, Reconstruction, Stage, StageCache, Update, run, run_cached};
 use lobelia::scene::{Capture, Emitter, Environment, KnownLight, MaterialKind, Role};
 use lobelia::watch::Watch;
 
@@ -84,8 +84,12 @@ fn afresh(capture: &Capture, options: &Options) -> Result<Reconstruction, Error>
     run(capture, options, &Watch::new(), &|_| ())
 }
 
-fn kept(capture: &Capture, options: &Options, keeper: &Keeper) -> Result<Reconstruction, Error> {
-    run_keeping(capture, options, keeper, &Watch::new(), &|_| ())
+fn kept(
+    capture: &Capture,
+    options: &Options,
+    stage_cache: &StageCache,
+) -> Result<Reconstruction, Error> {
+    run_cached(capture, options, stage_cache, &Watch::new(), &|_| ())
 }
 
 /// Everything that a result consists of but seconds, every number to its last digit.
@@ -137,7 +141,7 @@ fn every_option(method: Method) -> Vec<String> {
     let mut base = options(method);
     base.joint.light_sets = 1;
     let plain = told(&afresh(&capture, &base));
-    let keeper = Keeper::default();
+    let stage_cache = StageCache::default();
     let mut idle = Vec::new();
     for declaration in base.declarations() {
         let Declaration { section, name, .. } = declaration;
@@ -146,11 +150,11 @@ fn every_option(method: Method) -> Vec<String> {
         let mut differs = false;
         for text in others {
             // What was kept is that of the plain options, and is not spoilt by the others.
-            assert!(told(&kept(&capture, &base, &keeper)) == plain, "before {section}.{name}");
+            assert!(told(&kept(&capture, &base, &stage_cache)) == plain, "before {section}.{name}");
             let mut changed = base.clone();
             changed.set(section, name, &text).unwrap();
-            let foreseen = keeper.stages(&capture, &changed);
-            let (all, part) = (afresh(&capture, &changed), kept(&capture, &changed, &keeper));
+            let foreseen = stage_cache.stages(&capture, &changed);
+            let (all, part) = (afresh(&capture, &changed), kept(&capture, &changed, &stage_cache));
             let all = told(&all);
             assert!(all == told(&part), "{section}.{name} = {text}");
             if let Ok(part) = part {
@@ -194,12 +198,12 @@ fn any_option_changed_gives_the_bytes_of_a_joint_run_from_the_beginning() {
     }
 }
 
-/// The keeper that a finished run of the plain options leaves.
-fn keeper(capture: &Capture, options: &Options) -> Keeper {
-    let keeper = Keeper::default();
-    let first = kept(capture, options, &keeper).unwrap();
+/// The stage cache that a finished run of the plain options leaves.
+fn stage_cache(capture: &Capture, options: &Options) -> StageCache {
+    let stage_cache = StageCache::default();
+    let first = kept(capture, options, &stage_cache).unwrap();
     assert_eq!(first.kept, [false; 5]);
-    keeper
+    stage_cache
 }
 
 fn stages(kept: [bool; 5]) -> Vec<Stage> {
@@ -214,10 +218,10 @@ fn a_run_begins_where_the_table_says() {
     let before_textures = vec![Samples, Lights, Transport, Solve];
     let of = |method: Method, section: &str, name: &str, text: &str| {
         let plain = options(method);
-        let keeper = keeper(&capture, &plain);
+        let stage_cache = stage_cache(&capture, &plain);
         let mut changed = plain.clone();
         changed.set(section, name, text).unwrap();
-        stages(kept(&capture, &changed, &keeper).unwrap().kept)
+        stages(kept(&capture, &changed, &stage_cache).unwrap().kept)
     };
     for method in [Method::Joint, Method::Paper] {
         assert_eq!(of(method, "textures", "rays", "49"), before_textures);
@@ -279,20 +283,20 @@ fn any_tag_changed_gives_the_bytes_of_a_run_from_the_beginning() {
     for method in [Method::Joint, Method::Paper] {
         let mut options = options(method);
         options.start.insert("box".into(), [0.3; 3]);
-        let keeper = Keeper::default();
+        let stage_cache = StageCache::default();
         for (name, change) in TAGS {
-            kept(&capture, &options, &keeper).unwrap();
+            kept(&capture, &options, &stage_cache).unwrap();
             let mut changed = capture.clone();
             change(&mut changed);
-            let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &keeper));
+            let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &stage_cache));
             assert!(told(&all) == told(&part), "{name}, {method:?}");
         }
         // With gains divided out the samples depend on which materials are matt.
         options.photographs.gain = lobelia::reconstruct::gain::GainUse::Apply;
-        kept(&capture, &options, &keeper).unwrap();
+        kept(&capture, &options, &stage_cache).unwrap();
         let mut changed = capture.clone();
         changed.materials[0].kind = MaterialKind::Diffuse;
-        let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &keeper));
+        let (all, part) = (afresh(&changed, &options), kept(&changed, &options, &stage_cache));
         assert!(told(&all) == told(&part), "gains, {method:?}");
         assert_eq!(part.unwrap().kept, [false; 5]);
     }
@@ -304,10 +308,10 @@ fn tags_leave_what_does_not_read_them() {
     let capture = capture();
     let of = |method: Method, change: fn(&mut Capture)| {
         let options = options(method);
-        let keeper = keeper(&capture, &options);
+        let stage_cache = stage_cache(&capture, &options);
         let mut changed = capture.clone();
         change(&mut changed);
-        stages(kept(&changed, &options, &keeper).unwrap().kept)
+        stages(kept(&changed, &options, &stage_cache).unwrap().kept)
     };
     for (name, change) in TAGS {
         let expected: &[Stage] = match name {
@@ -326,13 +330,13 @@ fn tags_leave_what_does_not_read_them() {
 fn what_is_kept_is_told_as_if_it_were_new() {
     let capture = capture();
     let options = options(Method::Joint);
-    let keeper = keeper(&capture, &options);
-    let tell = |keeper: &Keeper| {
+    let stage_cache = stage_cache(&capture, &options);
+    let tell = |stage_cache: &StageCache| {
         let told = Mutex::new(Vec::new());
-        let whole = run_keeping(&capture, &options, keeper, &Watch::new(), &|update| {
+        let whole = run_cached(&capture, &options, stage_cache, &Watch::new(), &|update| {
             told.lock().unwrap().push(match update {
                 Update::Stage(stage) => format!("does {}", stage.name()),
-                Update::Kept(stage) => format!("keeps {}", stage.name()),
+                Update::Reused(stage) => format!("keeps {}", stage.name()),
                 Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
                 Update::Lights(lights, _) => format!("{} lights", lights.lights.len()),
                 Update::Transport(_) => "transport".to_owned(),
@@ -341,8 +345,8 @@ fn what_is_kept_is_told_as_if_it_were_new() {
         });
         (told.into_inner().unwrap(), whole.unwrap())
     };
-    let (again, second) = tell(&keeper);
-    let (first, anew) = tell(&keeper.afresh());
+    let (again, second) = tell(&stage_cache);
+    let (first, anew) = tell(&stage_cache.afresh());
     let as_new: Vec<String> = again.iter().map(|line| line.replace("keeps", "does")).collect();
     assert_eq!(as_new, first);
     assert_eq!((second.kept, anew.kept), ([true; 5], [false; 5]));
@@ -364,10 +368,10 @@ fn what_is_kept_is_told_as_if_it_were_new() {
 }
 
 /// A run that is cancelled as a stage begins.
-fn stopped(capture: &Capture, options: &Options, keeper: &Keeper, at: Stage) {
+fn stopped(capture: &Capture, options: &Options, stage_cache: &StageCache, at: Stage) {
     let watch = Watch::new();
     let stops = AtomicUsize::new(0);
-    let result = run_keeping(capture, options, keeper, &watch, &|update| {
+    let result = run_cached(capture, options, stage_cache, &watch, &|update| {
         if matches!(update, Update::Stage(stage) if stage == at) {
             stops.fetch_add(1, SeqCst);
             watch.cancel();
@@ -382,25 +386,25 @@ fn a_run_that_was_stopped_takes_nothing_away_and_leaves_its_own() {
     use Stage::{Samples, Solve, Textures, Transport};
     let capture = capture();
     let plain = options(Method::Joint);
-    let keeper = keeper(&capture, &plain);
+    let stage_cache = stage_cache(&capture, &plain);
     let mut other = plain.clone();
     other.set("samples", "count", "60").unwrap();
-    stopped(&capture, &other, &keeper, Solve);
-    assert_eq!(keeper.stages(&capture, &plain), [true; 5], "what was there before");
-    assert_eq!(stages(keeper.stages(&capture, &other)), [Samples, Transport]);
+    stopped(&capture, &other, &stage_cache, Solve);
+    assert_eq!(stage_cache.stages(&capture, &plain), [true; 5], "what was there before");
+    assert_eq!(stages(stage_cache.stages(&capture, &other)), [Samples, Transport]);
     // Stopped once more before anything new is done.
     let mut third = plain.clone();
     third.set("samples", "count", "50").unwrap();
-    stopped(&capture, &third, &keeper, Samples);
-    assert_eq!(stages(keeper.stages(&capture, &other)), [Samples, Transport]);
+    stopped(&capture, &third, &stage_cache, Samples);
+    assert_eq!(stages(stage_cache.stages(&capture, &other)), [Samples, Transport]);
     // And on from there, with another option of the stage that it was stopped in.
     other.set("joint", "ridge", "0.02").unwrap();
-    let part = kept(&capture, &other, &keeper);
+    let part = kept(&capture, &other, &stage_cache);
     assert_eq!(stages(part.as_ref().unwrap().kept), [Samples, Transport]);
     assert!(told(&part) == told(&afresh(&capture, &other)));
-    stopped(&capture, &plain, &keeper.afresh(), Textures);
-    assert_eq!(keeper.stages(&capture, &other), [true; 5]);
-    assert_eq!(keeper.stages(&capture, &plain), [true, true, true, true, false]);
+    stopped(&capture, &plain, &stage_cache.afresh(), Textures);
+    assert_eq!(stage_cache.stages(&capture, &other), [true; 5]);
+    assert_eq!(stage_cache.stages(&capture, &plain), [true, true, true, true, false]);
 }
 
 #[test]
@@ -410,12 +414,12 @@ fn a_solve_that_was_done_on_kept_stages_is_kept_with_them() {
     {
         let capture = capture();
         let plain = options(method);
-        let keeper = keeper(&capture, &plain);
+        let stage_cache = stage_cache(&capture, &plain);
         let mut other = plain.clone();
         other.set(section, name, "1").unwrap();
-        stopped(&capture, &other, &keeper, Stage::Textures);
-        assert_eq!(keeper.stages(&capture, &other), [true, true, true, true, false]);
-        assert_eq!(keeper.stages(&capture, &plain), [true; 5]);
+        stopped(&capture, &other, &stage_cache, Stage::Textures);
+        assert_eq!(stage_cache.stages(&capture, &other), [true, true, true, true, false]);
+        assert_eq!(stage_cache.stages(&capture, &plain), [true; 5]);
     }
 }
 
@@ -423,18 +427,20 @@ fn a_solve_that_was_done_on_kept_stages_is_kept_with_them() {
 fn nothing_is_copied_and_another_capture_finds_nothing() {
     let capture = capture();
     let options = options(Method::Joint);
-    let keeper = keeper(&capture, &options);
-    let (a, b) =
-        (kept(&capture, &options, &keeper).unwrap(), kept(&capture, &options, &keeper).unwrap());
+    let stage_cache = stage_cache(&capture, &options);
+    let (a, b) = (
+        kept(&capture, &options, &stage_cache).unwrap(),
+        kept(&capture, &options, &stage_cache).unwrap(),
+    );
     assert!(std::sync::Arc::ptr_eq(&a.samples, &b.samples));
     assert!(std::sync::Arc::ptr_eq(&a.transport, &b.transport));
     assert!(std::sync::Arc::ptr_eq(&a.solution, &b.solution));
     // The same read again: equal, but not known to be without looking at every pixel.
     let mut again = capture.clone();
     again.mesh = std::sync::Arc::new((*capture.mesh).clone());
-    assert_eq!(keeper.stages(&again, &options), [false; 5]);
+    assert_eq!(stage_cache.stages(&again, &options), [false; 5]);
     let mut again = capture.clone();
     again.photographs[0].image =
         again.photographs[0].image.as_deref().cloned().map(std::sync::Arc::new);
-    assert_eq!(keeper.stages(&again, &options), [false; 5]);
+    assert_eq!(stage_cache.stages(&again, &options), [false; 5]);
 }

@@ -9,7 +9,7 @@ use lobelia::reconstruct::lobes::{Lobe, Lobes};
 use lobelia::reconstruct::transport::{
     Falloff, LightGeometry, TransportOptions, gather, geometric_factor,
 };
-use lobelia::scene::{Site, Views};
+use lobelia::scene::{SurfacePoint, Views};
 use lobelia::watch::Watch;
 
 use crate::rooms::{Room, bare_sample, cloud};
@@ -21,8 +21,8 @@ fn disc(position: Vec3, normal: Vec3, radius_m: f32) -> VirtualLight {
     VirtualLight::disc(LightKind::Sphere, position, normal.normalize_or_zero(), radius_m)
 }
 
-fn floor_site(x: f32, y: f32) -> Site {
-    Site { position: Vec3::new(x, y, 0.0), normal: Vec3::Z }
+fn floor_site(x: f32, y: f32) -> SurfacePoint {
+    SurfacePoint { position: Vec3::new(x, y, 0.0), normal: Vec3::Z }
 }
 
 /// Each light with one lobe, α = 1 along its normal: a diffuse disc of unit radiance.

@@ -116,8 +116,8 @@ fn photographs_without_a_valid_pixel() {
     }
 }
 
-/// What damaged files and dead sites hold: values that are no number, and some whose sums or squares
-/// are none.
+/// What damaged files and dead surface points hold: values that are no number, and some whose sums
+/// or squares are none.
 #[test]
 fn pixels_of_any_size_leave_the_numbers_finite() {
     let values = [f32::NAN, f32::INFINITY, f32::MAX, 1e38, 1e19];

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec3, Vec3};
 use lobelia::math::sampling::Random;
-use lobelia::scene::{Dome, Emitter, Image, Site, Views};
+use lobelia::scene::{Dome, Emitter, Image, SurfacePoint, Views};
 use lobelia::watch::Watch;
 
 use crate::rooms::Room;
@@ -16,19 +16,19 @@ use crate::rooms::Room;
 const RUNS: u64 = 64;
 
 /// Mean and standard error over independent estimates.
-fn estimated(room: &Room, light: &Emitter, site: Site, side: usize) -> (f64, f64) {
+fn estimated(room: &Room, light: &Emitter, point: SurfacePoint, side: usize) -> (f64, f64) {
     let caster = room.caster();
     let views = Views::new(&room.capture, &caster, &Watch::new()).unwrap();
     let runs: Vec<f64> = (0..RUNS)
-        .map(|run| f64::from(light.irradiance(&views, site, side, &mut Random::new(run, 5, 0))))
+        .map(|run| f64::from(light.irradiance(&views, point, side, &mut Random::new(run, 5, 0))))
         .collect();
     let mean = runs.iter().sum::<f64>() / RUNS as f64;
     let variance = runs.iter().map(|run| (run - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64;
     (mean, (variance / RUNS as f64).sqrt())
 }
 
-fn agrees(room: &Room, light: &Emitter, site: Site, expected: f64) {
-    let (mean, error) = estimated(room, light, site, 16);
+fn agrees(room: &Room, light: &Emitter, point: SurfacePoint, expected: f64) {
+    let (mean, error) = estimated(room, light, point, 16);
     assert!(error <= 5e-3 * expected, "{light:?}: {mean} ± {error} tells nothing of {expected}");
     // Single precision adds what the spread over the runs does not show.
     let tolerance = 4.0 * error + 3e-6 * expected;
@@ -43,7 +43,7 @@ fn empty() -> Room {
     room
 }
 
-/// Geometry that hides what is above `z` and on the side x < 0 of a site at the origin.
+/// Geometry that hides what is above `z` and on the side x < 0 of a surface point at the origin.
 fn half_hidden(z: f64) -> Room {
     let mut room = empty();
     let blind = room.diffuse("blind");
@@ -51,8 +51,8 @@ fn half_hidden(z: f64) -> Room {
     room
 }
 
-fn site(normal: Vec3) -> Site {
-    Site { position: Vec3::ZERO, normal: normal.normalize_or_zero() }
+fn surface_point(normal: Vec3) -> SurfacePoint {
+    SurfacePoint { position: Vec3::ZERO, normal: normal.normalize_or_zero() }
 }
 
 fn panel(corners: [DVec3; 4], normal: DVec3) -> Emitter {
@@ -126,7 +126,7 @@ fn a_panel_above_a_parallel_plane() {
         ([0.5, 0.8], [1.0, 1.1], 0.9),
         ([-3.0, 3.0], [0.0, 4.0], 1.5),
     ] {
-        agrees(&empty(), &ceiling(x, y, z), site(Vec3::Z), above(x, y, z));
+        agrees(&empty(), &ceiling(x, y, z), surface_point(Vec3::Z), above(x, y, z));
     }
 }
 
@@ -140,7 +140,7 @@ fn any_simple_quadrilateral_either_way_round() {
         // With a corner that points inwards.
         [at(0.0, 0.0), at(2.0, -1.0), at(0.5, 0.2), at(0.0, 2.0)],
     ];
-    let up = site(Vec3::new(0.2, 0.1, 1.0));
+    let up = surface_point(Vec3::new(0.2, 0.1, 1.0));
     for corners in shapes {
         let expected = lambert(&corners, up.normal.as_dvec3());
         for start in 0..4 {
@@ -157,29 +157,34 @@ fn a_panel_partly_below_the_horizon() {
     let corner = |y, z| DVec3::new(1.5, y, z);
     let corners = [corner(-1.0, -2.0), corner(1.0, -2.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     let seen = [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    agrees(&empty(), &panel(corners, -DVec3::X), site(Vec3::Z), lambert(&seen, DVec3::Z));
+    agrees(&empty(), &panel(corners, -DVec3::X), surface_point(Vec3::Z), lambert(&seen, DVec3::Z));
 }
 
 #[test]
 fn half_of_a_light_is_hidden() {
     let (x, y) = ([-1.0, 1.5], [-0.5, 2.0]);
-    agrees(&half_hidden(1.0), &ceiling(x, y, 2.0), site(Vec3::Z), above([0.0, 1.5], y, 2.0));
+    agrees(
+        &half_hidden(1.0),
+        &ceiling(x, y, 2.0),
+        surface_point(Vec3::Z),
+        above([0.0, 1.5], y, 2.0),
+    );
     let sphere = Emitter::Sphere { center: Vec3::Z * 2.0, radius_m: 0.7 };
-    agrees(&half_hidden(1.0), &sphere, site(Vec3::Z), 0.5 * PI * 0.35f64.powi(2));
+    agrees(&half_hidden(1.0), &sphere, surface_point(Vec3::Z), 0.5 * PI * 0.35f64.powi(2));
     let sun = Emitter::Sun { direction: -Vec3::Z, angular_diameter: Emitter::SUN_DIAMETER };
-    agrees(&half_hidden(1.0), &sun, site(Vec3::Z), 0.5);
+    agrees(&half_hidden(1.0), &sun, surface_point(Vec3::Z), 0.5);
     // Geometry behind a light hides nothing, and any geometry is before the sun.
-    agrees(&half_hidden(3.0), &ceiling(x, y, 2.0), site(Vec3::Z), above(x, y, 2.0));
-    agrees(&half_hidden(3.0), &sphere, site(Vec3::Z), PI * 0.35f64.powi(2));
-    // Within a sphere it is behind the light that the site sees.
-    agrees(&half_hidden(2.0), &sphere, site(Vec3::Z), PI * 0.35f64.powi(2));
-    agrees(&half_hidden(1e3), &sun, site(Vec3::Z), 0.5);
+    agrees(&half_hidden(3.0), &ceiling(x, y, 2.0), surface_point(Vec3::Z), above(x, y, 2.0));
+    agrees(&half_hidden(3.0), &sphere, surface_point(Vec3::Z), PI * 0.35f64.powi(2));
+    // Within a sphere it is behind the light that the surface point sees.
+    agrees(&half_hidden(2.0), &sphere, surface_point(Vec3::Z), PI * 0.35f64.powi(2));
+    agrees(&half_hidden(1e3), &sun, surface_point(Vec3::Z), 0.5);
     for light in [
         Emitter::Point { position: Vec3::new(-0.5, 0.0, 2.0) },
         spot(Vec3::new(-0.5, 0.0, 2.0), -Vec3::Z),
     ] {
-        assert_eq!(estimated(&half_hidden(1.0), &light, site(Vec3::Z), 1).0, 0.0);
-        assert!(estimated(&half_hidden(3.0), &light, site(Vec3::Z), 1).0 > 0.1);
+        assert_eq!(estimated(&half_hidden(1.0), &light, surface_point(Vec3::Z), 1).0, 0.0);
+        assert!(estimated(&half_hidden(3.0), &light, surface_point(Vec3::Z), 1).0 > 0.1);
     }
 }
 
@@ -198,14 +203,14 @@ fn a_sphere_near_far_and_at_the_horizon() {
             } else {
                 cone_form(half, tilt)
             };
-            agrees(&empty(), &light, site(Vec3::Z), expected);
+            agrees(&empty(), &light, surface_point(Vec3::Z), expected);
         }
     }
 }
 
 #[test]
 fn within_and_upon_a_light_nothing_is_infinite() {
-    let up = site(Vec3::Z);
+    let up = surface_point(Vec3::Z);
     for center in [Vec3::ZERO, Vec3::new(0.2, 0.1, -0.3)] {
         // Every ray arrives, so that nothing is left to chance.
         let (mean, _) = estimated(&empty(), &Emitter::Sphere { center, radius_m: 0.5 }, up, 8);
@@ -236,8 +241,8 @@ fn spot(position: Vec3, direction: Vec3) -> Emitter {
 #[test]
 fn a_point_fades_with_the_square_of_its_distance() {
     let light = Emitter::Point { position: Vec3::new(1.0, -2.0, 2.0) };
-    agrees(&empty(), &light, site(Vec3::Z), 2.0 / 3.0 / 9.0);
-    agrees(&empty(), &light, site(Vec3::X), 1.0 / 3.0 / 9.0);
+    agrees(&empty(), &light, surface_point(Vec3::Z), 2.0 / 3.0 / 9.0);
+    agrees(&empty(), &light, surface_point(Vec3::X), 1.0 / 3.0 / 9.0);
 }
 
 #[test]
@@ -254,7 +259,8 @@ fn a_spot_fades_between_its_angles() {
         (PI, 0.0),
     ] {
         let axis = DVec3::new(angle.sin(), 0.0, -angle.cos()).as_vec3();
-        let (found, error) = estimated(&empty(), &spot(Vec3::Z * 2.0, axis), site(Vec3::Z), 1);
+        let (found, error) =
+            estimated(&empty(), &spot(Vec3::Z * 2.0, axis), surface_point(Vec3::Z), 1);
         assert_eq!(error, 0.0);
         assert!((found - expected / 4.0).abs() < 2e-6, "{angle}: {found}, not {expected} / 4");
     }
@@ -264,7 +270,7 @@ fn a_spot_fades_between_its_angles() {
         inner_angle: 0.5,
         outer_angle: 0.5,
     };
-    let off = |angle: f32| Site { position: Vec3::X * angle.tan(), normal: Vec3::Z };
+    let off = |angle: f32| SurfacePoint { position: Vec3::X * angle.tan(), normal: Vec3::Z };
     assert!(estimated(&empty(), &sharp, off(0.49), 1).0 > 0.1);
     assert_eq!(estimated(&empty(), &sharp, off(0.51), 1).0, 0.0);
 }
@@ -275,13 +281,13 @@ fn a_sun_is_told_by_the_irradiance_of_what_faces_it() {
         for tilt in [0.0f64, 0.4, 0.75] {
             let towards = DVec3::new(0.0, tilt.sin(), tilt.cos()).as_vec3();
             let light = Emitter::Sun { direction: -towards, angular_diameter };
-            agrees(&empty(), &light, site(Vec3::Z), tilt.cos());
+            agrees(&empty(), &light, surface_point(Vec3::Z), tilt.cos());
         }
     }
     // Half set: of a disc of unit irradiance, that is of radiance 1 / (π sin²).
     let light = Emitter::Sun { direction: -Vec3::X, angular_diameter: 1.0 };
     let expected = cone_form(0.5, FRAC_PI_2) / (PI * 0.5f64.sin().powi(2));
-    agrees(&empty(), &light, site(Vec3::Z), expected);
+    agrees(&empty(), &light, surface_point(Vec3::Z), expected);
 }
 
 #[test]
@@ -296,7 +302,7 @@ fn below_the_horizon_and_behind_a_panel_it_is_dark() {
         Emitter::Sun { direction: -low.normalize_or_zero(), angular_diameter: 0.1 },
     ];
     for light in lights {
-        assert_eq!(estimated(&empty(), &light, site(Vec3::Z), 8), (0.0, 0.0), "{light:?}");
+        assert_eq!(estimated(&empty(), &light, surface_point(Vec3::Z), 8), (0.0, 0.0), "{light:?}");
     }
 }
 
@@ -309,7 +315,7 @@ fn more_rays_err_less() {
         Emitter::Sphere { center: Vec3::new(0.5, 0.0, 1.0), radius_m: 0.8 },
     ];
     for light in lights {
-        let error = |side| estimated(&empty(), &light, site(Vec3::Z), side).1;
+        let error = |side| estimated(&empty(), &light, surface_point(Vec3::Z), side).1;
         assert!(error(16) < error(4) / 8.0, "{light:?}: {} and {}", error(4), error(16));
     }
 }

@@ -69,23 +69,24 @@ fn what_no_photograph_shows_is_the_rest_of_the_hemisphere() {
     }
     let result = run(&room, &quick()).unwrap();
     let transport = &result.transport;
-    let mut hidden = 0.0;
+    let mut unphotographed = 0.0;
     for sample in 0..result.samples.samples.len() {
-        let rest: f64 = transport.hidden_of(sample).iter().map(|met| met.projected_sr).sum();
+        let rest: f64 =
+            transport.unphotographed_of(sample).iter().map(|met| met.projected_sr).sum();
         // The sphere is closed: every ray meets radiance 1 or what is hidden.
         let whole = transport.irradiance(sample, 1) + rest;
         assert!((whole / PI - 1.0).abs() < 1e-5, "sample {sample}: {whole}");
-        hidden += rest / PI;
+        unphotographed += rest / PI;
     }
     // Every point of a sphere sees every area alike, and three of six cube faces show half of it
     // but for the eye's distance from the centre.
-    let hidden = hidden / result.samples.samples.len() as f64;
-    assert!((hidden - 0.5).abs() < 0.05, "{hidden}");
-    for met in transport.hidden.iter() {
+    let unphotographed = unphotographed / result.samples.samples.len() as f64;
+    assert!((unphotographed - 0.5).abs() < 0.05, "{unphotographed}");
+    for met in transport.unphotographed.iter() {
         let surface = room.capture.mesh.surface[met.triangle as usize];
         let plane = room.capture.mesh.normal(met.triangle as usize);
         assert_eq!(surface, 0);
-        assert!((plane.dot(met.site.normal).abs() - 1.0).abs() < 1e-5);
+        assert!((plane.dot(met.point.normal).abs() - 1.0).abs() < 1e-5);
     }
 }
 
@@ -101,14 +102,18 @@ fn walls_that_no_photograph_shows_reflect_like_the_others() {
     options.transport.rays = 400;
     let result = run(&room, &options).unwrap();
     let samples = result.samples.samples.len();
-    let hidden: f64 = result.transport.hidden.iter().map(|met| met.projected_sr).sum();
-    assert!(hidden > 0.1 * PI * samples as f64, "hardly anything is hidden: {hidden}");
+    let unphotographed: f64 =
+        result.transport.unphotographed.iter().map(|met| met.projected_sr).sum();
+    assert!(
+        unphotographed > 0.1 * PI * samples as f64,
+        "hardly anything is unphotographed: {unphotographed}"
+    );
     let is_lit = |emission: &Rgb| emission.iter().any(|&value| value > 0.0);
     assert!(!result.solution.emission.iter().any(is_lit), "light was invented");
     let wall = result.solution.reflectances[0].unwrap().diffuse;
     for (wall, rho) in wall.iter().zip(rho) {
-        // Without the light from the bottom they come out up to 10 % too bright; what is left is noise
-        // of the rays and the jitter of what stands for the bottom.
+        // Without the light from the bottom they come out up to 10 % too bright; what is left is
+        // noise of the rays and the jitter of what stands for the bottom.
         assert!((wall / rho - 1.0).abs() < 0.02, "{wall} for {rho}");
     }
 }

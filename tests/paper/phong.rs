@@ -8,7 +8,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::equations::{Equations, Reflectance};
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::samples::View;
-use lobelia::reconstruct::transport::{HiddenLight, Record, Transport};
+use lobelia::reconstruct::transport::{PatchRadiosity, Record, Transport};
 use lobelia::scene::{Capture, MaterialKind};
 
 use crate::rooms::{Room, bare_sample, cloud, cube_cameras, icosphere, quick, run};
@@ -62,9 +62,9 @@ fn equations(tilt: f64, rings: usize, spokes: usize, radiance: [f32; 3]) -> Equa
         records: records.into(),
         record_weight: PI / (rings * spokes) as f64,
         coupling: faer::Mat::zeros(1, 0),
-        hidden: Arc::default(),
-        first_hidden: Vec::new(),
-        hidden_light: HiddenLight::default(),
+        unphotographed: Arc::default(),
+        first_unphotographed: Vec::new(),
+        patch_radiosity: PatchRadiosity::default(),
     };
     Equations::new(&specular_capture(), &samples, &VirtualLights::default(), &transport, 1)
 }
@@ -123,9 +123,9 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         first_record: vec![0, 0],
         record_weight: 0.0,
         coupling: faer::Mat::zeros(1, 0),
-        hidden: Arc::default(),
-        first_hidden: Vec::new(),
-        hidden_light: HiddenLight::default(),
+        unphotographed: Arc::default(),
+        first_unphotographed: Vec::new(),
+        patch_radiosity: PatchRadiosity::default(),
     };
     let reflectance =
         Reflectance { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };

@@ -10,7 +10,7 @@ use lobelia::reconstruct::equations::{Equations, Reflectance};
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
 use lobelia::reconstruct::reflectance::{GlossOptions, irradiance, update};
-use lobelia::reconstruct::transport::{HiddenLight, Transport};
+use lobelia::reconstruct::transport::{PatchRadiosity, Transport};
 use lobelia::watch::Watch;
 
 use crate::rooms::{Dice, Room, bare_sample, cloud};
@@ -34,9 +34,9 @@ fn case(radiances: &[[f32; 3]], irradiances: &[[f32; 3]], coupling: &[[f64; 2]])
         first_record: vec![0; radiances.len() + 1],
         record_weight: 0.0,
         coupling: Mat::from_fn(radiances.len(), 2, |row, column| coupling[row][column]),
-        hidden: Arc::default(),
-        first_hidden: Vec::new(),
-        hidden_light: HiddenLight::default(),
+        unphotographed: Arc::default(),
+        first_unphotographed: Vec::new(),
+        patch_radiosity: PatchRadiosity::default(),
     };
     let lobe = |light| Lobe { light, direction: Vec3::Z, exponent: 1.0 };
     let lobes = Lobes { lobes: vec![lobe(0), lobe(1)], first: vec![0, 1, 2] };

@@ -6,7 +6,7 @@ use lobelia::math::sampling::Random;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::transport::{Falloff, arriving};
-use lobelia::scene::{Emitter, KnownLight, Site, Views};
+use lobelia::scene::{Emitter, KnownLight, SurfacePoint, Views};
 use lobelia::watch::Watch;
 
 use crate::rooms::{Dice, Room, camera};
@@ -94,13 +94,19 @@ pub fn add(stage: &mut Stage, kind: &str) {
 pub const KINDS: [&str; 7] = ["disc", "surface", "lamp", "sky", "sun", "panel", "spot"];
 
 /// Σ k E (ρ_d + ρ_s lobe)/π with the coupling of the solve, over many shadow rays.
-fn coupled(stage: &Stage, site: Site, eye: Vec3, material: usize, channel: usize) -> Estimate {
+fn coupled(
+    stage: &Stage,
+    point: SurfacePoint,
+    eye: Vec3,
+    material: usize,
+    channel: usize,
+) -> Estimate {
     let capture = &stage.room.capture;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, &Watch::new()).unwrap();
     let Some(surface) = stage.solved.reflectances[material] else { unreachable!() };
-    let towards = (eye - site.position).normalize_or_zero();
-    let mirror = 2.0 * site.normal.dot(towards) * site.normal - towards;
+    let towards = (eye - point.position).normalize_or_zero();
+    let mirror = 2.0 * point.normal.dot(towards) * point.normal - towards;
     let run = |run: u64| {
         let mut random = Random::new(run, 9, 9);
         let mut sum = 0.0;
@@ -109,10 +115,10 @@ fn coupled(stage: &Stage, site: Site, eye: Vec3, material: usize, channel: usize
             let mut values = vec![0.0; range.len()];
             let lobes = &stage.solved.lobes.lobes[range.clone()];
             let falloff = Falloff::InverseSquare;
-            arriving(&views, light, lobes, site, falloff, 20, &mut random, &mut values);
+            arriving(&views, light, lobes, point, falloff, 20, &mut random, &mut values);
             let specular = match surface.specular[channel] {
                 0.0 => 0.0,
-                specular => specular * light.lobe(site.position, mirror, surface.exponent),
+                specular => specular * light.lobe(point.position, mirror, surface.exponent),
             };
             let factor = (surface.diffuse[channel] + specular) / PI;
             let emissions = &stage.solved.emission[range];
@@ -125,17 +131,20 @@ fn coupled(stage: &Stage, site: Site, eye: Vec3, material: usize, channel: usize
 }
 
 /// A place, its normal, its material and an eye.
-fn places() -> Vec<(Site, Vec3, usize)> {
+fn places() -> Vec<(SurfacePoint, Vec3, usize)> {
     let mut dice = Dice::new(11);
     let mut places = Vec::new();
     for k in 0..5 {
         let (u, v) = (4.0 * dice.uniform() as f32 - 2.0, dice.uniform() as f32);
-        let floor = Site { position: Vec3::new(u, 1.3 * v - 1.4, 0.0), normal: Vec3::Z };
-        let wall = Site { position: Vec3::new(u, 2.0, 0.2 + 2.0 * v), normal: -Vec3::Y };
-        let top = Site { position: Vec3::new(0.3 * v, 0.4 + 0.1 * k as f32, 0.8), normal: Vec3::Z };
-        places.extend([floor, wall, top].into_iter().zip(0..3).map(|(site, material)| {
-            let aside = Vec3::new(v - 0.5, 0.3, 0.4).reject_from_normalized(site.normal);
-            (site, site.position + 0.05 * (site.normal + aside), material)
+        let floor = SurfacePoint { position: Vec3::new(u, 1.3 * v - 1.4, 0.0), normal: Vec3::Z };
+        let wall = SurfacePoint { position: Vec3::new(u, 2.0, 0.2 + 2.0 * v), normal: -Vec3::Y };
+        let top = SurfacePoint {
+            position: Vec3::new(0.3 * v, 0.4 + 0.1 * k as f32, 0.8),
+            normal: Vec3::Z,
+        };
+        places.extend([floor, wall, top].into_iter().zip(0..3).map(|(point, material)| {
+            let aside = Vec3::new(v - 0.5, 0.3, 0.4).reject_from_normalized(point.normal);
+            (point, point.position + 0.05 * (point.normal + aside), material)
         }));
     }
     places
@@ -143,16 +152,16 @@ fn places() -> Vec<(Site, Vec3, usize)> {
 
 fn agree(stage: &Stage) {
     let mut lit = 0;
-    for (site, eye, material) in places() {
-        let film = stage.radiance(eye.as_dvec3(), site.position.as_dvec3());
+    for (point, eye, material) in places() {
+        let film = stage.radiance(eye.as_dvec3(), point.position.as_dvec3());
         for (channel, found) in film.into_iter().enumerate() {
-            let expected = coupled(stage, site, eye, material, channel);
+            let expected = coupled(stage, point, eye, material, channel);
             let error = found.error.hypot(expected.error);
             let difference = (found.mean - expected.mean).abs();
             // Single precision moves the place by a rounding of its coordinates.
             assert!(
                 difference <= 4.5 * error + 1e-4 * expected.mean,
-                "{site:?} {channel}: {found:?}, not {expected:?}"
+                "{point:?} {channel}: {found:?}, not {expected:?}"
             );
             lit += usize::from(found.mean > 0.0 && found.error < 0.03 * found.mean);
         }

@@ -7,7 +7,9 @@ use lobelia::reconstruct::lights::VirtualLight;
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::render::edits::{AddedLight, Edits, Shape, Surroundings};
 use lobelia::scene::{Camera, Emitter};
-use lobelia::worker::{Command, Desk, Happening, Job, Relighting, Relit, Wish, Worker};
+use lobelia::worker::{
+    Command, Job, JobEvent, LatestRequest, PreviewRequest, Relighting, Relit, Worker,
+};
 
 use crate::rooms::camera;
 use crate::stage::{Stage, floor, reflectance};
@@ -38,38 +40,38 @@ fn lamp(emission: f64) -> Edits {
 struct Session {
     worker: Worker,
     job: Job,
-    desk: Desk,
+    latest: LatestRequest,
 }
 
 impl Session {
     fn over(stage: &Stage) -> Self {
         let mut worker = Worker::start(|| ()).unwrap();
-        let desk = Desk::default();
+        let latest = LatestRequest::default();
         let job = worker.send(Command::Relight(Relighting {
             capture: Arc::new(stage.room.capture.clone()),
             solved: Arc::new(stage.solved.clone()),
-            desk: desk.clone(),
+            latest: latest.clone(),
         }));
-        Self { worker, job, desk }
+        Self { worker, job, latest }
     }
 
-    fn wish(&self, edits: Edits, photograph: Option<usize>, before: bool) -> u64 {
-        let wish = Wish { edits: Arc::new(edits), camera: view(), photograph, before };
-        self.desk.put(wish)
+    fn request(&self, edits: Edits, photograph: Option<usize>, before: bool) -> u64 {
+        let request = PreviewRequest { edits: Arc::new(edits), camera: view(), photograph, before };
+        self.latest.put(request)
     }
 
-    fn next(&self) -> Happening {
-        self.worker.events().recv().unwrap().happening
+    fn next(&self) -> JobEvent {
+        self.worker.events().recv().unwrap().what
     }
 
     /// The answers to a wish until one that will do.
     fn answer(&self, number: u64, will_do: impl Fn(&Relit) -> bool) -> Arc<Relit> {
         loop {
             match self.next() {
-                Happening::Relit(relit) if relit.number == number && will_do(&relit) => {
+                JobEvent::Relit(relit) if relit.number == number && will_do(&relit) => {
                     return relit;
                 }
-                Happening::Relit(_) | Happening::Started => {}
+                JobEvent::Relit(_) | JobEvent::Started => {}
                 other => panic!("{other:?}"),
             }
         }
@@ -83,12 +85,12 @@ fn mean(pixels: &[([f32; 3], f32)]) -> f64 {
 #[test]
 fn pictures_get_finer_then_clearer() {
     let session = Session::over(&lit());
-    let number = session.wish(Edits::default(), None, false);
+    let number = session.request(Edits::default(), None, false);
     let mut seen = Vec::new();
     let last = session.answer(number, |relit| relit.is_done);
     assert_eq!((last.width, last.height), (48, 32));
     assert!(last.before.is_none());
-    let number = session.wish(lamp(5.0), None, false);
+    let number = session.request(lamp(5.0), None, false);
     loop {
         let relit = session.answer(number, |_| true);
         seen.push((relit.width, relit.paths));
@@ -103,13 +105,13 @@ fn pictures_get_finer_then_clearer() {
 #[test]
 fn what_is_not_changed_is_as_before_to_the_bit() {
     let session = Session::over(&lit());
-    let number = session.wish(Edits::default(), None, true);
+    let number = session.request(Edits::default(), None, true);
     let relit = session.answer(number, |relit| relit.width == 48);
     assert_eq!(relit.before.as_ref(), Some(&relit.after));
     assert!(mean(&relit.after) > 0.0);
 
     // In a photograph, whatever it shows.
-    let number = session.wish(Edits::default(), Some(0), true);
+    let number = session.request(Edits::default(), Some(0), true);
     let relit = session.answer(number, |relit| relit.width == 48 && relit.paths == 8);
     let stage = lit();
     let photograph = stage.room.capture.photographs[0].image.as_ref().unwrap();
@@ -126,18 +128,18 @@ fn what_is_not_changed_is_as_before_to_the_bit() {
 #[test]
 fn the_newest_wish_counts_and_light_adds_up() {
     let session = Session::over(&lit());
-    let plain = session.wish(Edits::default(), None, false);
+    let plain = session.request(Edits::default(), None, false);
     session.answer(plain, |_| true);
-    let dim = session.wish(lamp(5.0), None, false);
+    let dim = session.request(lamp(5.0), None, false);
     let first = session.answer(dim, |relit| relit.width == 12);
     // The answer to `dim` is left where it is.
-    let bright = session.wish(lamp(500.0), None, true);
+    let bright = session.request(lamp(500.0), None, true);
     let relit = loop {
-        let Happening::Relit(relit) = session.next() else { panic!("an ending") };
+        let JobEvent::Relit(relit) = session.next() else { panic!("an ending") };
         if relit.number == bright {
             break relit;
         }
-        assert!(!relit.is_done, "the old wish was answered in full");
+        assert!(!relit.is_done, "the old request was answered in full");
     };
     let before = relit.before.as_ref().expect("asked for");
     let (base, dim, bright) = (mean(before), mean(&first.after), mean(&relit.after));
@@ -146,23 +148,23 @@ fn the_newest_wish_counts_and_light_adds_up() {
     assert!((ratio - 100.0).abs() < 5.0, "{base} {dim} {bright}: {ratio}");
 
     let off = Edits { original_light: 0.0, ..Edits::default() };
-    let number = session.wish(off, None, false);
+    let number = session.request(off, None, false);
     assert_eq!(mean(&session.answer(number, |_| true).after), 0.0);
     let off = Edits { groups: [("lamp 1".to_owned(), 0.0)].into(), ..Edits::default() };
-    let number = session.wish(off, None, false);
+    let number = session.request(off, None, false);
     assert_eq!(mean(&session.answer(number, |_| true).after), 0.0);
 }
 
 #[test]
 fn a_session_ends_when_it_is_cancelled() {
     let session = Session::over(&lit());
-    let number = session.wish(lamp(5.0), None, false);
+    let number = session.request(lamp(5.0), None, false);
     session.answer(number, |relit| relit.width == 12);
     session.worker.cancel(session.job);
     loop {
         match session.next() {
-            Happening::Cancelled => break,
-            Happening::Relit(_) => {}
+            JobEvent::Cancelled => break,
+            JobEvent::Relit(_) => {}
             other => panic!("{other:?}"),
         }
     }

@@ -7,8 +7,8 @@ use lobelia::io::export::summary;
 use lobelia::io::{capture, truth::Truth};
 use lobelia::reconstruct::{self, Options};
 use lobelia::scene::Capture;
+use lobelia::study::degradation::Degradation;
 use lobelia::study::degrade::degrade;
-use lobelia::study::harm::Harm;
 use lobelia::study::score;
 use lobelia::watch::Watch;
 
@@ -29,27 +29,27 @@ fn predicted_errors_are_those_of_captures_degraded_elsewhere() {
     let (sound, options) = (load("corner-diffuse"), Options::default());
     // `corner-lens` gives its lens and vignetting, so nothing is wrong with it.
     let variants = [
-        ("corner-noise", Some((Harm::Noise, 5.0))),
-        ("corner-saturated", Some((Harm::Saturation, 5.0))),
+        ("corner-noise", Some((Degradation::Noise, 5.0))),
+        ("corner-saturated", Some((Degradation::Saturation, 5.0))),
         ("corner-lens", None),
-        ("corner-misregistered", Some((Harm::Misregistration, 2.0))),
-        ("corner-half", Some((Harm::FewerImages, 50.0))),
+        ("corner-misregistered", Some((Degradation::Misregistration, 2.0))),
+        ("corner-half", Some((Degradation::FewerImages, 50.0))),
     ];
     let mut pairs = Vec::new();
-    for (name, harm) in variants {
+    for (name, degradation) in variants {
         let scored = error(&load(name), &options, &truth(name));
         // Which cameras move, and how, is chance: the mean over some seeds is predicted.
-        let seeds: &[u64] = match harm {
-            Some((Harm::Misregistration | Harm::FewerImages, _)) => &[2, 4, 6],
+        let seeds: &[u64] = match degradation {
+            Some((Degradation::Misregistration | Degradation::FewerImages, _)) => &[2, 4, 6],
             _ => &[2],
         };
         let errors: Vec<f64> = seeds
             .iter()
-            .map(|&seed| match harm {
+            .map(|&seed| match degradation {
                 None => error(&sound, &options, &truth("corner-diffuse")),
-                Some((harm, level)) => {
+                Some((degradation, level)) => {
                     let worse =
-                        degrade(&sound, &options, harm, level, seed, &Watch::new()).unwrap();
+                        degrade(&sound, &options, degradation, level, seed, &Watch::new()).unwrap();
                     error(&worse.capture, &worse.options, &truth("corner-diffuse"))
                 }
             })

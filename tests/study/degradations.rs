@@ -6,8 +6,8 @@ use std::sync::LazyLock;
 use lobelia::io::capture;
 use lobelia::reconstruct::Options;
 use lobelia::scene::Capture;
+use lobelia::study::degradation::Degradation;
 use lobelia::study::degrade::{Degraded, degrade};
-use lobelia::study::harm::Harm;
 use lobelia::watch::Watch;
 
 static CORNER: LazyLock<Capture> = LazyLock::new(|| {
@@ -15,8 +15,8 @@ static CORNER: LazyLock<Capture> = LazyLock::new(|| {
     capture::load(&folder, &Watch::new()).unwrap()
 });
 
-fn worse(harm: Harm, level: f64, seed: u64) -> Degraded {
-    degrade(&CORNER, &Options::default(), harm, level, seed, &Watch::new()).unwrap()
+fn worse(degradation: Degradation, level: f64, seed: u64) -> Degraded {
+    degrade(&CORNER, &Options::default(), degradation, level, seed, &Watch::new()).unwrap()
 }
 
 /// Valid pixels of both captures, side by side.
@@ -34,7 +34,7 @@ fn pixels(other: &Capture) -> Vec<([f32; 3], [f32; 3])> {
 
 #[test]
 fn noise_is_as_strong_as_it_says() {
-    let worse = worse(Harm::Noise, 5.0, 1);
+    let worse = worse(Degradation::Noise, 5.0, 1);
     let pairs = pixels(&worse.capture);
     let mean = pairs.iter().flat_map(|(a, _)| a).map(|&v| f64::from(v)).sum::<f64>()
         / (3 * pairs.len()) as f64;
@@ -57,14 +57,14 @@ fn noise_is_as_strong_as_it_says() {
 fn saturation_takes_its_part_of_the_pixels() {
     let clean = pixels(&CORNER).len() as f64;
     for level in [5.0, 30.0] {
-        let left = pixels(&worse(Harm::Saturation, level, 1).capture).len() as f64;
+        let left = pixels(&worse(Degradation::Saturation, level, 1).capture).len() as f64;
         assert!((1.0 - left / clean - 0.01 * level).abs() < 0.005, "{level}: {left} of {clean}");
     }
 }
 
 #[test]
 fn cameras_are_misplaced_by_their_pixels() {
-    let worse = worse(Harm::Misregistration, 2.0, 3);
+    let worse = worse(Degradation::Misregistration, 2.0, 3);
     for (a, b) in CORNER.photographs.iter().zip(&worse.capture.photographs) {
         let squares: Vec<f64> = CORNER
             .mesh
@@ -82,13 +82,13 @@ fn cameras_are_misplaced_by_their_pixels() {
 
 #[test]
 fn gains_are_per_photograph_and_colour_is_per_channel() {
-    let color = pixels(&worse(Harm::LightColor, 9.0, 1).capture);
+    let color = pixels(&worse(Degradation::LightColor, 9.0, 1).capture);
     for (a, b) in color.iter().step_by(97) {
         for (c, gain) in [3.0, 1.0, 1.0 / 3.0].into_iter().enumerate() {
             assert!((b[c] - gain * a[c]).abs() <= 1e-5 * a[c].max(1e-3));
         }
     }
-    let exposed = worse(Harm::Exposure, 20.0, 1);
+    let exposed = worse(Degradation::Exposure, 20.0, 1);
     let mut gains = Vec::new();
     for ((_, _, a), (_, _, b)) in CORNER.measurements().zip(exposed.capture.measurements()) {
         let ratio =
@@ -101,7 +101,7 @@ fn gains_are_per_photograph_and_colour_is_per_channel() {
 
 #[test]
 fn geometry_and_tags_change_alone() {
-    let missing = worse(Harm::MissingSurfaces, 2.0, 1).capture;
+    let missing = worse(Degradation::MissingSurfaces, 2.0, 1).capture;
     let surfaces = |capture: &Capture| {
         let mut all = capture.mesh.surface.clone();
         all.sort_unstable();
@@ -110,7 +110,7 @@ fn geometry_and_tags_change_alone() {
     };
     assert_eq!(surfaces(&missing) + 2, surfaces(&CORNER));
 
-    let moved = worse(Harm::MovedVertices, 1.0, 1).capture;
+    let moved = worse(Degradation::MovedVertices, 1.0, 1).capture;
     let (low, high) = CORNER.mesh.bounds().unwrap();
     let half_diagonal = 0.5 * (high - low).length();
     let pairs = || CORNER.mesh.positions.iter().zip(&moved.mesh.positions);
@@ -125,10 +125,10 @@ fn geometry_and_tags_change_alone() {
         }
     }
 
-    let merged = worse(Harm::MergedTags, 1.0, 1).capture;
+    let merged = worse(Degradation::MergedTags, 1.0, 1).capture;
     let empty = merged.materials.iter().filter(|material| material.surfaces.is_empty()).count();
     assert_eq!(empty, 1);
-    let split = worse(Harm::SplitTags, 2.0, 1);
+    let split = worse(Degradation::SplitTags, 2.0, 1);
     assert_eq!(split.cut.len(), 2);
     assert_eq!(split.capture.materials.len(), CORNER.materials.len() + 2);
     for (index, material) in split.capture.materials.iter().enumerate() {
@@ -141,7 +141,7 @@ fn geometry_and_tags_change_alone() {
 
 #[test]
 fn a_texture_keeps_the_mean() {
-    let pairs = pixels(&worse(Harm::Texture, 35.0, 1).capture);
+    let pairs = pixels(&worse(Degradation::Texture, 35.0, 1).capture);
     let ratios: Vec<f32> =
         pairs.iter().filter(|(a, _)| a[1] > 0.0).map(|(a, b)| b[1] / a[1]).collect();
     assert!(ratios.iter().all(|r| [0.65, 1.0, 1.35].iter().any(|e| (r - e).abs() < 1e-3)));
@@ -151,11 +151,11 @@ fn a_texture_keeps_the_mean() {
 
 #[test]
 fn the_same_seed_gives_the_same_capture() {
-    for harm in Harm::ALL {
-        let level = harm.levels()[0];
-        let (a, b) = (worse(harm, level, 5), worse(harm, level, 5));
-        assert_eq!(a.options, b.options, "{harm:?}");
-        assert_eq!(a.capture.mesh.positions, b.capture.mesh.positions, "{harm:?}");
+    for degradation in Degradation::ALL {
+        let level = degradation.levels()[0];
+        let (a, b) = (worse(degradation, level, 5), worse(degradation, level, 5));
+        assert_eq!(a.options, b.options, "{degradation:?}");
+        assert_eq!(a.capture.mesh.positions, b.capture.mesh.positions, "{degradation:?}");
         let same =
             a.capture.measurements().zip(b.capture.measurements()).all(|((i, c, x), (j, d, y))| {
                 let bits = |image: &lobelia::scene::Image| -> Vec<u32> {
@@ -163,6 +163,6 @@ fn the_same_seed_gives_the_same_capture() {
                 };
                 i == j && c == d && bits(x) == bits(y)
             });
-        assert!(same, "{harm:?}");
+        assert!(same, "{degradation:?}");
     }
 }

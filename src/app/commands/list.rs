@@ -4,8 +4,8 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu};
 use crate::app::actions::{Action, Select};
-use crate::app::dialogs::Asked;
-use crate::app::import::Do;
+use crate::app::dialogs::PathRequest;
+use crate::app::import::ImportAction;
 use crate::app::layout::{Pane, Workspace};
 use crate::app::relight::NewLight;
 
@@ -32,7 +32,7 @@ fn file(list: &mut Vec<Command>) {
         File,
         "Open capture…",
         key(COMMAND, Key::O),
-        Action::Ask(Asked::OpenCapture),
+        Action::Ask(PathRequest::OpenCapture),
         "Open a folder with scene.obj, transforms.json and photographs",
     );
     add(
@@ -40,7 +40,7 @@ fn file(list: &mut Vec<Command>) {
         File,
         "Open project…",
         key(shift, Key::O),
-        Action::Ask(Asked::OpenProject),
+        Action::Ask(PathRequest::OpenProject),
         "Open a .lobelia file with tags and options",
     );
     add(
@@ -56,7 +56,7 @@ fn file(list: &mut Vec<Command>) {
         File,
         "Import…",
         key(COMMAND, Key::I),
-        Action::Import(Do::Show(None)),
+        Action::Import(ImportAction::Show(None)),
         "Make a capture of cameras, a mesh and photographs of other programs, or of exposure series",
     );
     group(
@@ -72,7 +72,7 @@ fn file(list: &mut Vec<Command>) {
         File,
         "Save as…",
         key(shift, Key::S),
-        Action::Ask(Asked::SaveAs),
+        Action::Ask(PathRequest::SaveAs),
         "Save to another project file",
     );
     group(
@@ -80,7 +80,7 @@ fn file(list: &mut Vec<Command>) {
         File,
         "Export results…",
         key(COMMAND, Key::E),
-        Action::Ask(Asked::Export),
+        Action::Ask(PathRequest::Export),
         "Write solution, lights, samples, convergence and textures into a folder, as the terminal does",
     );
     group(
@@ -282,7 +282,7 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Add dome…",
         None,
-        Action::Ask(Asked::AddDome),
+        Action::Ask(PathRequest::AddDome),
         "Light from all around, from an image in latitude and longitude (EXR, HDR)",
     );
     group(
@@ -290,7 +290,7 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Add object…",
         None,
-        Action::Ask(Asked::AddObject),
+        Action::Ask(PathRequest::AddObject),
         "Set a mesh (OBJ) into the scene",
     );
     group(
@@ -322,7 +322,7 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Load edits…",
         None,
-        Action::Ask(Asked::LoadEdits),
+        Action::Ask(PathRequest::LoadEdits),
         "Add the lights, objects and materials of an edits.json",
     );
     add(
@@ -330,7 +330,7 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Save edits…",
         None,
-        Action::Ask(Asked::SaveEdits),
+        Action::Ask(PathRequest::SaveEdits),
         "Write them as an edits.json, for lobelia render",
     );
     add(
@@ -338,7 +338,7 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Render to files…",
         key(NONE, Key::F12),
-        Action::Ask(Asked::RenderTo),
+        Action::Ask(PathRequest::RenderTo),
         "Make pictures from the places of all photographs, and set the edits into these",
     );
 }

@@ -5,7 +5,7 @@ mod list;
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 use super::actions::{Action, Relight, Select};
-use super::dialogs::Asked;
+use super::dialogs::PathRequest;
 use super::state::State;
 
 pub use list::all;
@@ -64,7 +64,7 @@ impl Command {
     fn is_of_the_window(&self) -> bool {
         match &self.action {
             Action::Theme(_) | Action::Scale(_) | Action::Workspace(_) | Action::Cancel => true,
-            Action::Ask(Asked::Export) => false,
+            Action::Ask(PathRequest::Export) => false,
             _ => matches!(self.menu, Menu::File | Menu::Help),
         }
     }
@@ -77,15 +77,18 @@ impl Command {
         }
         match &self.action {
             Action::OpenExample => state.example.is_some(),
-            Action::Save | Action::Ask(Asked::SaveAs) | Action::Close => project.is_some(),
-            Action::Ask(Asked::Export) => {
+            Action::Save | Action::Ask(PathRequest::SaveAs) | Action::Close => project.is_some(),
+            Action::Ask(PathRequest::Export) => {
                 project.is_some_and(|p| p.products.whole.is_some() && p.run.is_none())
             }
             Action::Relight(Relight::AddLight(_))
             | Action::Ask(
-                Asked::AddDome | Asked::AddObject | Asked::LoadEdits | Asked::SaveEdits,
+                PathRequest::AddDome
+                | PathRequest::AddObject
+                | PathRequest::LoadEdits
+                | PathRequest::SaveEdits,
             ) => project.is_some(),
-            Action::Ask(Asked::RenderTo) => {
+            Action::Ask(PathRequest::RenderTo) => {
                 project.is_some_and(|p| p.products.solved.is_some()) && !state.jobs.is_rendering()
             }
             Action::Relight(_) => project.is_some_and(|p| p.selection.added.is_some()),

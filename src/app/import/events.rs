@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{ImportPage, NOT_WRITTEN, written};
 use crate::app::state::State;
-use crate::worker::{Command, Event, Happening};
+use crate::worker::{Command, Event, JobEvent};
 
 pub(super) fn drain(state: &mut State) {
     let Some(page) = &mut state.import else { return };
@@ -19,31 +19,31 @@ pub(super) fn drain(state: &mut State) {
 
 fn reader_event(state: &mut State, event: Event) {
     let Some(page) = &mut state.import else { return };
-    if !event.happening.is_ending() {
+    if !event.what.is_ending() {
         return;
     }
     if page.reading.take_if(|job| *job == event.job).is_some() {
-        page.read(event.happening);
+        page.read(event.what);
     } else if page.investigating.take_if(|job| *job == event.job).is_some() {
-        page.found = match event.happening {
-            Happening::Investigated(found) => Some(Ok(found)),
-            Happening::Failed(text) => Some(Err(text)),
+        page.found = match event.what {
+            JobEvent::Investigated(found) => Some(Ok(found)),
+            JobEvent::Failed(text) => Some(Err(text)),
             _ => Some(Err("Recovering the response was cancelled.".to_owned())),
         };
     } else if page.writing.take_if(|job| *job == event.job).is_some() {
-        match event.happening {
-            Happening::CaptureWritten(folder, what) => written(state, &folder, &what),
-            Happening::Occupied(folder) => page.replace = Some(folder),
-            Happening::Failed(text) => state.messages.error(NOT_WRITTEN, text),
+        match event.what {
+            JobEvent::CaptureWritten(folder, what) => written(state, &folder, &what),
+            JobEvent::Occupied(folder) => page.replace = Some(folder),
+            JobEvent::Failed(text) => state.messages.error(NOT_WRITTEN, text),
             _ => state.messages.notice("Writing was cancelled. Nothing was left half-written."),
         }
     }
 }
 
 impl ImportPage {
-    fn read(&mut self, ending: Happening) {
+    fn read(&mut self, ending: JobEvent) {
         match ending {
-            Happening::Imported(import) => {
+            JobEvent::Imported(import) => {
                 let before = self.import.take();
                 self.lose_import();
                 // Another source: the one that is looked at may be none of it.
@@ -55,7 +55,7 @@ impl ImportPage {
                 self.surveying = Some(self.checker.send(command));
                 self.import = Some(import);
             }
-            Happening::Failed(text) => {
+            JobEvent::Failed(text) => {
                 self.lose_import();
                 self.problem = Some(text);
             }
@@ -64,19 +64,19 @@ impl ImportPage {
     }
 
     fn checker_event(&mut self, event: Event) {
-        if !event.happening.is_ending() {
+        if !event.what.is_ending() {
             return;
         }
         if self.surveying.take_if(|job| *job == event.job).is_some() {
-            match event.happening {
-                Happening::Surveyed(survey) => self.survey = Some(survey),
-                Happening::Failed(text) => self.problem = Some(text),
+            match event.what {
+                JobEvent::Surveyed(survey) => self.survey = Some(survey),
+                JobEvent::Failed(text) => self.problem = Some(text),
                 _ => {}
             }
         } else if self.checking.take_if(|(job, _)| *job == event.job).is_some() {
-            match event.happening {
-                Happening::Checked(check) => self.check = Some(Arc::clone(&check)),
-                Happening::Failed(text) => self.problem = Some(text),
+            match event.what {
+                JobEvent::Checked(check) => self.check = Some(Arc::clone(&check)),
+                JobEvent::Failed(text) => self.problem = Some(text),
                 _ => {}
             }
         }

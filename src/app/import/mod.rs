@@ -14,7 +14,7 @@ use std::time::Instant;
 use eframe::{egui, egui_wgpu};
 
 use super::layout::Workspace;
-use super::leaving::{Then, leave};
+use super::leaving::{AfterPrompt, leave};
 use super::state::State;
 use super::viewport::{Shading, ViewSettings, Viewport};
 use crate::exposures::MergeOptions;
@@ -28,7 +28,7 @@ pub use follow::follow;
 
 /// What can be done about the page from elsewhere.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Do {
+pub enum ImportAction {
     /// Shows it, with a source where one is given.
     Show(Option<PathBuf>),
     Hide,
@@ -242,19 +242,19 @@ impl ImportPage {
 }
 
 /// Does what was asked for.
-pub fn apply(state: &mut State, what: Do) {
-    if let Do::Show(source) = what {
+pub fn apply(state: &mut State, what: ImportAction) {
+    if let ImportAction::Show(source) = what {
         show(state, source.as_deref());
         return;
     }
     let Some(page) = &mut state.import else { return };
     match what {
-        Do::Show(_) => {}
-        Do::Hide => page.is_shown = false,
-        Do::Choose(field, path) => page.choose(field, &path),
-        Do::Read => page.request = None,
-        Do::Cancel => page.cancel(),
-        Do::Write { replace } => write(state, replace),
+        ImportAction::Show(_) => {}
+        ImportAction::Hide => page.is_shown = false,
+        ImportAction::Choose(field, path) => page.choose(field, &path),
+        ImportAction::Read => page.request = None,
+        ImportAction::Cancel => page.cancel(),
+        ImportAction::Write { replace } => write(state, replace),
     }
 }
 
@@ -311,5 +311,5 @@ fn written(state: &mut State, folder: &Path, written: &import::Written) {
     state.messages.notice(format!("Capture written to {}", folder.display()));
     state.import = None;
     state.layout.current = Workspace::Capture;
-    leave(state, Then::Open(folder.to_owned()));
+    leave(state, AfterPrompt::Open(folder.to_owned()));
 }

@@ -9,7 +9,7 @@ use crate::app::project::{Project, Run};
 use crate::app::relighting;
 use crate::app::state::State;
 use crate::reconstruct::Update;
-use crate::worker::{Event, Happening};
+use crate::worker::{Event, JobEvent};
 
 /// Takes all events since the last frame.
 pub fn drain(state: &mut State) {
@@ -21,9 +21,9 @@ pub fn drain(state: &mut State) {
     for event in events {
         runner_event(state, event);
     }
-    let events: Vec<Event> = state.jobs.painter.events().try_iter().collect();
+    let events: Vec<Event> = state.jobs.render_worker.events().try_iter().collect();
     for event in events {
-        painter_event(state, event);
+        render_event(state, event);
     }
     let events: Vec<Event> = state.jobs.relighter.events().try_iter().collect();
     for event in events {
@@ -72,33 +72,33 @@ fn loader_event(state: &mut State, event: Event) {
         return;
     }
     if let Some(coverage) = state.jobs.coverage.as_mut().filter(|own| own.job == event.job) {
-        if let Happening::Covered(masks) = event.happening {
+        if let JobEvent::Covered(masks) = event.what {
             coverage.masks = Some(masks);
         }
         return;
     }
     if let Some((_, folder)) = state.jobs.restoring.take_if(|(job, _)| *job == event.job) {
-        match (event.happening, &mut state.project) {
-            (Happening::Solved(solved), Some(project)) => {
+        match (event.what, &mut state.project) {
+            (JobEvent::Solved(solved), Some(project)) => {
                 state.messages.info(format!("Results read from {}", folder.display()));
                 project.restore_solved(solved, folder);
             }
-            (Happening::Failed(text), _) => state.messages.warning(text),
-            (Happening::Started, _) => state.jobs.restoring = Some((event.job, folder)),
+            (JobEvent::Failed(text), _) => state.messages.warning(text),
+            (JobEvent::Started, _) => state.jobs.restoring = Some((event.job, folder)),
             _ => {}
         }
         return;
     }
     if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
-        if !event.happening.is_ending() {
+        if !event.what.is_ending() {
             return;
         }
         let (_, reading) = state.jobs.reading.remove(index);
-        match event.happening {
-            Happening::Edits(edits, warnings) => {
+        match event.what {
+            JobEvent::Edits(edits, warnings) => {
                 relighting::edits_read(state, reading, edits, warnings);
             }
-            Happening::Failed(text) => {
+            JobEvent::Failed(text) => {
                 let title = match reading {
                     Reading::Project => "The project's lights and objects cannot be used",
                     Reading::File => "These edits cannot be used",
@@ -113,14 +113,14 @@ fn loader_event(state: &mut State, event: Event) {
     }
     // Only the latest opening counts; a project that was open stays until it has succeeded.
     if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
-        || !event.happening.is_ending()
+        || !event.what.is_ending()
     {
         return;
     }
     let Some((_, opening)) = state.jobs.opening.take() else { return };
-    match event.happening {
-        Happening::Loaded(capture) => files::opened(state, opening, capture),
-        Happening::Failed(text) => state.messages.error("This cannot be opened", text),
+    match event.what {
+        JobEvent::Loaded(capture) => files::opened(state, opening, capture),
+        JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }
 }
@@ -129,23 +129,23 @@ fn relighter_event(state: &mut State, event: Event) {
     let Some(relight) = state.jobs.relight.as_mut().filter(|own| own.job == event.job) else {
         return;
     };
-    match event.happening {
-        Happening::Relit(relit) => relight.relit = Some(relit),
-        Happening::Failed(text) => state.messages.error("The relit picture cannot be made", text),
+    match event.what {
+        JobEvent::Relit(relit) => relight.relit = Some(relit),
+        JobEvent::Failed(text) => state.messages.error("The relit picture cannot be made", text),
         _ => {}
     }
 }
 
-fn painter_event(state: &mut State, event: Event) {
+fn render_event(state: &mut State, event: Event) {
     if let Some((_, folder)) = state.jobs.rendering.take_if(|(job, _)| *job == event.job) {
-        match event.happening {
-            Happening::Rendered(_) => {
+        match event.what {
+            JobEvent::Rendered(_) => {
                 state.messages.notice(format!("Pictures written to {}", folder.display()));
             }
-            Happening::Failed(text) => {
+            JobEvent::Failed(text) => {
                 state.messages.error("The pictures cannot be written", text);
             }
-            Happening::Cancelled => state.messages.notice("Rendering was stopped."),
+            JobEvent::Cancelled => state.messages.notice("Rendering was stopped."),
             _ => state.jobs.rendering = Some((event.job, folder)),
         }
         return;
@@ -154,21 +154,21 @@ fn painter_event(state: &mut State, event: Event) {
     else {
         return;
     };
-    match event.happening {
-        Happening::Picture { film, .. } => picture.film = Some(film),
-        Happening::Judged { score, .. } => picture.score = Some(score),
-        Happening::Failed(text) => {
+    match event.what {
+        JobEvent::Picture { film, .. } => picture.film = Some(film),
+        JobEvent::Judged { score, .. } => picture.score = Some(score),
+        JobEvent::Failed(text) => {
             picture.is_done = true;
             state.messages.error("The picture cannot be made", text);
         }
-        happening => picture.is_done |= happening.is_ending(),
+        event => picture.is_done |= event.is_ending(),
     }
 }
 
 fn runner_event(state: &mut State, event: Event) {
     if let Some((_, exported)) = state.jobs.exporting.take_if(|(job, _)| *job == event.job) {
-        match event.happening {
-            Happening::Exported(folder) => {
+        match event.what {
+            JobEvent::Exported(folder) => {
                 if let Some(Project { products, solution, .. }) = &mut state.project {
                     let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
                     if products.whole.as_ref().is_some_and(is_shown) {
@@ -178,10 +178,10 @@ fn runner_event(state: &mut State, event: Event) {
                 }
                 state.messages.notice(format!("Results written to {}", folder.display()));
             }
-            Happening::Failed(text) => {
+            JobEvent::Failed(text) => {
                 state.messages.error("The results cannot be written", text);
             }
-            Happening::Cancelled => {}
+            JobEvent::Cancelled => {}
             _ => state.jobs.exporting = Some((event.job, exported)),
         }
         return;
@@ -190,14 +190,14 @@ fn runner_event(state: &mut State, event: Event) {
     if project.run.as_ref().is_none_or(|run| run.job != event.job) {
         return;
     }
-    match event.happening {
-        Happening::Update(update) => {
+    match event.what {
+        JobEvent::Update(update) => {
             if let Some(line) = line(&update) {
                 state.messages.info(line);
             }
             project.update(update);
         }
-        Happening::Reconstructed(whole) => {
+        JobEvent::Reconstructed(whole) => {
             let secs = end(project).map_or(0.0, |run| run.began.elapsed().as_secs_f64());
             let brief = whole.solution.brief();
             for note in &whole.solution.notes {
@@ -211,12 +211,12 @@ fn runner_event(state: &mut State, event: Event) {
             state.messages.notice(format!("Done in {secs:.1} s. {brief}"));
             state.jobs.derive(project);
         }
-        Happening::Cancelled => {
+        JobEvent::Cancelled => {
             give_back(project);
             state.jobs.derive(project);
             state.messages.notice("The run was cancelled.");
         }
-        Happening::Failed(text) => {
+        JobEvent::Failed(text) => {
             give_back(project);
             state.jobs.derive(project);
             state.messages.error("The reconstruction stopped", text);
@@ -245,7 +245,7 @@ fn give_back(project: &mut Project) {
 fn line(update: &Update) -> Option<String> {
     Some(match update {
         Update::Stage(stage) => format!("Stage {}", stage.name()),
-        Update::Kept(stage) => format!("Stage {} kept", stage.name()),
+        Update::Reused(stage) => format!("Stage {} kept", stage.name()),
         Update::Samples(cloud) => format!("{} samples", cloud.samples.len()),
         Update::Lights(lights, lobes) => {
             format!("{} virtual lights, {} lobes", lights.lights.len(), lobes.lobes.len())

@@ -27,7 +27,8 @@ use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
 use crate::watch::Progress;
 use crate::worker::{
-    Command, Desk, EditSource, Files, Frame, Job, Relighting, Relit, Rendering, Wish, Worker,
+    Command, EditSource, Files, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit,
+    Rendering, Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -60,11 +61,11 @@ pub enum Reading {
 /// The relit scene in the viewport.
 struct Relighter {
     job: Job,
-    desk: Desk,
+    latest: LatestRequest,
     /// The results that it is made from.
     of: Arc<Solved>,
     capture: Arc<Capture>,
-    wish: Option<Wish>,
+    request: Option<PreviewRequest>,
     /// The newest picture.
     relit: Option<Arc<Relit>>,
 }
@@ -85,7 +86,7 @@ use studies::Studies;
 pub struct Jobs {
     loader: Worker,
     runner: Worker,
-    painter: Worker,
+    render_worker: Worker,
     relighter: Worker,
     relight: Option<Relighter>,
     pub studies: Studies,
@@ -116,7 +117,7 @@ impl Jobs {
         Ok(Self {
             loader: worker()?,
             runner: worker()?,
-            painter: worker()?,
+            render_worker: worker()?,
             relighter: worker()?,
             relight: None,
             studies: Studies::new(worker()?),
@@ -151,11 +152,12 @@ impl Jobs {
         project.solution = None;
         let (edit, capture) = (project.edit().clone(), project.capture.clone());
         let options = Box::new(edit.run_options());
-        let keeper = if afresh { project.keeper.afresh() } else { project.keeper.clone() };
+        let stage_cache =
+            if afresh { project.stage_cache.afresh() } else { project.stage_cache.clone() };
         let job = self.runner.send(Command::Reconstruct {
             capture: capture.clone(),
             options,
-            keeper: Some(keeper),
+            stage_cache: Some(stage_cache),
         });
         let before = project.products.derived.clone().or(project.products.before.clone());
         let next = Products { of: Some((edit, capture)), before, ..Products::default() };
@@ -203,7 +205,7 @@ impl Jobs {
             camera: seen.camera.reduced(step),
             photograph: Some(photograph),
         };
-        let job = self.painter.send(Command::Render(Box::new(Rendering {
+        let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             capture: capture.clone(),
             solved: Arc::new(Solved::from(whole.as_ref())),
             edits: Arc::default(),
@@ -247,12 +249,12 @@ impl Jobs {
         self.reading.push((self.loader.send(Command::ReadEdits { capture, source }), reading));
     }
 
-    /// Has the viewport's relit picture made, as it is wished now; `None` where it is not shown.
-    pub fn relight(&mut self, project: Option<&Project>, wish: Option<Wish>) {
+    /// Requests the viewport's relit picture; with `None`, where it is not shown, rendering stops.
+    pub fn relight(&mut self, project: Option<&Project>, request: Option<PreviewRequest>) {
         let results = project.and_then(|project| {
             Some((project.products.solved.clone()?, project.result_capture().clone()))
         });
-        let (Some((solved, capture)), Some(wish)) = (results, wish) else {
+        let (Some((solved, capture)), Some(request)) = (results, request) else {
             self.stop_relighting();
             return;
         };
@@ -260,24 +262,29 @@ impl Jobs {
             self.stop_relighting();
         }
         let relight = self.relight.get_or_insert_with(|| {
-            let desk = Desk::default();
-            let relighting =
-                Relighting { capture: capture.clone(), solved: solved.clone(), desk: desk.clone() };
+            let latest = LatestRequest::default();
+            let relighting = Relighting {
+                capture: capture.clone(),
+                solved: solved.clone(),
+                latest: latest.clone(),
+            };
             let job = self.relighter.send(Command::Relight(relighting));
-            Relighter { job, desk, of: solved, capture, wish: None, relit: None }
+            Relighter { job, latest, of: solved, capture, request: None, relit: None }
         });
-        let wish = Wish {
-            photograph: wish.photograph.filter(|&index| index < relight.capture.photographs.len()),
-            ..wish
+        let request = PreviewRequest {
+            photograph: request
+                .photograph
+                .filter(|&index| index < relight.capture.photographs.len()),
+            ..request
         };
-        let is_new = relight.wish.as_ref().is_none_or(|now| {
-            !Arc::ptr_eq(&now.edits, &wish.edits)
+        let is_new = relight.request.as_ref().is_none_or(|now| {
+            !Arc::ptr_eq(&now.edits, &request.edits)
                 || (now.camera, now.photograph, now.before)
-                    != (wish.camera, wish.photograph, wish.before)
+                    != (request.camera, request.photograph, request.before)
         });
         if is_new {
-            relight.desk.put(wish.clone());
-            relight.wish = Some(wish);
+            relight.latest.put(request.clone());
+            relight.request = Some(request);
         }
     }
 
@@ -302,7 +309,7 @@ impl Jobs {
             camera: photograph.camera,
             photograph: Some(index),
         });
-        let job = self.painter.send(Command::Render(Box::new(Rendering {
+        let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             frames: frames.collect(),
             capture: capture.clone(),
             solved,
@@ -319,18 +326,18 @@ impl Jobs {
 
     /// How far the pictures that are written have come.
     pub fn rendered(&self) -> Option<Progress> {
-        self.painter.progress(self.rendering.as_ref()?.0)
+        self.render_worker.progress(self.rendering.as_ref()?.0)
     }
 
     pub fn stop_rendering(&mut self) {
         if let Some((job, _)) = &self.rendering {
-            self.painter.cancel(*job);
+            self.render_worker.cancel(*job);
         }
     }
 
     pub fn stop_comparing(&mut self) {
         if let Some(picture) = self.picture.take() {
-            self.painter.cancel(picture.job);
+            self.render_worker.cancel(picture.job);
         }
     }
 

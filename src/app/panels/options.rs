@@ -170,7 +170,7 @@ fn number(
     // At a large scale there is no room for a slider and a reset beside it.
     let narrow = ui.available_width() > 150.0 && high - low <= if whole { 40.0 } else { 3.0 };
     let response = if narrow {
-        // Only what the hand sets is rounded and held to the range.
+        // Only values that the user sets are rounded and kept within the range.
         let slider =
             egui::Slider::new(&mut value, low..=high).clamping(egui::SliderClamping::Edits);
         ui.spacing_mut().slider_width = 60.0;

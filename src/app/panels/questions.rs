@@ -8,9 +8,9 @@ use eframe::egui::{self, Id, Key};
 use super::numbers::{list_color, swatch};
 use crate::app::actions::Action;
 use crate::app::commands;
-use crate::app::dialogs::{Asked, PathField};
+use crate::app::dialogs::{PathField, PathRequest};
 use crate::app::edit::Change;
-use crate::app::leaving::{Stake, Then};
+use crate::app::leaving::{AfterPrompt, UnsavedWork};
 use crate::app::state::State;
 
 const ENTER: &str = "Go on (Enter)";
@@ -93,22 +93,22 @@ fn leave_path(state: &mut State) {
     state.dialogs.unsaved = None;
 }
 
-fn accept(asked: Asked) -> &'static str {
+fn accept(asked: PathRequest) -> &'static str {
     match asked {
-        Asked::OpenCapture | Asked::OpenProject => "Open",
-        Asked::SaveAs => "Save",
-        Asked::Export => "Export",
-        Asked::Locate => "Use",
-        Asked::AddObject | Asked::AddDome => "Add",
-        Asked::LoadEdits => "Load",
-        Asked::SaveEdits => "Save",
-        Asked::RenderTo => "Render",
-        Asked::ImportCameras
-        | Asked::ImportCameraFolder
-        | Asked::ImportImages
-        | Asked::ImportMesh
-        | Asked::ImportOut => "Choose",
-        Asked::SaveStudy(_) => "Save study",
+        PathRequest::OpenCapture | PathRequest::OpenProject => "Open",
+        PathRequest::SaveAs => "Save",
+        PathRequest::Export => "Export",
+        PathRequest::Locate => "Use",
+        PathRequest::AddObject | PathRequest::AddDome => "Add",
+        PathRequest::LoadEdits => "Load",
+        PathRequest::SaveEdits => "Save",
+        PathRequest::RenderTo => "Render",
+        PathRequest::ImportCameras
+        | PathRequest::ImportCameraFolder
+        | PathRequest::ImportImages
+        | PathRequest::ImportMesh
+        | PathRequest::ImportOut => "Choose",
+        PathRequest::SaveStudy(_) => "Save study",
     }
 }
 
@@ -132,7 +132,7 @@ pub(super) fn buttons(
 fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let Some((asked, path)) = state.dialogs.replace.clone() else { return };
     let (title, what, help) = match asked {
-        Asked::Export => (
+        PathRequest::Export => (
             "Replace the results?",
             "holds results already. They would be lost.",
             "Lose the results in that folder",
@@ -160,7 +160,7 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
 
 fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
-    let stake = Stake::of(state, matches!(state.dialogs.unsaved, Some(Then::Quit)));
+    let stake = UnsavedWork::of(state, matches!(state.dialogs.unsaved, Some(AfterPrompt::Quit)));
     let is_changed = stake.edit.is_some();
     let title = if is_changed { "Save changes?" } else { "Leave the project?" };
     let mut choices = Vec::new();
@@ -168,7 +168,11 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
         choices.push(("Save", "Save the project first", Some(Action::Unsaved { save: true })));
     }
     if stake.results.is_some() {
-        choices.push(("Export…", "Write the results first", Some(Action::Ask(Asked::Export))));
+        choices.push((
+            "Export…",
+            "Write the results first",
+            Some(Action::Ask(PathRequest::Export)),
+        ));
     }
     let (text, help) = if is_changed {
         ("Don't save", "Lose what was changed since the last save")
@@ -217,7 +221,7 @@ fn locate_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
         ui.weak(locate.opening.folder.display().to_string());
         let entered = path_field(ui, &mut locate.text, &mut locate.focused, "The capture's folder");
         if ui.button("Browse…").on_hover_text("Choose the folder").clicked() {
-            actions.push(Action::Ask(Asked::Locate));
+            actions.push(Action::Ask(PathRequest::Locate));
         }
         ui.add_space(6.0);
         buttons(ui, ("Use", ENTER), !locate.text.trim().is_empty(), entered)

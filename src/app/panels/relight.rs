@@ -8,7 +8,7 @@ use super::fields::triple;
 use super::numbers::{emission_color, empty, named, reflectance_color, swatch};
 use super::relight_added::{added_ui, list_ui};
 use crate::app::actions::{Action, Relight};
-use crate::app::dialogs::Asked;
+use crate::app::dialogs::PathRequest;
 use crate::app::edit::Change;
 use crate::app::jobs::Jobs;
 use crate::app::project::Project;
@@ -49,7 +49,7 @@ pub fn relight_ui(
             }
             let help = "Light from all around, from an image in latitude and longitude";
             if ui.button("Dome…").on_hover_text(help).clicked() {
-                actions.push(Action::Ask(Asked::AddDome));
+                actions.push(Action::Ask(PathRequest::AddDome));
                 ui.close();
             }
         })
@@ -57,7 +57,7 @@ pub fn relight_ui(
         .on_hover_text("Set a light into the scene");
         let object = ui.button("Add object…").on_hover_text("Set a mesh (OBJ) into the scene");
         if object.clicked() {
-            actions.push(Action::Ask(Asked::AddObject));
+            actions.push(Action::Ask(PathRequest::AddObject));
         }
     });
     ui.horizontal(|ui| {
@@ -280,13 +280,13 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
                 let help = "Pictures from the places of all photographs as EXR and PNG, and the \
                             edits set into the photographs (F12)";
                 if ui.button("Render to files…").on_hover_text(help).clicked() {
-                    actions.push(Action::Ask(Asked::RenderTo));
+                    actions.push(Action::Ask(PathRequest::RenderTo));
                 }
             }
         }
         for (name, help, asked) in [
-            ("Load edits…", "Add lights and objects of an edits.json", Asked::LoadEdits),
-            ("Save edits…", "Write an edits.json for lobelia render", Asked::SaveEdits),
+            ("Load edits…", "Add lights and objects of an edits.json", PathRequest::LoadEdits),
+            ("Save edits…", "Write an edits.json for lobelia render", PathRequest::SaveEdits),
         ] {
             let button = named(ui.add(Button::new(name)), name.to_owned());
             if button.on_hover_text(help).clicked() {

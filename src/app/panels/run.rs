@@ -253,7 +253,7 @@ fn next(
     state: &mut RunPanelState,
     actions: &mut Vec<Action>,
 ) {
-    let changes = project.keeper.changes();
+    let changes = project.stage_cache.changes();
     if changes == 0 {
         state.foreseen = None;
         return;
@@ -261,7 +261,7 @@ fn next(
     let edit = project.edit();
     let is_of_now = |own: &Foreseen| own.changes == changes && Arc::ptr_eq(&own.edit, edit);
     if !state.foreseen.as_ref().is_some_and(is_of_now) {
-        let kept = project.keeper.stages(&project.capture, &edit.run_options());
+        let kept = project.stage_cache.stages(&project.capture, &edit.run_options());
         state.foreseen = Some(Foreseen { edit: edit.clone(), changes, kept });
     }
     let Some(Foreseen { kept, .. }) = state.foreseen else { return };

@@ -11,17 +11,17 @@ use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Study};
 use crate::app::edit::Edit;
 use crate::app::jobs::Jobs;
-use crate::app::jobs::studies::{Estimate, Kind, Known, SpeedStudy, SpeedWish};
+use crate::app::jobs::studies::{Estimate, Kind, SpeedRequest, SpeedStudy, TruthStatus};
 use crate::app::project::Project;
 use crate::study::settings::{Scope, Setting};
 use crate::study::speed::{MEASURES, OWN, Place};
 use crate::study::speed_chart::{front_of, verdicts_by};
 
 pub struct SpeedState {
-    wish: SpeedWish,
+    request: SpeedRequest,
     /// Chosen by hand; else the first that was measured.
     measure: Option<usize>,
-    estimate: Option<(SpeedWish, Arc<Edit>, usize, Estimate)>,
+    estimate: Option<(SpeedRequest, Arc<Edit>, usize, Estimate)>,
     /// The setting that the run's options are, by those options and the runs so far.
     in_use: Option<(Arc<Edit>, usize, Option<String>)>,
     front: TableState,
@@ -30,7 +30,7 @@ pub struct SpeedState {
 impl Default for SpeedState {
     fn default() -> Self {
         Self {
-            wish: SpeedWish { scope: Scope::First, repeats: 1 },
+            request: SpeedRequest { scope: Scope::First, repeats: 1 },
             measure: None,
             estimate: None,
             in_use: None,
@@ -96,7 +96,7 @@ pub fn speed_ui(
             kind: Kind::Speed,
             words: "Run study",
             help: "Reconstruct with each setting, and measure seconds and error",
-            action: Action::Study(Study::Speed(state.wish.clone())),
+            action: Action::Study(Study::Speed(state.request.clone())),
             estimate: state.estimate(project, jobs),
             obstacle: None,
         };
@@ -124,7 +124,7 @@ pub fn speed_ui(
     });
     warnings_ui(ui, project, jobs, study);
     let Some(study) = study else {
-        let is_running = jobs.studies.course(Kind::Speed).is_some_and(|own| own.is_running());
+        let is_running = jobs.studies.progress(Kind::Speed).is_some_and(|own| own.is_running());
         empty(
             ui,
             if is_running {
@@ -165,13 +165,13 @@ pub fn speed_ui(
 impl SpeedState {
     fn design_ui(&mut self, ui: &mut egui::Ui) {
         ui.label("Settings");
-        let name = SCOPES.iter().find(|(scope, ..)| *scope == self.wish.scope);
+        let name = SCOPES.iter().find(|(scope, ..)| *scope == self.request.scope);
         let (_, name, help) = name.unwrap_or(&SCOPES[0]);
         let shown = egui::ComboBox::from_id_salt("scope").width(84.0).selected_text(*name).show_ui(
             ui,
             |ui| {
                 for (scope, name, help) in SCOPES {
-                    ui.selectable_value(&mut self.wish.scope, scope, name).on_hover_text(help);
+                    ui.selectable_value(&mut self.request.scope, scope, name).on_hover_text(help);
                 }
             },
         );
@@ -179,7 +179,7 @@ impl SpeedState {
             || egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("Settings: {name}"));
         shown.response.widget_info(named);
         shown.response.on_hover_text(*help);
-        let field = egui::DragValue::new(&mut self.wish.repeats).range(1..=9).speed(0.05);
+        let field = egui::DragValue::new(&mut self.request.repeats).range(1..=9).speed(0.05);
         ui.add(field.prefix("Repeats ")).accessible_name("Repeats").on_hover_text(
             "Each setting is run so often, with other seeds and other parts held out",
         );
@@ -187,15 +187,15 @@ impl SpeedState {
 
     fn estimate(&mut self, project: &Project, jobs: &Jobs) -> Estimate {
         let edit = project.edit();
-        let found = jobs.studies.course(Kind::Speed).map_or(0, |course| course.found());
-        if let Some((wish, of, runs, estimate)) = &self.estimate
-            && (wish, *runs) == (&self.wish, found)
+        let found = jobs.studies.progress(Kind::Speed).map_or(0, |progress| progress.found());
+        if let Some((request, of, runs, estimate)) = &self.estimate
+            && (request, *runs) == (&self.request, found)
             && Arc::ptr_eq(of, edit)
         {
             return *estimate;
         }
-        let estimate = jobs.studies.estimate_speed(project, &self.wish);
-        self.estimate = Some((self.wish.clone(), edit.clone(), found, estimate));
+        let estimate = jobs.studies.estimate_speed(project, &self.request);
+        self.estimate = Some((self.request.clone(), edit.clone(), found, estimate));
         estimate
     }
 
@@ -213,7 +213,7 @@ impl SpeedState {
             Some(setting) => {
                 setting.upon(options, options.general.seed).ok().as_ref() == Some(options)
             }
-            None => place.setting == OWN && study.course.edit.options == *options,
+            None => place.setting == OWN && study.progress.edit.options == *options,
         };
         let in_use = study.places.iter().find(is_used).map(|place| place.setting.clone());
         self.in_use = Some((edit.clone(), runs, in_use.clone()));
@@ -222,10 +222,10 @@ impl SpeedState {
 }
 
 /// Why a measure cannot be had of this capture.
-fn missing(project: &Project, known: &Known, measure: usize) -> Option<&'static str> {
+fn missing(project: &Project, known: &TruthStatus, measure: usize) -> Option<&'static str> {
     match (measure, known) {
-        (0 | 1, Known::Nothing) => Some("No truth.json lies beside this capture."),
-        (0 | 1, Known::Broken) => Some("The capture's truth.json cannot be read."),
+        (0 | 1, TruthStatus::Nothing) => Some("No truth.json lies beside this capture."),
+        (0 | 1, TruthStatus::Broken) => Some("The capture's truth.json cannot be read."),
         (3 | 4, _) if project.capture.measurements().count() < 2 => {
             Some("The capture has one photograph: none can be left out.")
         }
@@ -237,14 +237,14 @@ fn warnings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs, study: Option<
     // Words, and what they mean; whether they warn.
     let mut all: Vec<(bool, String, String)> = Vec::new();
     match jobs.studies.known {
-        Known::Nothing => all.push((
+        TruthStatus::Nothing => all.push((
             false,
             "What this capture truly reflects is not known (no truth.json): errors are those of \
              what was held out."
                 .to_owned(),
             "A truth.json beside the capture, with true reflectances, adds their errors".to_owned(),
         )),
-        Known::Broken => all.push((
+        TruthStatus::Broken => all.push((
             true,
             "truth.json cannot be read: errors are those of what was held out.".to_owned(),
             "The message about it says what is wrong".to_owned(),
@@ -257,7 +257,7 @@ fn warnings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs, study: Option<
                         again begins anew.";
             all.push((true, "Outdated".to_owned(), help.to_owned()));
         }
-        if study.course.is_running() && jobs.disturbs_seconds() {
+        if study.progress.is_running() && jobs.disturbs_seconds() {
             let help = "A picture is being made at the same time, so seconds come out too long. \
                         Leave the shading Relit of the 3D view, or let the picture end.";
             all.push((true, "Disturbed".to_owned(), help.to_owned()));

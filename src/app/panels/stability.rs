@@ -10,30 +10,31 @@ use super::study::{Proposal, course_ui, ready_ui};
 use crate::app::actions::{Action, Study};
 use crate::app::edit::Edit;
 use crate::app::jobs::Jobs;
-use crate::app::jobs::studies::{Estimate, Kind, Known, StabilityStudy, StabilityWish};
+use crate::app::jobs::studies::{Estimate, Kind, StabilityRequest, StabilityStudy, TruthStatus};
 use crate::app::project::Project;
-use crate::study::harm::Harm;
+use crate::study::degradation::Degradation;
 use crate::study::report;
-use crate::study::stability::Way;
+use crate::study::stability::Variant;
 
 pub struct StabilityState {
-    /// Of every harm: whether it is tried, and its most severe step.
-    harms: [(bool, f64); Harm::ALL.len()],
+    /// Of every degradation: whether it is tried, and its most severe step.
+    degradations: [(bool, f64); Degradation::ALL.len()],
     steps: usize,
     seeds: usize,
-    /// In the order of `Way::ALL`.
-    ways: [bool; Way::ALL.len()],
+    /// In the order of `Variant::ALL`.
+    variants: [bool; Variant::ALL.len()],
     draft: bool,
-    estimate: Option<(StabilityWish, Arc<Edit>, usize, Estimate)>,
+    estimate: Option<(StabilityRequest, Arc<Edit>, usize, Estimate)>,
 }
 
 impl Default for StabilityState {
     fn default() -> Self {
         Self {
-            harms: Harm::ALL.map(|harm| (false, harm.levels()[harm.levels().len() / 2])),
+            degradations: Degradation::ALL
+                .map(|degradation| (false, degradation.levels()[degradation.levels().len() / 2])),
             steps: 3,
             seeds: 2,
-            ways: Way::ALL.map(|way| way != Way::Bare),
+            variants: Variant::ALL.map(|variant| variant != Variant::Bare),
             draft: false,
             estimate: None,
         }
@@ -53,18 +54,18 @@ pub fn stability_ui(
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        let wish = state.wish();
-        let obstacle = match &wish {
-            wish if wish.harms.is_empty() => Some("Switch on what is to get worse."),
-            wish if wish.ways.is_empty() => Some("Switch a method on."),
+        let request = state.request();
+        let obstacle = match &request {
+            request if request.degradations.is_empty() => Some("Switch on what is to get worse."),
+            request if request.variants.is_empty() => Some("Switch a method on."),
             _ => None,
         };
         let proposal = Proposal {
             kind: Kind::Stability,
             words: "Run study",
             help: "Make the capture worse, step by step, and reconstruct it each time",
-            action: Action::Study(Study::Stability(wish.clone())),
-            estimate: state.estimate(project, jobs, wish),
+            action: Action::Study(Study::Stability(request.clone())),
+            estimate: state.estimate(project, jobs, request),
             obstacle,
         };
         course_ui(ui, project, jobs, proposal, actions);
@@ -74,9 +75,12 @@ pub fn stability_ui(
         let controls = egui::vec2(CONTROLS.min(0.5 * room.x), room.y);
         ui.allocate_ui_with_layout(controls, egui::Layout::top_down(egui::Align::Min), |ui| {
             ui.set_min_size(controls);
-            egui::ScrollArea::vertical().id_salt("harms").auto_shrink(false).show(ui, |ui| {
-                state.controls_ui(ui);
-            });
+            egui::ScrollArea::vertical().id_salt("degradations").auto_shrink(false).show(
+                ui,
+                |ui| {
+                    state.controls_ui(ui);
+                },
+            );
         });
         ui.separator();
         egui::ScrollArea::vertical().id_salt("curves").auto_shrink(false).show(ui, |ui| {
@@ -86,46 +90,50 @@ pub fn stability_ui(
 }
 
 impl StabilityState {
-    fn wish(&self) -> StabilityWish {
-        let harms = Harm::ALL.into_iter().zip(self.harms);
-        let tried = harms.filter(|(_, (is_on, _))| *is_on);
-        let ways = Way::ALL.into_iter().zip(self.ways).filter(|(_, is_on)| *is_on);
-        StabilityWish {
-            harms: tried.map(|(harm, (_, most))| (harm, harm.steps_to(most, self.steps))).collect(),
-            ways: ways.map(|(way, _)| way).collect(),
+    fn request(&self) -> StabilityRequest {
+        let degradations = Degradation::ALL.into_iter().zip(self.degradations);
+        let tried = degradations.filter(|(_, (is_on, _))| *is_on);
+        let variants = Variant::ALL.into_iter().zip(self.variants).filter(|(_, is_on)| *is_on);
+        StabilityRequest {
+            degradations: tried
+                .map(|(degradation, (_, most))| {
+                    (degradation, degradation.steps_to(most, self.steps))
+                })
+                .collect(),
+            variants: variants.map(|(variant, _)| variant).collect(),
             seeds: self.seeds,
             draft: self.draft,
         }
     }
 
-    fn estimate(&mut self, project: &Project, jobs: &Jobs, wish: StabilityWish) -> Estimate {
-        if wish.harms.is_empty() {
+    fn estimate(&mut self, project: &Project, jobs: &Jobs, request: StabilityRequest) -> Estimate {
+        if request.degradations.is_empty() {
             return Estimate::default();
         }
-        let found = jobs.studies.course(Kind::Stability).map_or(0, |course| course.found());
+        let found = jobs.studies.progress(Kind::Stability).map_or(0, |progress| progress.found());
         if let Some((of, edit, runs, estimate)) = &self.estimate
-            && (of, *runs) == (&wish, found)
+            && (of, *runs) == (&request, found)
             && Arc::ptr_eq(edit, project.edit())
         {
             return *estimate;
         }
-        let estimate = jobs.studies.estimate_stability(project, &wish);
-        self.estimate = Some((wish, project.edit().clone(), found, estimate));
+        let estimate = jobs.studies.estimate_stability(project, &request);
+        self.estimate = Some((request, project.edit().clone(), found, estimate));
         estimate
     }
 
     fn controls_ui(&mut self, ui: &mut egui::Ui) {
         ui.horizontal_wrapped(|ui| {
             ui.label("Methods");
-            for (way, is_on) in Way::ALL.into_iter().zip(&mut self.ways) {
-                let (name, help) = match way {
-                    Way::Joint => ("joint", "Light and reflectances solved together"),
-                    Way::Bare => (
+            for (variant, is_on) in Variant::ALL.into_iter().zip(&mut self.variants) {
+                let (name, help) = match variant {
+                    Variant::Joint => ("joint", "Light and reflectances solved together"),
+                    Variant::Bare => (
                         "bare",
                         "joint without the loss that makes outliers count less and without the \
                          rejection of pixels beside edges",
                     ),
-                    Way::Paper => ("paper", "The published method's alternation"),
+                    Variant::Paper => ("paper", "The published method's alternation"),
                 };
                 ui.checkbox(is_on, name).on_hover_text(help);
             }
@@ -146,25 +154,26 @@ impl StabilityState {
         ui.separator();
         ui.horizontal(|ui| {
             ui.strong("What gets worse");
-            let any = self.harms.iter().any(|(is_on, _)| *is_on);
+            let any = self.degradations.iter().any(|(is_on, _)| *is_on);
             for (name, help, on) in
                 [("All", "Switch everything on", true), ("None", "Switch everything off", false)]
             {
                 let button = ui.add_enabled(on || any, egui::Button::new(name).small());
                 if button.on_hover_text(help).clicked() {
-                    self.harms.iter_mut().for_each(|(is_on, _)| *is_on = on);
+                    self.degradations.iter_mut().for_each(|(is_on, _)| *is_on = on);
                 }
             }
         });
-        for (harm, (is_on, most)) in Harm::ALL.into_iter().zip(&mut self.harms) {
-            harm_ui(ui, harm, is_on, most);
+        for (degradation, (is_on, most)) in Degradation::ALL.into_iter().zip(&mut self.degradations)
+        {
+            degradation_ui(ui, degradation, is_on, most);
         }
     }
 }
 
 /// A switch, and up to which severity.
-fn harm_ui(ui: &mut egui::Ui, harm: Harm, is_on: &mut bool, most: &mut f64) {
-    let levels = harm.levels();
+fn degradation_ui(ui: &mut egui::Ui, degradation: Degradation, is_on: &mut bool, most: &mut f64) {
+    let levels = degradation.levels();
     let (first, last) = (levels[0], levels[levels.len() - 1]);
     ui.horizontal(|ui| {
         let size = egui::vec2(186.0, ui.spacing().interact_size.y);
@@ -172,21 +181,21 @@ fn harm_ui(ui: &mut egui::Ui, harm: Harm, is_on: &mut bool, most: &mut f64) {
         ui.allocate_ui_with_layout(size, layout, |ui| {
             ui.set_min_width(size.x);
             ui.spacing_mut().item_spacing.x = 4.0;
-            ui.checkbox(is_on, harm.title()).on_hover_text(format!(
+            ui.checkbox(is_on, degradation.title()).on_hover_text(format!(
                 "{}. In: {}.",
-                harm.help(),
-                harm.unit()
+                degradation.help(),
+                degradation.unit()
             ));
         });
-        let [prefix, suffix] = harm.affixes();
+        let [prefix, suffix] = degradation.affixes();
         ui.spacing_mut().slider_width = 58.0;
         let slider = egui::Slider::new(most, first..=last).prefix(prefix).suffix(suffix);
-        let slider = if harm.is_whole() {
+        let slider = if degradation.is_whole() {
             slider.integer()
         } else {
             slider.logarithmic(true).custom_formatter(|value, _| two_digits(value))
         };
-        let response = ui.add(slider).accessible_name(format!("{}, up to", harm.title()));
+        let response = ui.add(slider).accessible_name(format!("{}, up to", degradation.title()));
         // Whoever sets a severity wants it tried.
         if response.changed() {
             *is_on = true;
@@ -194,7 +203,7 @@ fn harm_ui(ui: &mut egui::Ui, harm: Harm, is_on: &mut bool, most: &mut f64) {
         }
         response.on_hover_text(format!(
             "The most severe step: {}. Milder ones come before it.",
-            harm.step(*most)
+            degradation.step(*most)
         ));
     });
 }
@@ -207,7 +216,7 @@ fn two_digits(value: f64) -> String {
 fn findings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs) {
     let warn = ui.visuals().warn_fg_color;
     match jobs.studies.known {
-        Known::Nothing => {
+        TruthStatus::Nothing => {
             ui.weak(
                 "The truth is not known (no truth.json): errors are estimated by the \
                      intervals of the capture as it is, and how far results move from it.",
@@ -217,13 +226,13 @@ fn findings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs) {
                                 the errors themselves",
             );
         }
-        Known::Broken => {
+        TruthStatus::Broken => {
             ui.colored_label(warn, "truth.json cannot be read: errors are estimated.");
         }
         _ => {}
     }
     let study = jobs.studies.stability.as_ref();
-    let is_running = study.is_some_and(|study| study.course.is_running());
+    let is_running = study.is_some_and(|study| study.progress.is_running());
     let Some(study) = study.filter(|study| !study.rows.is_empty()) else {
         empty(
             ui,
@@ -237,7 +246,7 @@ fn findings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs) {
         return;
     };
     head_ui(ui, project, study);
-    curves_ui(ui, &study.courses);
+    curves_ui(ui, &study.curves);
 }
 
 fn head_ui(ui: &mut egui::Ui, project: &Project, study: &StabilityStudy) {
@@ -252,7 +261,7 @@ fn head_ui(ui: &mut egui::Ui, project: &Project, study: &StabilityStudy) {
             .iter()
             .filter_map(|row| {
                 let failure = row.failure.as_ref()?;
-                Some(format!("{} {}, {}: {failure}", row.harm, row.level, row.way))
+                Some(format!("{} {}, {}: {failure}", row.degradation, row.level, row.variant))
             })
             .collect();
         if !failures.is_empty() {
@@ -260,7 +269,7 @@ fn head_ui(ui: &mut egui::Ui, project: &Project, study: &StabilityStudy) {
             ui.colored_label(warn, text).on_hover_text(failures.join("\n"));
         }
     });
-    if let Some(opening) = report::opening(&study.courses) {
+    if let Some(opening) = report::opening(&study.curves) {
         ui.add(egui::Label::new(opening).wrap());
     }
     ui.weak(report::soundness(&study.rows));

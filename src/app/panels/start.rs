@@ -5,8 +5,8 @@ use eframe::egui;
 use super::cards::left_behind_ui;
 use super::numbers::named;
 use crate::app::actions::Action;
-use crate::app::dialogs::Asked;
-use crate::app::import::Do;
+use crate::app::dialogs::PathRequest;
+use crate::app::import::ImportAction;
 use crate::app::state::State;
 use crate::io::project;
 
@@ -56,14 +56,18 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         choice(
             "Open capture…",
             "A folder with scene.obj, transforms.json and photographs (Ctrl+O)",
-            Action::Ask(Asked::OpenCapture),
+            Action::Ask(PathRequest::OpenCapture),
         );
-        choice("Open project…", "A .lobelia file (Ctrl+Shift+O)", Action::Ask(Asked::OpenProject));
+        choice(
+            "Open project…",
+            "A .lobelia file (Ctrl+Shift+O)",
+            Action::Ask(PathRequest::OpenProject),
+        );
         choice(
             "Import…",
             "Cameras, mesh and photographs of other programs: COLMAP, Meshroom, Metashape, \
              RealityCapture, glTF and more (Ctrl+I)",
-            Action::Import(Do::Show(None)),
+            Action::Import(ImportAction::Show(None)),
         );
         if state.example.is_some() {
             choice(

@@ -18,8 +18,8 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 Some(Project { run: Some(run), .. }) => running(ui, run, actions),
                 _ if state.jobs.studies.running().is_some() => {
                     ui.spinner();
-                    if let Some((_, course)) = state.jobs.studies.running() {
-                        let (done, planned) = (course.done(), course.planned());
+                    if let Some((_, progress)) = state.jobs.studies.running() {
+                        let (done, planned) = (progress.done(), progress.planned());
                         ui.label(format!("Studying: {done} of {planned} runs"));
                     }
                 }

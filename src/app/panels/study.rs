@@ -6,16 +6,16 @@ use egui_plot::{GridInput, GridMark};
 
 use super::numbers::{counted, duration};
 use crate::app::actions::{Action, Study};
-use crate::app::dialogs::Asked;
+use crate::app::dialogs::PathRequest;
 use crate::app::jobs::Jobs;
-use crate::app::jobs::studies::{Estimate, Kind, Known};
+use crate::app::jobs::studies::{Estimate, Kind, TruthStatus};
 use crate::app::layout::Workspace;
 use crate::app::project::Project;
 use crate::app::theme::ACCENT;
 use crate::io::drawing::Ink;
 use crate::study::chart::{log_ticks, number};
 use crate::study::cost::cost;
-use crate::study::stability::Way;
+use crate::study::stability::Variant;
 
 /// What is to be begun, by which words, and what it would be.
 pub struct Proposal {
@@ -38,24 +38,24 @@ pub fn course_ui(
 ) {
     let Proposal { kind, words, help, action, estimate, obstacle } = proposal;
     let studies = &jobs.studies;
-    let course = studies.course(kind);
-    if let Some(course) = course.filter(|course| course.is_running()) {
+    let progress = studies.progress(kind);
+    if let Some(progress) = progress.filter(|progress| progress.is_running()) {
         let stop = ui
-            .add_enabled(!course.cancelling, egui::Button::new("Cancel study"))
+            .add_enabled(!progress.cancelling, egui::Button::new("Cancel study"))
             .on_hover_text("Stop; what was measured stays")
             .on_disabled_hover_text("It ends as soon as the run under way can be left");
         if stop.clicked() {
             actions.push(Action::Study(Study::Cancel(kind)));
         }
-        let (done, planned) = (course.done(), course.planned());
+        let (done, planned) = (progress.done(), progress.planned());
         let bar = egui::ProgressBar::new(done as f32 / planned.max(1) as f32).desired_width(80.0);
         ui.add(bar);
         ui.label(format!("{done} / {planned} runs"));
-        ui.label(match course.secs_left() {
+        ui.label(match progress.secs_left() {
             Some(left) => format!("about {} left", duration(left.max(1.0))),
-            None => format!("for {}", duration(course.elapsed_secs())),
+            None => format!("for {}", duration(progress.elapsed_secs())),
         });
-        if let Some(now) = course.now().filter(|_| kind == Kind::Speed) {
+        if let Some(now) = progress.now().filter(|_| kind == Kind::Speed) {
             ui.weak(now).on_hover_text("What is being run: the setting, and which repeat");
         }
     } else {
@@ -75,7 +75,7 @@ pub fn course_ui(
             "Runs that this asks for, and about how long they take, by the last reconstruction",
         );
     }
-    let has_findings = course.is_some_and(|course| course.found() > 0);
+    let has_findings = progress.is_some_and(|progress| progress.found() > 0);
     let is_idle = studies.running().is_none();
     let save = ui
         .add_enabled(has_findings, egui::Button::new("Save…"))
@@ -84,7 +84,7 @@ pub fn course_ui(
         )
         .on_disabled_hover_text("Nothing has been measured yet.");
     if save.clicked() {
-        actions.push(Action::Ask(Asked::SaveStudy(kind)));
+        actions.push(Action::Ask(PathRequest::SaveStudy(kind)));
     }
     let forget = ui
         .add_enabled(has_findings && is_idle, egui::Button::new("Forget"))
@@ -119,7 +119,7 @@ pub fn ready_ui(
     jobs: &Jobs,
     actions: &mut Vec<Action>,
 ) -> bool {
-    if matches!(jobs.studies.known, Known::NotAsked) {
+    if matches!(jobs.studies.known, TruthStatus::NotAsked) {
         actions.push(Action::Study(Study::Look));
     }
     if !project.capture.materials.is_empty() {
@@ -141,11 +141,11 @@ pub fn ink(ink: Ink, dark: bool) -> Color32 {
 }
 
 /// The colour of a way, as in the charts that are written.
-pub fn way_ink(way: Way) -> Ink {
+pub fn variant_ink(way: Variant) -> Ink {
     Ink::Series(match way {
-        Way::Joint => 0,
-        Way::Paper => 1,
-        Way::Bare => 2,
+        Variant::Joint => 0,
+        Variant::Paper => 1,
+        Variant::Bare => 2,
     })
 }
 

@@ -54,7 +54,7 @@ impl Content {
     }
 }
 
-/// What the hand did in the viewport.
+/// User input in the viewport, as the rest of the window sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ViewportEvent {
     /// A surface was clicked (None: the background), with shift to add.

@@ -23,7 +23,7 @@ pub enum Mode {
     Scale,
 }
 
-/// What the handles do, and what the hand is about.
+/// The mode of the handles, and the transform that is in progress.
 #[derive(Default)]
 pub struct Gizmo {
     pub mode: Mode,
@@ -73,7 +73,7 @@ impl Gizmo {
         self.active.is_some()
     }
 
-    /// What the handles do now, and the axis that is held.
+    /// The mode of the handles now, and the axis that is dragged.
     pub(super) fn held(&self) -> (Mode, Option<usize>) {
         self.active.as_ref().map_or((self.mode, None), |own| (own.mode, own.axis))
     }

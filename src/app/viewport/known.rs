@@ -1,4 +1,4 @@
-//! What the uploads were made from, to tell when one is due.
+//! What the GPU uploads were made from, to tell when one is out of date.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -24,9 +24,9 @@ pub struct Look {
     pub background: f32,
 }
 
-/// The last uploads; `None` where there was none.
+/// What the last upload of each kind was made from; `None` before the first.
 #[derive(Default)]
-pub struct Known {
+pub struct UploadCache {
     pub surfaces: Option<Surfaces>,
     pub samples: Option<Samples>,
     pub lights: Option<Lights>,
@@ -54,7 +54,7 @@ impl Surfaces {
         }
     }
 
-    pub fn hold(&self, capture: &Arc<Capture>, content: &Content) -> bool {
+    pub fn is_current(&self, capture: &Arc<Capture>, content: &Content) -> bool {
         Arc::ptr_eq(&self.capture, capture)
             && same(self.result_capture.as_ref(), content.result_capture.as_ref())
             && same(self.solved.as_ref(), content.solved.as_ref())
@@ -79,7 +79,7 @@ impl Samples {
     }
 
     /// Only errors depend on what was worked out.
-    pub fn hold(&self, now: &Self) -> bool {
+    pub fn is_current(&self, now: &Self) -> bool {
         Arc::ptr_eq(&self.cloud, &now.cloud)
             && self.color == now.color
             && (now.color != SampleColor::Error
@@ -101,7 +101,7 @@ impl Lights {
         Self { lights: lights.clone(), lobes: lobes.clone(), solution: solution.cloned() }
     }
 
-    pub fn hold(&self, now: &Self) -> bool {
+    pub fn is_current(&self, now: &Self) -> bool {
         Arc::ptr_eq(&self.lights, &now.lights)
             && Arc::ptr_eq(&self.lobes, &now.lobes)
             && same(self.solution.as_ref(), now.solution.as_ref())

@@ -54,7 +54,7 @@ use crate::app::relight;
 use crate::geometry::bvh::Ray;
 use crate::render::edits::Edits;
 use crate::scene::{Camera, Capture};
-use crate::worker::Wish;
+use crate::worker::PreviewRequest;
 use gizmo::Gizmo;
 use paint::Drawn;
 use picking::Picker;
@@ -128,7 +128,7 @@ impl Viewport {
         }
     }
 
-    /// Draws into the rest of `ui` and tells what the hand did.
+    /// Draws into the rest of `ui` and returns the user input.
     pub fn show(&mut self, ui: &mut Ui, content: &Content) -> Vec<ViewportEvent> {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
@@ -215,9 +215,9 @@ impl Viewport {
     }
 
     /// What is to be rendered for the viewport; `None` where it shows no rendering.
-    pub fn wish(&self, edits: &Arc<Edits>) -> Option<Wish> {
+    pub fn request(&self, edits: &Arc<Edits>) -> Option<PreviewRequest> {
         let camera = self.seen_by.filter(|_| self.settings.shading == Shading::Relit)?;
-        Some(Wish {
+        Some(PreviewRequest {
             edits: edits.clone(),
             camera,
             photograph: self.through,

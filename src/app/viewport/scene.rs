@@ -9,7 +9,7 @@ use glam::Vec3;
 use crate::app::viewport::background::{Background, Done};
 use crate::app::viewport::content::{Content, Shading, ViewSettings};
 use crate::app::viewport::gpu::{Globals, Pipelines, bind, note_upload, upload, upload_mesh};
-use crate::app::viewport::known::{self, Known, Look, bounds, is_same_world, same};
+use crate::app::viewport::known::{self, Look, UploadCache, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::photographs::{self, Layers};
 use crate::app::viewport::samples::{self, Scale};
@@ -55,7 +55,7 @@ pub struct Scene {
     /// The photographs in them.
     pub thumbs: Batch,
     pub grid: Batch,
-    known: Known,
+    known: UploadCache,
 }
 
 impl Scene {
@@ -100,7 +100,7 @@ impl Scene {
             frusta: None,
             thumbs: None,
             grid: None,
-            known: Known::default(),
+            known: UploadCache::default(),
         }
     }
 
@@ -205,7 +205,7 @@ impl Scene {
 
     fn sync_surfaces(&mut self, content: &Content) {
         let Some(capture) = &self.capture else { return };
-        if self.known.surfaces.as_ref().is_some_and(|known| known.hold(capture, content)) {
+        if self.known.surfaces.as_ref().is_some_and(|known| known.is_current(capture, content)) {
             return;
         }
         let rows = surfaces::rows(
@@ -240,7 +240,7 @@ impl Scene {
         };
         let color = settings.sample_color;
         let now = known::Samples::of(cloud, color, content.derived.as_ref());
-        if self.known.samples.as_ref().is_some_and(|known| known.hold(&now)) {
+        if self.known.samples.as_ref().is_some_and(|known| known.is_current(&now)) {
             return;
         }
         let (points, scale) = samples::points(cloud, content.derived.as_deref(), color);
@@ -260,7 +260,7 @@ impl Scene {
             return;
         };
         let now = known::Lights::of(products, content.solution.as_ref());
-        if self.known.lights.as_ref().is_some_and(|known| known.hold(&now)) {
+        if self.known.lights.as_ref().is_some_and(|known| known.is_current(&now)) {
             return;
         }
         let (lights, lobes) = products;

@@ -13,7 +13,7 @@ use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::solution::{
     Certainty, Iteration, MaterialCertainty, Rms, ScaleCertainty, Solution, Stopped,
 };
-use crate::reconstruct::transport::{HiddenLight, Transport};
+use crate::reconstruct::transport::{PatchRadiosity, Transport};
 use crate::scene::{Capture, Emitter, KnownLight, Material, MaterialKind};
 
 const DARK: Rgb = [0.0; 3];
@@ -100,9 +100,9 @@ pub(crate) fn reconstruction() -> Reconstruction {
             first_record: Vec::new(),
             record_weight: 0.0,
             coupling: faer::Mat::zeros(0, 0),
-            hidden: Arc::default(),
-            first_hidden: Vec::new(),
-            hidden_light: HiddenLight::default(),
+            unphotographed: Arc::default(),
+            first_unphotographed: Vec::new(),
+            patch_radiosity: PatchRadiosity::default(),
         }),
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {

@@ -17,7 +17,7 @@ use crate::reconstruct::joint::unseen::Unseen;
 use crate::reconstruct::joint::{gloss, held_out, relook};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::solution::{Trial, TrialPart};
-use crate::reconstruct::transport::HiddenLight;
+use crate::reconstruct::transport::PatchRadiosity;
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Watch;
 
@@ -66,9 +66,13 @@ impl Choice {
     /// that. Where no photograph looks the lights are not checked, so that this is no better a
     /// guess than that of the fine lobes, by which the reflectances are found; but whoever lights
     /// the scene anew with the lights that were found comes to just this.
-    pub fn reflect(&mut self, fitter: &mut Fitter, unseen: &Unseen) -> Result<HiddenLight, Error> {
+    pub fn reflect(
+        &mut self,
+        fitter: &mut Fitter,
+        unseen: &Unseen,
+    ) -> Result<PatchRadiosity, Error> {
         let coupling = unseen.coupling(fitter, &self.found.model)?;
-        let mut light = HiddenLight::default();
+        let mut light = PatchRadiosity::default();
         for _ in 0..REFLECT_ROUNDS {
             light = unseen.light(fitter, &coupling, &self.found.fits);
             fitter.gathered = unseen.irradiance(fitter, &light);

@@ -15,7 +15,7 @@ use crate::reconstruct::joint::background::{LightSet, fibonacci};
 use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::project::{Linearised, Projected};
 use crate::reconstruct::lights::VirtualLight;
-use crate::scene::{Emitter, KnownLight, Site};
+use crate::scene::{Emitter, KnownLight, SurfacePoint};
 use crate::solve::bounded::bounded_quadratic;
 use crate::solve::kernels::{column_of, dot, vectorised};
 use crate::watch::{Cancelled, Watch};
@@ -44,7 +44,7 @@ pub struct Candidates {
     lamps: Vec<Lamp>,
     /// Rows that the search looks at.
     rows: Vec<usize>,
-    sites: Vec<Site>,
+    points: Vec<SurfacePoint>,
     /// The places of a lamp, on the unit disc, that each of these looks at; the same wherever the
     /// lamp is, so that what moves a score is the lamp's place.
     discs: Vec<Vec<Vec2>>,
@@ -73,7 +73,7 @@ const DISTANCES: usize = 8;
 const NEAREST: f32 = 0.4;
 const FARTHEST: f32 = 5.0;
 const ROWS: usize = 800;
-/// Square root of the rays by which a site looks at a lamp whose place is refined.
+/// Square root of the rays by which a surface point looks at a lamp whose place is refined.
 const RAYS_SIDE: usize = 2;
 /// Lamps whose columns are projected together.
 const BATCH: usize = 8;
@@ -110,7 +110,8 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     }
     let step = row_samples.len().div_ceil(ROWS).max(1);
     let rows: Vec<usize> = (0..row_samples.len()).step_by(step).collect();
-    let sites: Vec<Site> = rows.iter().map(|&row| cloud.samples[row_samples[row]].site()).collect();
+    let points: Vec<SurfacePoint> =
+        rows.iter().map(|&row| cloud.samples[row_samples[row]].surface_point()).collect();
     let discs = |index: usize| {
         let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
         stratified(RAYS_SIDE, &mut random).map(square_to_disc).collect()
@@ -120,8 +121,9 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
         .par_iter()
         .map(|lamp| {
             watch.tick()?;
-            let is_free = |site: Site| f32::from(u8::from(views.is_free(site, lamp.position)));
-            Ok(sites.iter().map(|&site| arriving(lamp, site, || is_free(site))).collect())
+            let is_free =
+                |point: SurfacePoint| f32::from(u8::from(views.is_free(point, lamp.position)));
+            Ok(points.iter().map(|&point| arriving(lamp, point, || is_free(point))).collect())
         })
         .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     let mirror = |row: usize| {
@@ -133,8 +135,8 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
         lamps: Vec::new(),
         mirrors: rows.iter().map(|&row| mirror(row)).collect(),
         rows,
-        discs: (0..sites.len()).map(discs).collect(),
-        sites,
+        discs: (0..points.len()).map(discs).collect(),
+        points,
         coupling: Vec::new(),
         half_diagonal,
         given: views
@@ -158,11 +160,11 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     Ok(found)
 }
 
-/// π r² V cos θ / d² of a lamp at a site, V being asked for where it matters.
-fn arriving(lamp: &Lamp, site: Site, visible: impl FnOnce() -> f32) -> f32 {
-    let offset = lamp.position - site.position;
+/// π r² V cos θ / d² of a lamp at a surface point, V being asked for where it matters.
+fn arriving(lamp: &Lamp, point: SurfacePoint, visible: impl FnOnce() -> f32) -> f32 {
+    let offset = lamp.position - point.position;
     let distance = offset.length().max(lamp.radius_m);
-    let cosine = offset.dot(site.normal) / distance;
+    let cosine = offset.dot(point.normal) / distance;
     if cosine <= 0.0 {
         return 0.0;
     }
@@ -171,14 +173,14 @@ fn arriving(lamp: &Lamp, site: Site, visible: impl FnOnce() -> f32) -> f32 {
 }
 
 /// The seven columns of a lamp on the rows, one after the other, before the scale of a channel.
-fn columns(lamp: &Lamp, sites: &[Site], coupling: &[f32]) -> Vec<f32> {
-    let rows = sites.len();
+fn columns(lamp: &Lamp, points: &[SurfacePoint], coupling: &[f32]) -> Vec<f32> {
+    let rows = points.len();
     let mut columns = vec![0.0; rows * COLUMNS];
-    for (row, (site, &k)) in sites.iter().zip(coupling).enumerate() {
+    for (row, (point, &k)) in points.iter().zip(coupling).enumerate() {
         if k == 0.0 {
             continue;
         }
-        let direction = (site.position - lamp.position).normalize_or_zero();
+        let direction = (point.position - lamp.position).normalize_or_zero();
         columns[row] = k;
         for (axis, component) in direction.to_array().into_iter().enumerate() {
             columns[(1 + 2 * axis) * rows + row] = k * component.max(0.0);
@@ -238,12 +240,12 @@ impl Candidates {
     /// (n+2)/2 cosⁿγ of a lamp at each row; 0 for diffuse ones.
     fn lobes(&self, lamp: &Lamp, exponents: &[f64]) -> Vec<f32> {
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let of = |(site, mirror): (&Site, &Option<(Vec3, usize)>)| {
+        let of = |(point, mirror): (&SurfacePoint, &Option<(Vec3, usize)>)| {
             mirror.map_or(0.0, |(mirror, material)| {
-                light.lobe(site.position, mirror, exponents[material]) as f32
+                light.lobe(point.position, mirror, exponents[material]) as f32
             })
         };
-        self.sites.iter().zip(&self.mirrors).map(of).collect()
+        self.points.iter().zip(&self.mirrors).map(of).collect()
     }
 
     fn is_beside_given(&self, lamp: &Lamp) -> bool {
@@ -258,7 +260,7 @@ impl Candidates {
         let gains_of = |(lamps, coupling): (&[Lamp], &[Vec<f32>])| {
             let each = lamps.iter().zip(coupling);
             let columns: Vec<Vec<f32>> =
-                each.map(|(lamp, coupling)| columns(lamp, &self.sites, coupling)).collect();
+                each.map(|(lamp, coupling)| columns(lamp, &self.points, coupling)).collect();
             let lobes: Vec<Vec<f32>> =
                 lamps.iter().map(|lamp| self.lobes(lamp, exponents)).collect();
             let (columns, lobes) = (columns.concat(), lobes.concat());
@@ -344,11 +346,11 @@ impl Candidates {
     /// How much of the squared residuals a lamp explains, its emissions at least 0.
     fn explained(&self, fitter: &Fitter, lamp: &Lamp, projected: &[Projected]) -> f64 {
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let visible = |site, discs| light.visible_part(fitter.data.views, site, discs);
-        let sites = self.sites.iter().zip(&self.discs);
+        let visible = |point, discs| light.visible_part(fitter.data.views, point, discs);
+        let points = self.points.iter().zip(&self.discs);
         let coupling: Vec<f32> =
-            sites.map(|(&site, discs)| arriving(lamp, site, || visible(site, discs))).collect();
-        let columns = columns(lamp, &self.sites, &coupling);
+            points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();
+        let columns = columns(lamp, &self.points, &coupling);
         let lobes = self.lobes(lamp, &fitter.exponents);
         projected
             .iter()

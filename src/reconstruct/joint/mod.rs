@@ -63,7 +63,7 @@ use crate::reconstruct::joint::thin::Thin;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped, Trial, TrialPart};
-use crate::reconstruct::transport::{HiddenLight, Transport};
+use crate::reconstruct::transport::{PatchRadiosity, Transport};
 use crate::reconstruct::{Error, Options};
 use crate::scene::{Environment, Views};
 use crate::watch::Watch;
@@ -78,7 +78,7 @@ pub struct Outcome {
     /// I_s per sample, with what specular surfaces send there.
     pub irradiance: Vec<Radiance>,
     /// What known surfaces send that no photograph shows; part of I_s.
-    pub hidden_light: HiddenLight,
+    pub patch_radiosity: PatchRadiosity,
     pub solution: Solution,
 }
 
@@ -103,7 +103,7 @@ pub fn solve(
     let history = History::new(equations, on_iteration);
     let mut notes = Vec::new();
 
-    let Prepared { room, fine, mut hidden_light, unseen, mut warnings } =
+    let Prepared { room, fine, mut patch_radiosity, unseen, mut warnings } =
         prepare::prepare(&mut fitter, &history)?;
     watch.tick()?;
 
@@ -166,7 +166,7 @@ pub fn solve(
         choice.trials.push(trial);
     }
     if let Some(unseen) = &unseen {
-        hidden_light = choice.reflect(&mut fitter, unseen)?;
+        patch_radiosity = choice.reflect(&mut fitter, unseen)?;
     }
     let model = &choice.found.model;
     let fits = fitter.fit_exactly(model, joint.ridge, &choice.found.fits)?;
@@ -209,7 +209,7 @@ pub fn solve(
         coupling: model.coupling(&fitter.rows),
         set: choice.found.model.set,
         irradiance: fitter.irradiance,
-        hidden_light,
+        patch_radiosity,
         solution,
     })
 }

@@ -9,7 +9,7 @@ use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::model::Model;
 use crate::reconstruct::joint::unseen::Unseen;
-use crate::reconstruct::transport::HiddenLight;
+use crate::reconstruct::transport::PatchRadiosity;
 
 /// Lights on unseen surfaces are called for where they make the objective smaller than this part
 /// of what it is when these surfaces only reflect: then a lamp or a window is there.
@@ -29,7 +29,7 @@ pub struct Prepared {
     /// The coarse background of a room.
     pub room: Model,
     pub fine: Fine,
-    pub hidden_light: HiddenLight,
+    pub patch_radiosity: PatchRadiosity,
     /// Surfaces that only reflect.
     pub unseen: Option<Unseen>,
     pub warnings: Vec<String>,
@@ -38,7 +38,7 @@ pub struct Prepared {
 pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error> {
     let joint = fitter.options;
     let unseen = Unseen::find(fitter)?;
-    let mut hidden_light = HiddenLight::default();
+    let mut patch_radiosity = PatchRadiosity::default();
     let (light, room) = match &unseen {
         Some(unseen) => reflected(fitter, unseen)?,
         None => (None, background_model(fitter, &coarse_room(fitter))?),
@@ -59,8 +59,8 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
             if round > 0 {
                 fits = fitter.fit(&model, joint.ridge, &fitter.weights, Some(&fits))?;
             }
-            hidden_light = unseen.light(fitter, &coupling, &fits);
-            fitter.irradiance = unseen.irradiance(fitter, &hidden_light);
+            patch_radiosity = unseen.light(fitter, &coupling, &fits);
+            fitter.irradiance = unseen.irradiance(fitter, &patch_radiosity);
             fitter.data.set_irradiance(&fitter.rows, &mut model, &fitter.irradiance);
         }
         fitter.gathered.clone_from(&fitter.irradiance);
@@ -72,7 +72,7 @@ pub fn prepare(fitter: &mut Fitter, history: &History) -> Result<Prepared, Error
     if joint.robust > 0.0 {
         fitter.weigh_by_deviation(&fits, joint.robust);
     }
-    Ok(Prepared { room, fine: Fine { layout, model, fits }, hidden_light, unseen, warnings })
+    Ok(Prepared { room, fine: Fine { layout, model, fits }, patch_radiosity, unseen, warnings })
 }
 
 fn coarse_room(fitter: &Fitter) -> Layout {
@@ -81,7 +81,7 @@ fn coarse_room(fitter: &Fitter) -> Layout {
 
 /// What known surfaces that no photograph shows reflect, by a coarse light, and that light;
 /// `None` where they shine: in a room that is known all around, the lamps are there.
-fn reflected(fitter: &Fitter, unseen: &Unseen) -> Result<(Option<HiddenLight>, Model), Error> {
+fn reflected(fitter: &Fitter, unseen: &Unseen) -> Result<(Option<PatchRadiosity>, Model), Error> {
     let ridge = fitter.options.ridge;
     let layout = coarse_room(fitter);
     let lit = background_model(fitter, &Layout { surfaces: true, ..layout })?;

@@ -58,18 +58,18 @@ pub fn irradiance(fitter: &Fitter, model: &Model, fits: &Fits) -> Result<Vec<Rad
             let mut irradiance = gathered.map(f64::from);
             for square in stratified(SIDE, &mut random) {
                 let direction = frame.to_world(square_to_cosine_hemisphere(square));
-                let ray = data.views.ray(sample.site(), direction);
+                let ray = data.views.ray(sample.surface_point(), direction);
                 let Some(hit) = data.views.caster.closest(&ray) else { continue };
                 let surface = capture.mesh.surface[hit.triangle as usize] as usize;
                 let Role::Material(material) = capture.surfaces[surface].role else { continue };
                 if !fitter.is_specular(material) {
                     continue;
                 }
-                let site = data.views.site(&ray, &hit);
-                let Some(radiance) = data.views.radiance(site) else { continue };
-                let near = &glossy[nearest.to(site.position)];
+                let point = data.views.surface_point(&ray, &hit);
+                let Some(radiance) = data.views.radiance(point) else { continue };
+                let near = &glossy[nearest.to(point.position)];
                 // Beside an edge the nearest sample may belong to something else.
-                if near.material != material || near.normal.dot(site.normal) < SAME_SIDE {
+                if near.material != material || near.normal.dot(point.normal) < SAME_SIDE {
                     continue;
                 }
                 let sent = near.towards(fitter, model, fits, -direction);
@@ -124,8 +124,8 @@ fn glossy(fitter: &Fitter, model: &Model, fits: &Fits) -> Vec<Glossy> {
                     None => lights.push((lobe.light, arriving)),
                 }
             }
-            let site = &fitter.data.cloud.samples[sample];
-            let (normal, position) = (site.normal, site.position);
+            let point = &fitter.data.cloud.samples[sample];
+            let (normal, position) = (point.normal, point.position);
             found.push(Glossy { material, normal, position, sample, irradiance, lights, seen });
         }
         row = range.end;

@@ -11,7 +11,7 @@ use crate::math::sampling::Frame;
 use crate::reconstruct::joint::background::fibonacci;
 use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::project::{Linearised, Projected};
-use crate::scene::{Site, Views};
+use crate::scene::{SurfacePoint, Views};
 use crate::watch::Cancelled;
 
 /// Directions over the sphere at which the search begins: about 4° apart.
@@ -64,7 +64,7 @@ pub fn refine(
 /// Some rows, and what is left to explain there.
 struct Look<'a> {
     views: &'a Views<'a>,
-    sites: Vec<Site>,
+    points: Vec<SurfacePoint>,
     projected: Vec<Projected>,
 }
 
@@ -80,7 +80,10 @@ impl<'a> Look<'a> {
         let rows: Vec<usize> = (0..samples.len()).step_by(step).collect();
         Self {
             views: fitter.data.views,
-            sites: rows.iter().map(|&row| fitter.data.cloud.samples[samples[row]].site()).collect(),
+            points: rows
+                .iter()
+                .map(|&row| fitter.data.cloud.samples[samples[row]].surface_point())
+                .collect(),
             projected: problems
                 .par_iter()
                 .map(|problem| Projected::new(problem, &rows, without.clone()))
@@ -91,12 +94,12 @@ impl<'a> Look<'a> {
     /// By how much a sun in a direction lowers the sum of the squared residuals.
     fn gain(&self, towards: Vec3) -> f64 {
         let column: Vec<f32> = self
-            .sites
+            .points
             .iter()
-            .map(|&site| {
-                let cosine = towards.dot(site.normal);
+            .map(|&point| {
+                let cosine = towards.dot(point.normal);
                 let lit =
-                    cosine > 0.0 && !self.views.caster.occluded(&self.views.ray(site, towards));
+                    cosine > 0.0 && !self.views.caster.occluded(&self.views.ray(point, towards));
                 if lit { cosine } else { 0.0 }
             })
             .collect();

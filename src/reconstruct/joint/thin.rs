@@ -9,7 +9,7 @@ use crate::reconstruct::joint::fit::Fitter;
 use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::transport::{HiddenLight, Transport};
+use crate::reconstruct::transport::{PatchRadiosity, Transport};
 
 /// Samples that are kept, about; of each material as large a part, or at least
 /// `samples.min_per_material`.
@@ -100,13 +100,13 @@ impl Thin {
 }
 
 fn transport_of(all: &Transport, samples: &[usize]) -> Transport {
-    let (mut records, mut hidden) = (Vec::new(), Vec::new());
-    let (mut first_record, mut first_hidden) = (vec![0], vec![0]);
+    let (mut records, mut unphotographed) = (Vec::new(), Vec::new());
+    let (mut first_record, mut first_unphotographed) = (vec![0], vec![0]);
     for &sample in samples {
         records.extend_from_slice(all.records_of(sample));
         first_record.push(records.len());
-        hidden.extend_from_slice(all.hidden_of(sample));
-        first_hidden.push(hidden.len());
+        unphotographed.extend_from_slice(all.unphotographed_of(sample));
+        first_unphotographed.push(unphotographed.len());
     }
     Transport {
         irradiance: samples.iter().map(|&sample| all.irradiance[sample]).collect(),
@@ -114,9 +114,9 @@ fn transport_of(all: &Transport, samples: &[usize]) -> Transport {
         first_record,
         record_weight: all.record_weight,
         coupling: Mat::zeros(samples.len(), 0),
-        hidden: hidden.into(),
-        first_hidden,
-        hidden_light: HiddenLight::default(),
+        unphotographed: unphotographed.into(),
+        first_unphotographed,
+        patch_radiosity: PatchRadiosity::default(),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::reconstruct::joint::fit::{Fits, Fitter};
 use crate::reconstruct::joint::model::{Data, Model};
 use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
 use crate::reconstruct::transport::{
-    self, Gathered, Hidden, HiddenLight, TransportOptions, hemisphere,
+    self, Gathered, PatchRadiosity, TransportOptions, UnphotographedHit, hemisphere,
 };
 use crate::scene::Role;
 use crate::watch::Cancelled;
@@ -51,16 +51,18 @@ impl Unseen {
     /// unseen.
     pub fn find(fitter: &Fitter) -> Result<Option<Self>, Cancelled> {
         let (data, watch) = (&fitter.data, fitter.watch());
-        let (views, hidden) = (data.views, &data.transport.hidden);
+        let (views, unphotographed) = (data.views, &data.transport.unphotographed);
         let seed = data.options.general.seed as u64;
-        let positions: Vec<Vec3> = hidden.iter().map(|hidden| hidden.site.position).collect();
+        let positions: Vec<Vec3> =
+            unphotographed.iter().map(|unphotographed| unphotographed.point.position).collect();
         // In the order of the samples, the first ones would decide where all places are.
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         Random::new(seed, Stream::Unseen as u64, u64::MAX).shuffle(&mut order);
         let spacing_m = spacing_for(&positions, &order, PLACES, watch)?;
         let kept = select_spaced(&positions, &order, spacing_m, watch)?;
-        let places: Vec<Hidden> = kept.iter().map(|&index| hidden[index as usize]).collect();
-        let points: Vec<Vec3> = places.iter().map(|place| place.site.position).collect();
+        let places: Vec<UnphotographedHit> =
+            kept.iter().map(|&index| unphotographed[index as usize]).collect();
+        let points: Vec<Vec3> = places.iter().map(|place| place.point.position).collect();
         let Some(nearest) = Nearest::new(&points) else { return Ok(None) };
 
         let gathered = places
@@ -69,11 +71,12 @@ impl Unseen {
             .map(|(index, place)| {
                 watch.check()?;
                 let mut random = Random::new(seed, Stream::Unseen as u64, index as u64);
-                let Gathered { irradiance, hidden, .. } =
-                    hemisphere(views, place.site, SIDE, &mut random);
-                let share =
-                    |hidden: &Hidden| (nearest.to(hidden.site.position), hidden.projected_sr);
-                Ok((irradiance.map(f64::from), hidden.iter().map(share).collect()))
+                let Gathered { irradiance, unphotographed, .. } =
+                    hemisphere(views, place.point, SIDE, &mut random);
+                let share = |unphotographed: &UnphotographedHit| {
+                    (nearest.to(unphotographed.point.position), unphotographed.projected_sr)
+                };
+                Ok((irradiance.map(f64::from), unphotographed.iter().map(share).collect()))
             })
             .collect::<Result<Vec<(Rgb, Vec<(usize, f64)>)>, Cancelled>>()?;
         let (photographed, between) = gathered.into_iter().unzip();
@@ -83,7 +86,7 @@ impl Unseen {
             ..SampleCloud::default()
         };
         let capture = views.capture;
-        let material = |place: &Hidden| {
+        let material = |place: &UnphotographedHit| {
             let surface = capture.mesh.surface[place.triangle as usize] as usize;
             match capture.surfaces[surface].role {
                 Role::Material(material) if fitter.measured[material] => Some(material),
@@ -106,7 +109,7 @@ impl Unseen {
 
     /// What the places send, when the light and the reflectances are those of a fit of the model
     /// whose coupling this is.
-    pub fn light(&self, fitter: &Fitter, coupling: &Mat<f64>, fits: &Fits) -> HiddenLight {
+    pub fn light(&self, fitter: &Fitter, coupling: &Mat<f64>, fits: &Fits) -> PatchRadiosity {
         let count = self.materials.len();
         let mut radiance = vec![[0.0f32; CHANNELS]; count];
         for (c, fit) in fits.iter().enumerate() {
@@ -137,18 +140,20 @@ impl Unseen {
                 radiance[c] = sent as f32;
             }
         }
-        HiddenLight::new(self.nearest.clone(), radiance)
+        PatchRadiosity::new(self.nearest.clone(), radiance)
     }
 
     /// I_s of every sample with what hidden surfaces send there.
-    pub fn irradiance(&self, fitter: &Fitter, light: &HiddenLight) -> Vec<Radiance> {
+    pub fn irradiance(&self, fitter: &Fitter, light: &PatchRadiosity) -> Vec<Radiance> {
         let transport = fitter.data.transport;
         (0..transport.irradiance.len())
             .into_par_iter()
             .map(|sample| {
-                let points = transport.first_hidden[sample]..transport.first_hidden[sample + 1];
-                let seen = points
-                    .map(|point| (self.of_hidden[point], transport.hidden[point].projected_sr));
+                let points = transport.first_unphotographed[sample]
+                    ..transport.first_unphotographed[sample + 1];
+                let seen = points.map(|point| {
+                    (self.of_hidden[point], transport.unphotographed[point].projected_sr)
+                });
                 light.added_from(transport.irradiance[sample], seen).map(|value| value as f32)
             })
             .collect()
@@ -156,10 +161,10 @@ impl Unseen {
 }
 
 /// A sample that nothing was measured at.
-fn as_sample(place: &Hidden) -> Sample {
+fn as_sample(place: &UnphotographedHit) -> Sample {
     Sample {
-        position: place.site.position,
-        normal: place.site.normal,
+        position: place.point.position,
+        normal: place.point.normal,
         material: 0,
         surface: 0,
         views: 0..0,

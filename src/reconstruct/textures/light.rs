@@ -15,8 +15,8 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::{Place, TextureOptions};
-use crate::reconstruct::transport::{HiddenLight, Record, arriving, hemisphere};
-use crate::scene::{Site, Views};
+use crate::reconstruct::transport::{PatchRadiosity, Record, arriving, hemisphere};
+use crate::scene::{SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Neighbouring irradiances that differ by less than this are interpolated between: more than
@@ -30,7 +30,7 @@ pub(in crate::reconstruct) struct Light<'a> {
     emission: &'a [Rgb],
     /// The lights with any emission.
     lit: Vec<usize>,
-    hidden_light: &'a HiddenLight,
+    patch_radiosity: &'a PatchRadiosity,
     options: &'a Options,
     seed: u64,
 }
@@ -39,7 +39,7 @@ impl<'a> Light<'a> {
     pub(in crate::reconstruct) fn new(
         lights: &'a VirtualLights,
         lobes: &'a Lobes,
-        hidden_light: &'a HiddenLight,
+        patch_radiosity: &'a PatchRadiosity,
         solution: &'a Solution,
         options: &'a Options,
         seed: u64,
@@ -48,7 +48,7 @@ impl<'a> Light<'a> {
             lobes.of(*light).any(|lobe| solution.emission[lobe].iter().any(|&e| e > 0.0))
         };
         let lit = (0..lights.lights.len()).filter(is_lit).collect();
-        Self { lights, lobes, emission: &solution.emission, lit, hidden_light, options, seed }
+        Self { lights, lobes, emission: &solution.emission, lit, patch_radiosity, options, seed }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -57,17 +57,17 @@ impl<'a> Light<'a> {
         Random::new(self.seed, Stream::Textures as u64, 0)
     }
 
-    /// I_s of Eq. 14 at a site.
-    fn photographed(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+    /// I_s of Eq. 14 at a surface point.
+    fn photographed(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
-        let gathered = hemisphere(views, site, side, &mut self.random());
-        self.hidden_light.added_to(gathered.irradiance, &gathered.hidden)
+        let gathered = hemisphere(views, point, side, &mut self.random());
+        self.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
     }
 
-    /// The virtual lights' part of Eq. 14 at a site.
-    fn virtual_lights(&self, views: &Views, site: Site, options: &TextureOptions) -> Rgb {
+    /// The virtual lights' part of Eq. 14 at a surface point.
+    fn virtual_lights(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
         let mut total = [0.0; CHANNELS];
-        for (_, irradiance) in self.lights_apart(views, site, options) {
+        for (_, irradiance) in self.lights_apart(views, point, options) {
             for (total, value) in total.iter_mut().zip(irradiance) {
                 *total += value;
             }
@@ -75,15 +75,15 @@ impl<'a> Light<'a> {
         total
     }
 
-    /// G of Eq. 14 at one site.
+    /// G of Eq. 14 at one surface point.
     pub(in crate::reconstruct) fn at(
         &self,
         views: &Views,
-        site: Site,
+        point: SurfacePoint,
         options: &TextureOptions,
     ) -> Rgb {
-        let photographed = self.photographed(views, site, options);
-        let direct = self.virtual_lights(views, site, options);
+        let photographed = self.photographed(views, point, options);
+        let direct = self.virtual_lights(views, point, options);
         std::array::from_fn(|c| photographed[c] + direct[c])
     }
 
@@ -96,13 +96,13 @@ impl<'a> Light<'a> {
         options: &TextureOptions,
         watch: &Watch,
     ) -> Result<Vec<Option<Rgb>>, Cancelled> {
-        let direct = |site| self.virtual_lights(views, site, options);
+        let direct = |point| self.virtual_lights(views, point, options);
         let grid = Grid { places, width, stride: options.stride, finest: 1 };
         let direct = map(grid, None, direct, watch)?;
         // Light from photographed surfaces comes from all around and is the smoother part: where
         // its changes are small against the whole, or finer than its rays resolve, they are
         // interpolated.
-        let indirect = |site| self.photographed(views, site, options);
+        let indirect = |point| self.photographed(views, point, options);
         let grid = Grid { finest: options.stride / 2, ..grid };
         let indirect = map(grid, Some(&direct), indirect, watch)?;
         let sum = |(a, b): (Option<Rgb>, Option<Rgb>)| {
@@ -115,7 +115,7 @@ impl<'a> Light<'a> {
     fn lights_apart(
         &self,
         views: &Views,
-        site: Site,
+        point: SurfacePoint,
         options: &TextureOptions,
     ) -> Vec<(usize, Rgb)> {
         let side = grid_side(options.disc_rays);
@@ -128,7 +128,7 @@ impl<'a> Light<'a> {
                 views,
                 light,
                 &self.lobes.lobes[range.clone()],
-                site,
+                point,
                 self.options.transport.falloff,
                 side,
                 &mut self.random(),
@@ -151,7 +151,7 @@ impl<'a> Light<'a> {
     pub(super) fn texel(
         &self,
         views: &Views,
-        site: Site,
+        point: SurfacePoint,
         irradiance: Rgb,
         reflectance: &Reflectance,
         options: &TextureOptions,
@@ -159,23 +159,23 @@ impl<'a> Light<'a> {
         let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
         let incident = is_specular.then(|| {
             let side = grid_side(options.rays);
-            let records = hemisphere(views, site, side, &mut self.random()).records;
-            (records, PI / (side * side) as f64, self.lights_apart(views, site, options))
+            let records = hemisphere(views, point, side, &mut self.random()).records;
+            (records, PI / (side * side) as f64, self.lights_apart(views, point, options))
         });
         let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
-        for map in &views.maps {
-            let Some(seen) = views.seen(map, site) else { continue };
-            let Some(radiance) = map.image.radiance(seen.x, seen.y) else { continue };
+        for buffer in &views.buffers {
+            let Some(seen) = views.seen(buffer, point) else { continue };
+            let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
             // A photograph counts by the number of its pixels that show the texel.
-            let distance = map.camera.position.as_vec3().distance(site.position);
+            let distance = buffer.camera.position.as_vec3().distance(point.position);
             let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
             // Beside an edge a pixel shows another surface too: used where there is no other.
-            let weight = if map.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
+            let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
             let mut specular = [0.0; CHANNELS];
             if let Some((records, record_weight, lights)) = &incident {
-                let mirror = mirrored(seen.direction, site.normal);
+                let mirror = mirrored(seen.direction, point.normal);
                 specular =
-                    self.lobe_light(site, mirror, records, *record_weight, lights, reflectance);
+                    self.lobe_light(point, mirror, records, *record_weight, lights, reflectance);
             }
             for c in 0..CHANNELS {
                 let diffuse = f64::from(radiance[c]) - reflectance.lobe_scale(c) * specular[c];
@@ -197,10 +197,10 @@ impl<'a> Light<'a> {
         Some(texel)
     }
 
-    /// ∫ L cosⁿγ cos θ dω at a site about the ideal specular direction.
+    /// ∫ L cosⁿγ cos θ dω at a surface point about the ideal specular direction.
     fn lobe_light(
         &self,
-        site: Site,
+        point: SurfacePoint,
         mirror: Vec3,
         records: &[Record],
         record_weight: f64,
@@ -219,7 +219,7 @@ impl<'a> Light<'a> {
         for (index, irradiance) in lights {
             let light = &self.lights.lights[*index];
             // `Reflectance::lobe_scale` brings the factor (n+2)/2π.
-            let factor = light.lobe(site.position, mirror, reflectance.exponent)
+            let factor = light.lobe(point.position, mirror, reflectance.exponent)
                 / (0.5 * (reflectance.exponent + 2.0));
             for (total, irradiance) in total.iter_mut().zip(irradiance) {
                 *total += factor * irradiance;
@@ -246,7 +246,7 @@ struct Grid<'a> {
 fn map(
     grid: Grid,
     base: Option<&[Option<Rgb>]>,
-    evaluate: impl Fn(Site) -> Rgb + Sync,
+    evaluate: impl Fn(SurfacePoint) -> Rgb + Sync,
     watch: &Watch,
 ) -> Result<Vec<Option<Rgb>>, Cancelled> {
     let Grid { places, width, stride, finest } = grid;
@@ -263,8 +263,8 @@ fn map(
             .par_iter()
             .map(|&index| {
                 watch.tick()?;
-                let site = places[index].map(|place| place.site);
-                Ok(site.map_or([0.0; CHANNELS], &evaluate))
+                let point = places[index].map(|place| place.point);
+                Ok(point.map_or([0.0; CHANNELS], &evaluate))
             })
             .collect::<Result<_, Cancelled>>()?;
         for (&index, irradiance) in wanted.iter().zip(computed) {

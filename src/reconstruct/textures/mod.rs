@@ -20,9 +20,9 @@ use crate::reconstruct::options::Options;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::transport::HiddenLight;
+use crate::reconstruct::transport::PatchRadiosity;
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
-use crate::scene::{Role, Site, Views};
+use crate::scene::{Role, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -65,7 +65,7 @@ pub struct Texture {
 #[derive(Clone, Copy, Debug)]
 struct Place {
     polygon: u32,
-    site: Site,
+    point: SurfacePoint,
 }
 
 /// Reconstructs the textures of all textured materials that have samples.
@@ -75,7 +75,7 @@ pub fn reconstruct(
     cloud: &SampleCloud,
     lights: &VirtualLights,
     lobes: &Lobes,
-    hidden_light: &HiddenLight,
+    patch_radiosity: &PatchRadiosity,
     solution: &Solution,
     options: &Options,
     seed: u64,
@@ -86,7 +86,7 @@ pub fn reconstruct(
     if !options.textures.enabled {
         return Ok(textures);
     }
-    let light = Light::new(lights, lobes, hidden_light, solution, options, seed);
+    let light = Light::new(lights, lobes, patch_radiosity, solution, options, seed);
     for (surface, tagged) in capture.surfaces.iter().enumerate() {
         let Role::Material(material) = tagged.role else { continue };
         let Some(reflectance) = &solution.reflectances[material] else { continue };
@@ -111,7 +111,7 @@ pub fn reconstruct(
                 let (Some(place), Some(irradiance)) = (place, irradiance) else {
                     return Ok(None);
                 };
-                Ok(light.texel(views, place.site, *irradiance, reflectance, &options.textures))
+                Ok(light.texel(views, place.point, *irradiance, reflectance, &options.textures))
             })
             .collect::<Result<_, Cancelled>>()?;
         let is_diffuse = reflectance.specular.iter().all(|&specular| specular == 0.0);
@@ -191,14 +191,14 @@ fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> 
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// The site of every texel's centre that a photograph measures, on the side that it sees.
-pub fn sites(
+/// The surface point of every texel's centre that a photograph measures, on the side that it sees.
+pub fn points(
     views: &Views,
     unwrap: &Unwrap,
     watch: &Watch,
-) -> Result<Vec<Option<Site>>, Cancelled> {
+) -> Result<Vec<Option<SurfacePoint>>, Cancelled> {
     let places = rasterize(views, unwrap, watch)?;
-    Ok(places.into_iter().map(|place| place.map(|place| place.site)).collect())
+    Ok(places.into_iter().map(|place| place.map(|place| place.point)).collect())
 }
 
 /// The place of every texel's centre that a photograph measures, on the side that it sees.
@@ -231,9 +231,9 @@ fn rasterize(
                 if v >= -1e-4 && w >= -1e-4 && v + w <= 1.0002 {
                     let position =
                         positions[0] * (1.0 - v - w) + positions[1] * v + positions[2] * w;
-                    let site = Site { position, normal };
+                    let point = SurfacePoint { position, normal };
                     let polygon = mesh.polygon[triangle];
-                    places[y * unwrap.width + x].get_or_insert(Place { polygon, site });
+                    places[y * unwrap.width + x].get_or_insert(Place { polygon, point });
                 }
             }
         }
@@ -243,17 +243,17 @@ fn rasterize(
         .map(|place| {
             watch.check()?;
             Ok(place.and_then(|place| {
-                let site = measured_side(views, place.site)?;
-                Some(Place { site, ..place })
+                let point = measured_side(views, place.point)?;
+                Some(Place { point, ..place })
             }))
         })
         .collect()
 }
 
 /// The side of a surface that is photographed: the outer one, unless only the inner one is.
-fn measured_side(views: &Views, outer: Site) -> Option<Site> {
-    let inner = Site { normal: -outer.normal, ..outer };
-    [outer, inner].into_iter().find(|&site| views.is_measured(site))
+fn measured_side(views: &Views, outer: SurfacePoint) -> Option<SurfacePoint> {
+    let inner = SurfacePoint { normal: -outer.normal, ..outer };
+    [outer, inner].into_iter().find(|&point| views.is_measured(point))
 }
 
 /// Gives every texel without an estimate the mean of its neighbours that have one, working

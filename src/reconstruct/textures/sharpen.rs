@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::reconstruct::unwrap::Unwrap;
 use crate::scene::Views;
-use crate::scene::views::PixelMap;
+use crate::scene::views::VisibilityBuffer;
 use crate::watch::{Cancelled, Watch};
 
 /// A pixel that shows nothing but the surface.
@@ -175,16 +175,16 @@ fn pixels(views: &Views, unwrap: &Unwrap, watch: &Watch) -> Result<Vec<Pixel>, C
         entry[triangle] = Some(index);
     }
     let mut pixels = Vec::new();
-    for map in &views.maps {
-        let width = map.camera.width;
-        let rows = (0..map.camera.height).into_par_iter().map(|y| {
+    for buffer in &views.buffers {
+        let width = buffer.camera.width;
+        let rows = (0..buffer.camera.height).into_par_iter().map(|y| {
             watch.check()?;
             let pixel = |x: usize| {
-                let (_, triangle) = map.hit(x, y).filter(|_| map.is_off_edges(x, y))?;
+                let (_, triangle) = buffer.hit(x, y).filter(|_| buffer.is_off_edges(x, y))?;
                 let index = entry[triangle as usize]?;
-                let radiance = map.image.radiance(x, y)?;
+                let radiance = buffer.image.radiance(x, y)?;
                 let plane = Plane::new(views, unwrap, triangle as usize, index)?;
-                let place = |dx: f64, dy: f64| plane.texel(map, x as f64 + dx, y as f64 + dy);
+                let place = |dx: f64, dy: f64| plane.texel(buffer, x as f64 + dx, y as f64 + dy);
                 let middle = place(0.5, 0.5)?;
                 let right = place(1.0, 0.5)? - place(0.0, 0.5)?;
                 let down = place(0.5, 1.0)? - place(0.5, 0.0)?;
@@ -233,9 +233,9 @@ impl Plane {
     }
 
     /// Where a position in a photograph is in the texture, in texels.
-    fn texel(&self, map: &PixelMap, x: f64, y: f64) -> Option<Vec2> {
-        let direction = map.camera.direction(DVec2::new(x, y))?.as_vec3();
-        let eye = map.camera.position.as_vec3() - self.corner;
+    fn texel(&self, buffer: &VisibilityBuffer, x: f64, y: f64) -> Option<Vec2> {
+        let direction = buffer.camera.direction(DVec2::new(x, y))?.as_vec3();
+        let eye = buffer.camera.position.as_vec3() - self.corner;
         let along = -eye.dot(self.normal) / direction.dot(self.normal);
         let place = eye + along * direction;
         let [u, v] = self.gradients.map(|gradient| gradient.dot(place));

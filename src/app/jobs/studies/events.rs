@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::course::{Course, PULSE};
-use super::{Kind, Known};
+use super::progress::{PULSE, StudyProgress};
+use super::{Kind, TruthStatus};
 use crate::app::state::State;
 use crate::study::Row;
-use crate::worker::{Command, Event, Happening};
+use crate::worker::{Command, Event, JobEvent};
 
 /// Writes what a study has found.
 pub fn save(state: &mut State, kind: Kind, folder: PathBuf) {
@@ -14,7 +14,7 @@ pub fn save(state: &mut State, kind: Kind, folder: PathBuf) {
     if let Some(findings) = jobs.studies.findings(kind) {
         let findings = Box::new(findings);
         let job = jobs.loader.send(Command::WriteStudy { findings, folder });
-        let count = jobs.studies.course(kind).map_or(0, Course::found);
+        let count = jobs.studies.progress(kind).map_or(0, StudyProgress::found);
         jobs.studies.saving = Some((job, kind, count));
     }
 }
@@ -25,17 +25,17 @@ pub fn saved(state: &mut State, event: &Event) -> bool {
     let Some((_, kind, count)) = studies.saving.take_if(|(job, ..)| *job == event.job) else {
         return false;
     };
-    match &event.happening {
-        Happening::Exported(folder) => {
-            if let Some(course) = studies.course_mut(kind) {
-                course.mark_saved(count);
+    match &event.what {
+        JobEvent::Exported(folder) => {
+            if let Some(progress) = studies.progress_mut(kind) {
+                progress.mark_saved(count);
             }
             state.messages.notice(format!("The study is written to {}", folder.display()));
         }
-        Happening::Failed(text) => {
+        JobEvent::Failed(text) => {
             state.messages.error("The study cannot be written", text.clone());
         }
-        Happening::Cancelled => {}
+        JobEvent::Cancelled => {}
         _ => studies.saving = Some((event.job, kind, count)),
     }
     true
@@ -43,10 +43,10 @@ pub fn saved(state: &mut State, event: &Event) -> bool {
 
 /// Takes what the worker of the studies told since the last frame.
 pub fn drain(state: &mut State) {
-    let events: Vec<Event> = state.jobs.studies.scholar.events().try_iter().collect();
+    let events: Vec<Event> = state.jobs.studies.study_worker.events().try_iter().collect();
     for event in events {
         if state.jobs.studies.known.job() == Some(event.job) {
-            truth_event(state, event.happening);
+            truth_event(state, event.what);
         } else {
             study_event(state, event);
         }
@@ -56,13 +56,13 @@ pub fn drain(state: &mut State) {
     }
 }
 
-fn truth_event(state: &mut State, happening: Happening) {
-    match happening {
-        Happening::Truth(truth) => {
-            state.jobs.studies.known = truth.map_or(Known::Nothing, Known::Truth);
+fn truth_event(state: &mut State, event: JobEvent) {
+    match event {
+        JobEvent::Truth(truth) => {
+            state.jobs.studies.known = truth.map_or(TruthStatus::Nothing, TruthStatus::Truth);
         }
-        Happening::Failed(text) => {
-            state.jobs.studies.known = Known::Broken;
+        JobEvent::Failed(text) => {
+            state.jobs.studies.known = TruthStatus::Broken;
             state.messages.error("What is true of this capture cannot be read", text);
         }
         _ => {}
@@ -71,14 +71,16 @@ fn truth_event(state: &mut State, happening: Happening) {
 
 fn study_event(state: &mut State, event: Event) {
     let studies = &mut state.jobs.studies;
-    let is_own = |(kind, course): (Kind, &Course)| (course.job == Some(event.job)).then_some(kind);
+    let is_own = |(kind, progress): (Kind, &StudyProgress)| {
+        (progress.job == Some(event.job)).then_some(kind)
+    };
     let Some(kind) = studies.running().and_then(is_own) else { return };
     let title = match kind {
         Kind::Speed => "speed and accuracy",
         Kind::Stability => "stability",
     };
-    match event.happening {
-        Happening::Found(finding) => {
+    match event.what {
+        JobEvent::Found(finding) => {
             let failure = match &finding.row {
                 Row::Speed(row) => row.failure.as_ref(),
                 Row::Stability(row) => row.failure.as_ref(),
@@ -92,22 +94,22 @@ fn study_event(state: &mut State, event: Event) {
             studies.add(finding.number, finding.row);
             return;
         }
-        Happening::Studied(_) => {
-            let count = studies.course(kind).map_or(0, Course::done);
+        JobEvent::Studied(_) => {
+            let count = studies.progress(kind).map_or(0, StudyProgress::done);
             state.messages.notice(format!("The study of {title} is done: {count} runs."));
         }
-        Happening::Cancelled => {
-            let count = studies.course(kind).map_or(0, Course::done);
+        JobEvent::Cancelled => {
+            let count = studies.progress(kind).map_or(0, StudyProgress::done);
             state.messages.notice(format!(
                 "The study of {title} was stopped; its {count} finished runs are kept."
             ));
         }
-        Happening::Failed(text) => {
+        JobEvent::Failed(text) => {
             state.messages.error(format!("The study of {title} stopped"), text);
         }
         _ => return,
     }
-    if let Some(course) = studies.course_mut(kind) {
-        course.end();
+    if let Some(progress) = studies.progress_mut(kind) {
+        progress.end();
     }
 }

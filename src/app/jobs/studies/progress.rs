@@ -1,4 +1,4 @@
-//! How far a study is, and how long it still takes.
+//! Progress of a study, and the time that is left.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -38,7 +38,7 @@ impl Estimate {
     }
 }
 
-pub struct Course {
+pub struct StudyProgress {
     /// Runs now.
     pub(super) job: Option<Job>,
     runs: Vec<Planning>,
@@ -56,7 +56,7 @@ pub struct Course {
     pub edit: Arc<Edit>,
 }
 
-impl Course {
+impl StudyProgress {
     /// A plan of which some runs may be done already: results are there for `keys`, and `saved` of
     /// them are in a folder.
     pub(super) fn new(edit: Arc<Edit>, runs: Vec<Planning>, keys: &[String], saved: usize) -> Self {
@@ -170,23 +170,23 @@ mod tests {
             cost,
         };
         let runs = || [("a", 3.0), ("b", 1.0), ("c", 2.0)].map(run).into();
-        let mut course = Course::new(Arc::default(), runs(), &[], 0);
-        course.cheapest_first();
-        assert_eq!((course.now(), course.secs_left()), (Some("b"), None));
-        course.began = Instant::now() - Duration::from_secs(10);
-        course.add(1);
-        assert_eq!((course.now(), course.done(), course.left()), (Some("c"), 1, vec![2, 0]));
+        let mut progress = StudyProgress::new(Arc::default(), runs(), &[], 0);
+        progress.cheapest_first();
+        assert_eq!((progress.now(), progress.secs_left()), (Some("b"), None));
+        progress.began = Instant::now() - Duration::from_secs(10);
+        progress.add(1);
+        assert_eq!((progress.now(), progress.done(), progress.left()), (Some("c"), 1, vec![2, 0]));
         // One unit of work took ten seconds, and five are left.
-        let left = course.secs_left().unwrap();
+        let left = progress.secs_left().unwrap();
         assert!((left - 50.0).abs() < 1.0, "{left}");
-        assert_eq!(course.at_stake(), 1);
-        course.mark_saved(1);
-        assert_eq!(course.at_stake(), 0);
-        course.add(7);
-        assert_eq!(course.done(), 1);
+        assert_eq!(progress.at_stake(), 1);
+        progress.mark_saved(1);
+        assert_eq!(progress.at_stake(), 0);
+        progress.add(7);
+        assert_eq!(progress.done(), 1);
         // Of another plan, and of this one.
         let keys = ["key of z".to_owned(), "key of a".to_owned()];
-        let again = Course::new(Arc::default(), runs(), &keys, 1);
+        let again = StudyProgress::new(Arc::default(), runs(), &keys, 1);
         assert_eq!((again.done(), again.at_stake(), again.left()), (1, 1, vec![1, 2]));
         let estimate = Estimate::of(&runs(), &keys);
         assert_eq!(estimate, Estimate { runs: 3, done: 1, cost: 3.0 });

@@ -1,27 +1,27 @@
-//! What the artist asks of a study, and the runs that this comes to.
+//! The settings of a study, and the runs that follow from them.
 
-use super::Known;
-use super::course::Planning;
+use super::TruthStatus;
+use super::progress::Planning;
 use crate::app::project::Project;
 use crate::study::cost::cost;
-use crate::study::harm::Harm;
+use crate::study::degradation::Degradation;
 use crate::study::runs::Planned;
 use crate::study::settings::Scope;
-use crate::study::stability::Way;
+use crate::study::stability::Variant;
 use crate::study::{Source, speed, stability};
 
-/// What a study of speed is asked for.
+/// Settings of a study of speed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SpeedWish {
+pub struct SpeedRequest {
     pub scope: Scope,
     pub repeats: usize,
 }
 
-/// What a study of stability is asked for.
+/// Settings of a study of stability.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StabilityWish {
-    pub harms: Vec<(Harm, Vec<f64>)>,
-    pub ways: Vec<Way>,
+pub struct StabilityRequest {
+    pub degradations: Vec<(Degradation, Vec<f64>)>,
+    pub variants: Vec<Variant>,
     pub seeds: usize,
     /// By the quality `draft` rather than the options as they are set.
     pub draft: bool,
@@ -30,8 +30,8 @@ pub struct StabilityWish {
 /// Time of a picture that is made anew, beside that of reconstructions.
 const PICTURE: f64 = 1.5;
 
-impl SpeedWish {
-    pub(super) fn design(&self, project: &Project, known: &Known) -> speed::Design {
+impl SpeedRequest {
+    pub(super) fn design(&self, project: &Project, known: &TruthStatus) -> speed::Design {
         speed::Design {
             sources: vec![source(project, known)],
             base: project.edit().run_options(),
@@ -42,7 +42,11 @@ impl SpeedWish {
     }
 
     /// The runs of this: what they depend on, their names and expected times.
-    pub(super) fn runs(&self, project: &Project, known: &Known) -> Result<Vec<Planning>, String> {
+    pub(super) fn runs(
+        &self,
+        project: &Project,
+        known: &TruthStatus,
+    ) -> Result<Vec<Planning>, String> {
         let plan = speed::plan(&self.design(project, known)).map_err(|error| error.to_string())?;
         let planning = |run: &speed::Run| Planning {
             key: run.key(),
@@ -53,8 +57,8 @@ impl SpeedWish {
     }
 }
 
-impl StabilityWish {
-    pub(super) fn design(&self, project: &Project, known: &Known) -> stability::Design {
+impl StabilityRequest {
+    pub(super) fn design(&self, project: &Project, known: &TruthStatus) -> stability::Design {
         let mut base = project.edit().run_options();
         if self.draft {
             // The option and its value exist.
@@ -63,13 +67,13 @@ impl StabilityWish {
         stability::Design {
             source: source(project, known),
             base,
-            harms: self.harms.clone(),
-            ways: self.ways.clone(),
+            degradations: self.degradations.clone(),
+            variants: self.variants.clone(),
             seeds: self.seeds,
         }
     }
 
-    pub(super) fn runs(&self, project: &Project, known: &Known) -> Vec<Planning> {
+    pub(super) fn runs(&self, project: &Project, known: &TruthStatus) -> Vec<Planning> {
         let plan = stability::plan(&self.design(project, known));
         let planning = |run: &stability::Run| Planning {
             key: run.key(),
@@ -81,6 +85,6 @@ impl StabilityWish {
 }
 
 /// The open capture as it is tagged now.
-fn source(project: &Project, known: &Known) -> Source {
+fn source(project: &Project, known: &TruthStatus) -> Source {
     Source::Open((project.capture.clone(), known.truth().cloned()))
 }

@@ -4,7 +4,7 @@ use eframe::egui::{self, ComboBox, DragValue};
 
 use super::path;
 use crate::app::actions::Action;
-use crate::app::dialogs::Asked;
+use crate::app::dialogs::PathRequest;
 use crate::app::import::{Field, ImportPage};
 use crate::app::panels::numbers::counted;
 use crate::app::panels::options::choice_row;
@@ -12,7 +12,7 @@ use crate::io::import::{Axis, Surfaces, Unit};
 use crate::options::OptionGroup;
 
 /// A button that asks for a path: its text, what it asks, its help.
-type Choice = (&'static str, Asked, &'static str);
+type Choice = (&'static str, PathRequest, &'static str);
 
 /// Width of the names before the controls.
 const NAMES: f32 = 86.0;
@@ -44,8 +44,8 @@ fn files(ui: &mut egui::Ui, page: &mut ImportPage, actions: &mut Vec<Action>) {
             "A COLMAP model's folder, transforms.json, cameras.sfm, the CSV of RealityCapture, the \
              XML of Metashape, bundle.out, reconstruction.json, or glTF",
             &[
-                ("File…", Asked::ImportCameras, "Choose a file with cameras"),
-                ("Folder…", Asked::ImportCameraFolder, "Choose a folder with cameras"),
+                ("File…", PathRequest::ImportCameras, "Choose a file with cameras"),
+                ("Folder…", PathRequest::ImportCameraFolder, "Choose a folder with cameras"),
             ],
         ),
         (
@@ -53,19 +53,19 @@ fn files(ui: &mut egui::Ui, page: &mut ImportPage, actions: &mut Vec<Action>) {
             "Image folder",
             "The folder of the photographs; they are looked for near the cameras where none is \
              given",
-            &[("Browse…", Asked::ImportImages, "Choose the folder of the photographs")],
+            &[("Browse…", PathRequest::ImportImages, "Choose the folder of the photographs")],
         ),
         (
             Field::Mesh,
             "Mesh file",
             "The mesh (OBJ, glTF, PLY, STL), where the cameras' file has none",
-            &[("Browse…", Asked::ImportMesh, "Choose the mesh")],
+            &[("Browse…", PathRequest::ImportMesh, "Choose the mesh")],
         ),
         (
             Field::Out,
             "New capture",
             "The folder that becomes the capture: new, empty, or a capture to replace",
-            &[("Browse…", Asked::ImportOut, "Choose the folder for the capture")],
+            &[("Browse…", PathRequest::ImportOut, "Choose the folder for the capture")],
         ),
     ];
     for (field, name, help, choices) in rows {

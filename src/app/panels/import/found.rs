@@ -3,7 +3,7 @@
 use eframe::egui;
 
 use crate::app::actions::Action;
-use crate::app::import::{Do, ImportPage};
+use crate::app::import::{ImportAction, ImportPage};
 use crate::io::import::NOTHING_MEASURED;
 
 pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {
@@ -14,7 +14,7 @@ pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>)
             ui.add(egui::Label::new(egui::RichText::new(problem).color(color)).wrap().selectable(true));
             ui.horizontal(|ui| {
                 if ui.button("Read again").on_hover_text("Try once more").clicked() {
-                    actions.push(Action::Import(Do::Read));
+                    actions.push(Action::Import(ImportAction::Read));
                 }
                 if ui.button("Copy").on_hover_text("Copy this text to the clipboard").clicked() {
                     actions.push(Action::Copy(problem.clone()));
@@ -33,7 +33,7 @@ pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>)
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let button = ui.small_button("Read again").on_hover_text("Read all files anew");
                 if button.clicked() {
-                    actions.push(Action::Import(Do::Read));
+                    actions.push(Action::Import(ImportAction::Read));
                 }
             });
         });

@@ -11,7 +11,7 @@ use eframe::egui::{self, Id};
 use super::numbers::fixed;
 use super::questions;
 use crate::app::actions::Action;
-use crate::app::import::{Do, ImportPage, View};
+use crate::app::import::{ImportAction, ImportPage, View};
 use crate::app::theme;
 use crate::app::viewport::Content;
 use crate::watch::Progress;
@@ -77,7 +77,7 @@ fn buttons(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {
             ui.spinner();
             ui.label(name);
             if ui.button("Cancel").on_hover_text("Stop this (Esc)").clicked() {
-                actions.push(Action::Import(Do::Cancel));
+                actions.push(Action::Import(ImportAction::Cancel));
             }
             if let Some(Progress { done, total }) = progress.filter(|own| own.total > 0) {
                 let part = (done as f32 / total as f32).min(1.0);
@@ -102,12 +102,12 @@ fn buttons(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {
             .on_hover_text("Write the capture into its folder, whole or not at all, and open it")
             .on_disabled_hover_text(obstacle.unwrap_or_default());
         if response.clicked() {
-            actions.push(Action::Import(Do::Write { replace: false }));
+            actions.push(Action::Import(ImportAction::Write { replace: false }));
         }
         let close = egui::Button::new("Close").min_size(egui::vec2(0.0, 26.0));
         let help = "Leave this page; what was chosen stays";
         if ui.add(close).on_hover_text(help).clicked() {
-            actions.push(Action::Import(Do::Hide));
+            actions.push(Action::Import(ImportAction::Hide));
         }
     });
     ui.add_space(4.0);
@@ -164,7 +164,7 @@ fn replace_ui(ctx: &egui::Context, page: &mut ImportPage, actions: &mut Vec<Acti
     if answer.is_some() || left {
         page.replace = None;
         if answer == Some(true) {
-            actions.push(Action::Import(Do::Write { replace: true }));
+            actions.push(Action::Import(ImportAction::Write { replace: true }));
         }
     }
 }
