@@ -11,13 +11,13 @@ use super::export::file_name;
 use super::solution::{Light, Lights, Solution};
 use super::{Error, Fault, exr};
 use crate::math::rgb::CHANNELS;
-use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::unwrap::Unwrap;
 use crate::render::scene::Solved;
+use crate::scene::Brdf;
 use crate::scene::{Capture, Emitter, KnownLight, Role};
 
 /// Coordinates of textures take about 100 bytes a triangle.
@@ -34,7 +34,7 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
         else {
             return Err(other(&file, "materials", &format!("no material \"{}\"", material.name)));
         };
-        solved.reflectances.push(found.diffuse.map(|diffuse| Reflectance {
+        solved.reflectances.push(found.diffuse.map(|diffuse| Brdf {
             diffuse,
             specular: found.specular.unwrap_or_default(),
             exponent: found.exponent.unwrap_or(1.0),
@@ -50,7 +50,7 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
     for (index, light) in Lights::read(&file)?.lights.iter().enumerate() {
         add(&mut solved, light, capture, &file, index)?;
     }
-    solved.lobes.first.push(solved.lobes.lobes.len());
+    solved.light.lobes.first.push(solved.light.lobes.lobes.len());
     solved.textures = Arc::new(read_textures(&folder.join("textures"), capture, &solved)?);
     Ok(solved)
 }
@@ -122,19 +122,19 @@ fn add(
         }
         kind => return Err(wrong(&format!("\"{kind}\" is no kind of light"))),
     };
-    let number = solved.lights.lights.len();
-    solved.lobes.first.push(solved.lobes.lobes.len());
-    solved.lights.lights.push(shape);
+    let number = solved.light.lights.lights.len();
+    solved.light.lobes.first.push(solved.light.lobes.lobes.len());
+    solved.light.lights.lights.push(shape);
     for lobe in &light.lobes {
         if !lobe.emission.iter().all(|value| value.is_finite() && *value >= 0.0) {
             return Err(wrong("an emission is a number of 0 or more"));
         }
-        solved.lobes.lobes.push(Lobe {
+        solved.light.lobes.lobes.push(Lobe {
             light: number,
             direction: DVec3::from_array(lobe.direction).as_vec3(),
             exponent: lobe.exponent as f32,
         });
-        solved.emission.push(lobe.emission);
+        solved.light.emission.push(lobe.emission);
     }
     Ok(())
 }

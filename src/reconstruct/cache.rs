@@ -26,7 +26,7 @@ use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::transport::Transport;
-use crate::reconstruct::{Method, Options, Stage};
+use crate::reconstruct::{Method, Options, RecoveredLight, Stage};
 use crate::scene::{Capture, Photograph, VisibilityCache};
 
 /// The stage cache of one capture. Clones share their contents.
@@ -166,6 +166,13 @@ pub(super) struct SolveProducts {
     pub transport: Arc<Transport>,
     pub equations: Arc<Equations>,
     pub solution: Arc<Solution>,
+}
+
+impl SolveProducts {
+    /// The light that was recovered, of its parts.
+    pub(super) fn light(&self) -> RecoveredLight {
+        RecoveredLight::of(&self.lights, &self.lobes, &self.transport, &self.solution)
+    }
 }
 
 impl RunProducts {

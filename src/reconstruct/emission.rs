@@ -6,9 +6,10 @@ use faer::MatRef;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::reconstruct::equations::{Equation, Equations, Reflectance};
+use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::transport::Transport;
+use crate::scene::Brdf;
 use crate::solve::bounded::{
     BoundedError, BoundedOptions, BoundedProblem, Bounds, bounded_least_squares,
 };
@@ -35,7 +36,7 @@ pub struct Emissions {
 /// Solves Eq. 9 for every channel. `reflectances` has an entry for every material with samples.
 pub fn solve(
     equations: &Equations,
-    reflectances: &[Option<Reflectance>],
+    reflectances: &[Option<Brdf>],
     lobes: &Lobes,
     transport: &Transport,
     options: &EmissionOptions,
@@ -104,7 +105,7 @@ pub fn weight(radiance: f64, photographed: f64, dark: f64, floor: f64) -> f64 {
 }
 
 /// What a row of the system is multiplied by to become Eq. 9.
-fn row_scale(row: &Equation, reflectance: &Reflectance, channel: usize) -> f64 {
+fn row_scale(row: &Equation, reflectance: &Brdf, channel: usize) -> f64 {
     match row.glossy {
         None => reflectance.diffuse[channel] / PI,
         Some(_) => 1.0,
@@ -114,7 +115,7 @@ fn row_scale(row: &Equation, reflectance: &Reflectance, channel: usize) -> f64 {
 /// The system with specular rows, column by column: k_ij for diffuse rows, f k_ij for specular.
 fn build(
     equations: &Equations,
-    reflectances: &[Option<Reflectance>],
+    reflectances: &[Option<Brdf>],
     lobes: &Lobes,
     transport: &Transport,
     channel: usize,

@@ -13,30 +13,7 @@ use crate::math::sampling::mirrored;
 use crate::reconstruct::lights::{VirtualLight, VirtualLights};
 use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::transport::Transport;
-use crate::scene::{Capture, MaterialKind};
-
-/// The reflectance of one material: the modified Phong model of Eq. 12,
-/// f = ρ_d/π + (n+2)/(2π) ρ_s cosⁿγ.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reflectance {
-    /// ρ_d, 0 to 1.
-    pub diffuse: Rgb,
-    /// ρ_s, 0 to 1; zero for diffuse materials.
-    pub specular: Rgb,
-    /// n; without effect where ρ_s is zero.
-    pub exponent: f64,
-}
-
-impl Reflectance {
-    pub fn diffuse(diffuse: Rgb) -> Self {
-        Self { diffuse, specular: [0.0; CHANNELS], exponent: 1.0 }
-    }
-
-    /// (n+2)/(2π) ρ_s, the factor of cosⁿγ in Eq. 12.
-    pub fn lobe_scale(&self, channel: usize) -> f64 {
-        (self.exponent + 2.0) / (2.0 * PI) * self.specular[channel]
-    }
-}
+use crate::scene::{Brdf, Capture, MaterialKind};
 
 /// One equation: a sample as a diffuse surface or as one photograph sees it.
 #[derive(Clone, Copy, Debug)]
@@ -156,12 +133,7 @@ impl Equations {
     }
 
     /// L⁺ of one equation (Eq. 6): the part that comes from the photographed surfaces.
-    pub fn photographed(
-        &self,
-        row: &Equation,
-        reflectance: &Reflectance,
-        transport: &Transport,
-    ) -> Rgb {
+    pub fn photographed(&self, row: &Equation, reflectance: &Brdf, transport: &Transport) -> Rgb {
         let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
         let specular = match row.glossy {
             Some(glossy) if is_specular => self.glossy[glossy].records(reflectance.exponent),
@@ -240,7 +212,7 @@ impl Glossy {
     }
 
     /// f of Eq. 12 from each virtual light's centre towards the camera.
-    pub fn light_factors(&self, reflectance: &Reflectance, channel: usize) -> Vec<f64> {
+    pub fn light_factors(&self, reflectance: &Brdf, channel: usize) -> Vec<f64> {
         let diffuse = reflectance.diffuse[channel] / PI;
         let scale = reflectance.lobe_scale(channel);
         let exponent = reflectance.exponent as f32;

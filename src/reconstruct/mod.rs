@@ -18,6 +18,7 @@ pub mod normalize;
 pub mod options;
 pub mod predict;
 pub mod quality;
+pub mod recovered;
 pub mod refine;
 mod reads;
 pub mod reflectance;
@@ -51,6 +52,7 @@ pub use cache::StageCache;
 pub use options::{Method, Options};
 pub use predict::Predicted;
 pub use quality::Quality;
+pub use recovered::RecoveredLight;
 
 /// The stages of a reconstruction, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +125,11 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
+    /// The light that was recovered, of its parts.
+    pub fn light(&self) -> RecoveredLight {
+        RecoveredLight::of(&self.lights, &self.lobes, &self.transport, &self.solution)
+    }
+
     /// Seconds that this run spent in each stage: none where it was taken over.
     pub fn spent(&self) -> [f64; 5] {
         std::array::from_fn(|stage| if self.kept[stage] { 0.0 } else { self.seconds[stage] })

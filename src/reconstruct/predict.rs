@@ -1,5 +1,5 @@
-//! The radiance of samples that a reconstruction was not given, from what it found: how well a
-//! result predicts, by whatever method it was made.
+//! Prediction of withheld samples: the radiance that a result of either method computes for samples
+//! that it was not given.
 
 use std::f64::consts::PI;
 
@@ -7,27 +7,25 @@ use rayon::prelude::*;
 
 use crate::math::rgb::Rgb;
 use crate::reconstruct::joint::held_out;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
+use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::TextureOptions;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::transport::PatchRadiosity;
-use crate::scene::Views;
+use crate::scene::{Brdf, Views};
 use crate::watch::{Cancelled, Watch};
 
-/// A sample that was held out.
+/// The measured and the computed radiance of a withheld sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// Radiance in the photographs, in their unit.
+    /// Mean over the photographs, in their unit of radiance.
     pub measured: Rgb,
+    /// In the same unit.
     pub computed: Rgb,
 }
 
-/// Takes the samples of one part of all blocks out of a cloud. Blocks are cells of a fifth of
-/// the half-diagonal: single samples would be predicted by the ones beside them.
+/// Takes the samples of one part of all blocks out of a cloud, and returns them. Blocks are cells of
+/// a fifth of the half-diagonal: single samples would be predicted too well from those beside them.
 pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> Vec<Sample> {
     let block = held_out::block(&views.capture.mesh);
     let part = part % held_out::FOLDS;
@@ -38,22 +36,18 @@ pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> V
     out
 }
 
-/// Predicts samples of diffuse materials (Eq. 5): with textured ones by their mean. Others, and
-/// those without a reflectance, are passed over.
+/// Predicts samples of diffuse materials (Eq. 5), textured ones with their mean reflectance. Samples
+/// of specular materials, and of materials without a BRDF, are left out. `brdfs` has one per
+/// material.
 pub(super) fn radiance(
     views: &Views,
     samples: Vec<Sample>,
-    (lights, lobes, patch_radiosity, solution): (
-        &VirtualLights,
-        &Lobes,
-        &PatchRadiosity,
-        &Solution,
-    ),
+    light: &RecoveredLight,
+    brdfs: &[Option<Brdf>],
     options: &Options,
     watch: &Watch,
 ) -> Result<Vec<Predicted>, Cancelled> {
-    let light =
-        Light::new(lights, lobes, patch_radiosity, solution, options, options.general.seed as u64);
+    let light = Light::new(light, options);
     let rays = TextureOptions {
         rays: options.transport.rays,
         disc_rays: options.transport.disc_rays,
@@ -63,12 +57,12 @@ pub(super) fn radiance(
         .par_iter()
         .map(|sample| {
             watch.check()?;
-            let reflectance = solution.reflectances[sample.material]
+            let brdf = brdfs[sample.material]
                 .as_ref()
-                .filter(|reflectance| reflectance.specular.iter().all(|&s| s == 0.0));
-            Ok(reflectance.map(|reflectance| {
+                .filter(|brdf| brdf.specular.iter().all(|&s| s == 0.0));
+            Ok(brdf.map(|brdf| {
                 let irradiance = light.at(views, sample.surface_point(), &rays);
-                let computed = std::array::from_fn(|c| reflectance.diffuse[c] * irradiance[c] / PI);
+                let computed = std::array::from_fn(|c| brdf.diffuse[c] * irradiance[c] / PI);
                 Predicted { measured: sample.radiance.map(f64::from), computed }
             }))
         })

@@ -5,12 +5,13 @@ use std::time::Instant;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options;
 use crate::reconstruct::emission::{self, EmissionOptions};
-use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::equations::Equations;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::reflectance;
 use crate::reconstruct::solution::{Iteration, Rms, Solution, Stopped};
 use crate::reconstruct::transport::Transport;
+use crate::scene::Brdf;
 use crate::scene::Capture;
 use crate::solve::bounded::BoundedError;
 use crate::watch::Watch;
@@ -41,7 +42,7 @@ pub fn refine(
     equations: &Equations,
     lobes: &Lobes,
     transport: &Transport,
-    start: Vec<Option<Reflectance>>,
+    start: Vec<Option<Brdf>>,
     all_options: &Options,
     on_iteration: &dyn Fn(&Iteration),
     watch: &Watch,
@@ -165,7 +166,7 @@ pub(super) fn rms(equations: &Equations, computed: &[Rgb]) -> Rms {
     }
 }
 
-fn largest_change(before: &[Option<Reflectance>], after: &[Option<Reflectance>]) -> f64 {
+fn largest_change(before: &[Option<Brdf>], after: &[Option<Brdf>]) -> f64 {
     before
         .iter()
         .flatten()

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options;
-use crate::reconstruct::equations::{Equation, Equations, Reflectance};
+use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::transport::Transport;
+use crate::scene::Brdf;
 use crate::scene::{Capture, MaterialKind};
 use crate::solve::subplex::{SubplexOptions, subplex};
 use crate::watch::{Cancelled, Watch};
@@ -73,7 +74,7 @@ pub fn irradiance(emission: &[Rgb], lobes: &Lobes, transport: &Transport) -> Vec
 /// no reflectance.
 pub fn computed(
     equations: &Equations,
-    reflectances: &[Option<Reflectance>],
+    reflectances: &[Option<Brdf>],
     emission: &[Rgb],
     lobes: &Lobes,
     transport: &Transport,
@@ -113,7 +114,7 @@ impl crate::reconstruct::equations::Glossy {
 pub fn update(
     capture: &Capture,
     equations: &Equations,
-    reflectances: &mut [Option<Reflectance>],
+    reflectances: &mut [Option<Brdf>],
     emission: &[Rgb],
     lobes: &Lobes,
     transport: &Transport,
@@ -169,11 +170,11 @@ fn glossy(
     equations: &Equations,
     rows: &[&Equation],
     incident: &[Incident],
-    previous: Reflectance,
+    previous: Brdf,
     known: Option<Rgb>,
     options: &GlossOptions,
     watch: &Watch,
-) -> Result<Reflectance, Cancelled> {
+) -> Result<Brdf, Cancelled> {
     let totals: Vec<Rgb> = incident.iter().map(Incident::total).collect();
     let scale: f64 = rows
         .iter()
@@ -207,7 +208,7 @@ fn glossy(
                 .collect();
             lobe_light = (clamped, fresh);
         }
-        let candidate = Reflectance { exponent: clamped.exp(), ..candidate };
+        let candidate = Brdf { exponent: clamped.exp(), ..candidate };
         let mut sum = 0.0;
         for ((row, total), lobe) in rows.iter().zip(&totals).zip(&lobe_light.1) {
             for c in 0..CHANNELS {
@@ -249,7 +250,7 @@ fn glossy(
 }
 
 /// The simplex's variables: ρ_d unless known, ρ_s, ln n.
-fn pack(reflectance: &Reflectance, known: Option<Rgb>, start_exponent: f64) -> Vec<f64> {
+fn pack(reflectance: &Brdf, known: Option<Rgb>, start_exponent: f64) -> Vec<f64> {
     let mut x = Vec::new();
     if known.is_none() {
         x.extend(reflectance.diffuse);
@@ -261,12 +262,12 @@ fn pack(reflectance: &Reflectance, known: Option<Rgb>, start_exponent: f64) -> V
     x
 }
 
-fn unpack(x: &[f64], known: Option<Rgb>) -> Reflectance {
+fn unpack(x: &[f64], known: Option<Rgb>) -> Brdf {
     let (diffuse, rest) = match known {
         Some(known) => (known, x),
         None => ([x[0], x[1], x[2]], &x[CHANNELS..]),
     };
-    Reflectance { diffuse, specular: [rest[0], rest[1], rest[2]], exponent: rest[3].exp() }
+    Brdf { diffuse, specular: [rest[0], rest[1], rest[2]], exponent: rest[3].exp() }
 }
 
 /// At most about `count` of the rows, evenly spread.

@@ -11,7 +11,7 @@ use crate::reconstruct::checks::{
     LOWER_JOINT, LOWER_PAPER, SolveSize, check_size, check_start, warn,
 };
 use crate::reconstruct::clock::Clock;
-use crate::reconstruct::equations::{self, Equations, Reflectance};
+use crate::reconstruct::equations::{self, Equations};
 use crate::reconstruct::gain::{self, GainUse};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::predict::{self, Predicted};
@@ -22,6 +22,7 @@ use crate::reconstruct::{
     Error, Method, Options, Reconstruction, Stage, Update, joint, lights, lobes, normalize, refine,
     samples, textures, transport,
 };
+use crate::scene::Brdf;
 use crate::scene::{Capture, Views};
 use crate::watch::Watch;
 
@@ -60,9 +61,10 @@ impl Run<'_> {
         let capture = corrected(self.capture, &placed);
         let visibility = self.visibility()?;
         let views = Views::with_visibility(&capture, &visibility.caster, &visibility.buffers);
+        let (light, brdfs) = (solved.light(), &solved.solution.reflectances);
+        let predicted =
+            predict::radiance(&views, withheld, &light, brdfs, self.options, self.watch)?;
         let SolveProducts { lights, lobes, transport, equations, solution } = (*solved).clone();
-        let light = (&*lights, &*lobes, &transport.patch_radiosity, &*solution);
-        let predicted = predict::radiance(&views, withheld, light, self.options, self.watch)?;
         let gains = match self.options.photographs.gain {
             GainUse::Off => Vec::new(),
             GainUse::Report => gain::estimate(&capture, &placed.cloud),
@@ -297,7 +299,7 @@ impl Run<'_> {
             options.gloss.views_per_sample,
         );
         let start = start(&inputs, placed);
-        let start = start.into_iter().map(|diffuse| diffuse.map(Reflectance::diffuse)).collect();
+        let start = start.into_iter().map(|diffuse| diffuse.map(Brdf::diffuse)).collect();
         let solution = refine::refine(
             &capture,
             &equations,
@@ -383,12 +385,9 @@ impl Run<'_> {
             textures::reconstruct(
                 views,
                 &placed.cloud,
-                &solved.lights,
-                &solved.lobes,
-                &solved.transport.patch_radiosity,
-                &solved.solution,
+                &solved.light(),
+                &solved.solution.reflectances,
                 &inputs.options,
-                seed(inputs),
                 watch,
             )
         })?;

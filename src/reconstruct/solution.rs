@@ -1,7 +1,7 @@
 //! What a reconstruction comes to, and the report of how it got there.
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::reconstruct::equations::Reflectance;
+use crate::scene::Brdf;
 
 /// Root mean square differences between computed and measured radiance, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,7 +73,7 @@ impl Stopped {
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// Per material; `None` where it has no sample.
-    pub reflectances: Vec<Option<Reflectance>>,
+    pub reflectances: Vec<Option<Brdf>>,
     /// E_ij per lobe and channel, in the photographs' unit of radiance.
     pub emission: Vec<Rgb>,
     pub iterations: Vec<Iteration>,

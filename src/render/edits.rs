@@ -9,7 +9,7 @@ use glam::DAffine3;
 
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
-use crate::reconstruct::equations::Reflectance;
+use crate::scene::Brdf;
 use crate::scene::{Dome, Emitter};
 
 /// Changes to a recovered scene.
@@ -65,7 +65,7 @@ pub struct Object {
     /// In its own coordinates.
     pub mesh: Arc<Mesh>,
     /// Names and reflectances of its mesh's surfaces.
-    pub surfaces: Vec<(String, Reflectance)>,
+    pub surfaces: Vec<(String, Brdf)>,
     /// Invertible.
     pub world_from_object: DAffine3,
 }

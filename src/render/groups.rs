@@ -29,10 +29,10 @@ pub fn groups(capture: &Capture, solved: &Solved) -> Vec<Group> {
     let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
     let mut shared: BTreeMap<(u8, usize), Group> = BTreeMap::new();
-    for (index, light) in solved.lights.lights.iter().enumerate() {
+    for (index, light) in solved.light.lights.lights.iter().enumerate() {
         let mut emission = [0.0; CHANNELS];
-        for lobe in solved.lobes.of(index) {
-            for (sum, value) in emission.iter_mut().zip(solved.emission[lobe]) {
+        for lobe in solved.light.lobes.of(index) {
+            for (sum, value) in emission.iter_mut().zip(solved.light.emission[lobe]) {
                 *sum += value;
             }
         }
@@ -89,7 +89,7 @@ pub fn factors<'a>(
     solved: &Solved,
     edits: &'a Edits,
 ) -> (Vec<f32>, Vec<&'a str>) {
-    let mut factors = vec![1.0; solved.lights.lights.len()];
+    let mut factors = vec![1.0; solved.light.lights.lights.len()];
     if edits.groups.is_empty() {
         return (factors, Vec::new());
     }
@@ -116,12 +116,16 @@ mod tests {
     fn solved(lights: Vec<VirtualLight>) -> Solved {
         let mut solved = Solved::default();
         for (index, light) in lights.into_iter().enumerate() {
-            solved.lobes.first.push(index);
-            solved.lobes.lobes.push(Lobe { light: index, direction: light.normal, exponent: 0.0 });
-            solved.emission.push([1.0, 2.0, 3.0]);
-            solved.lights.lights.push(light);
+            solved.light.lobes.first.push(index);
+            solved.light.lobes.lobes.push(Lobe {
+                light: index,
+                direction: light.normal,
+                exponent: 0.0,
+            });
+            solved.light.emission.push([1.0, 2.0, 3.0]);
+            solved.light.lights.lights.push(light);
         }
-        solved.lobes.first.push(solved.lobes.lobes.len());
+        solved.light.lobes.first.push(solved.light.lobes.lobes.len());
         solved
     }
 
@@ -138,7 +142,7 @@ mod tests {
             VirtualLight::lamp(Vec3::Y, 0.1),
             VirtualLight::lamp(Vec3::Z, 0.1),
         ]);
-        solved.emission[5] = [0.0; 3];
+        solved.light.emission[5] = [0.0; 3];
         let groups = groups(&Capture::default(), &solved);
         let found: Vec<(&str, &[usize])> =
             groups.iter().map(|group| (group.name.as_str(), group.lights.as_slice())).collect();

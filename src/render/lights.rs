@@ -61,12 +61,14 @@ impl Recovered {
         let (low, high) = geometry.bounds();
         let (factors, _) = groups::factors(capture, solved, edits);
         let mut lights = Vec::new();
-        for (index, &shape) in solved.lights.lights.iter().enumerate() {
+        for (index, &shape) in solved.light.lights.lights.iter().enumerate() {
             let lobe = |lobe: usize| {
-                let emission = solved.emission[lobe].map(|value| factors[index] * value as f32);
-                (solved.lobes.lobes[lobe], emission)
+                let emission =
+                    solved.light.emission[lobe].map(|value| factors[index] * value as f32);
+                (solved.light.lobes.lobes[lobe], emission)
             };
             let lobes: Vec<(Lobe, Radiance)> = solved
+                .light
                 .lobes
                 .of(index)
                 .map(lobe)

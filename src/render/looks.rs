@@ -1,22 +1,22 @@
 //! What every surface of the capture does with light, after the edits.
 
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::textures::Texture;
 use crate::render::edits::{Edits, GREY};
 use crate::render::scene::Solved;
+use crate::scene::Brdf;
 use crate::scene::{Capture, Role};
 
-/// How a surface reflects: ρ_d/π + ρ_s (n+2)/2π cosⁿγ (Eq. 12).
+/// [`Brdf`] in single precision, as the path tracer evaluates it (Eq. 12).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Brdf {
+pub struct BrdfF32 {
     pub diffuse: Radiance,
     pub specular: Radiance,
     pub exponent: f32,
 }
 
-impl From<&Reflectance> for Brdf {
-    fn from(reflectance: &Reflectance) -> Self {
+impl From<&Brdf> for BrdfF32 {
+    fn from(reflectance: &Brdf) -> Self {
         Self {
             diffuse: reflectance.diffuse.map(|value| value as f32),
             specular: reflectance.specular.map(|value| value as f32),
@@ -28,9 +28,9 @@ impl From<&Reflectance> for Brdf {
 /// What a surface of the capture does with light.
 #[derive(Clone, Copy, Debug)]
 pub enum SurfaceLook<'a> {
-    Reflects(Brdf),
+    Reflects(BrdfF32),
     /// The same with the diffuse reflectance of a texture.
-    Textured(Brdf, &'a Texture),
+    Textured(BrdfF32, &'a Texture),
     /// Nothing is known but what the photographs show: it sends that, and reflects nothing.
     Photographed,
 }
@@ -51,7 +51,7 @@ pub fn surface_looks<'a>(
             reflectance.specular = change.specular.unwrap_or(reflectance.specular);
             reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
             // No more is sent back than came: what was not asked for gives way.
-            let Reflectance { diffuse, specular, .. } = &mut reflectance;
+            let Brdf { diffuse, specular, .. } = &mut reflectance;
             for (diffuse, specular) in diffuse.iter_mut().zip(specular) {
                 if change.diffuse.is_some() {
                     *specular = specular.min(1.0 - *diffuse);
@@ -62,7 +62,7 @@ pub fn surface_looks<'a>(
         }
         let is_repainted = change.is_some_and(|change| change.diffuse.is_some());
         let texture = solved.textures.iter().find(|texture| texture.surface == index);
-        let brdf = Brdf::from(&reflectance);
+        let brdf = BrdfF32::from(&reflectance);
         match texture.filter(|_| !is_repainted) {
             Some(texture) => SurfaceLook::Textured(brdf, texture),
             None => SurfaceLook::Reflects(brdf),
@@ -72,7 +72,7 @@ pub fn surface_looks<'a>(
 }
 
 /// What surfaces reflect that no photograph shows: the mean of the others.
-fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
+fn mean(reflectances: &[Option<Brdf>]) -> Brdf {
     let mut sum = [0.0; CHANNELS];
     let mut count = 0.0f64;
     for reflectance in reflectances.iter().flatten() {
@@ -81,5 +81,5 @@ fn mean(reflectances: &[Option<Reflectance>]) -> Reflectance {
         }
         count += 1.0;
     }
-    Reflectance::diffuse(sum.map(|sum| if count > 0.0 { sum / count } else { GREY }))
+    Brdf::diffuse(sum.map(|sum| if count > 0.0 { sum / count } else { GREY }))
 }

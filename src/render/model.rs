@@ -10,7 +10,7 @@ use crate::reconstruct::textures::{fill, points};
 use crate::reconstruct::unwrap::{TexelSize, unwrap};
 use crate::render::edits::{AddedLight, Edits};
 use crate::render::lights::Light;
-use crate::render::looks::{Brdf, SurfaceLook, surface_looks};
+use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
 use crate::render::scene::{Scene, Shell, Solved, unseen_shines};
 use crate::scene::{Camera, Capture, Image, Photograph, Views};
 use crate::watch::{Cancelled, Watch};
@@ -58,9 +58,9 @@ pub struct Part {
 
 #[derive(Clone, Debug)]
 pub enum PartLook {
-    Plain(Brdf),
+    Plain(BrdfF32),
     /// With the diffuse reflectance of a map.
-    Textured(Brdf, Map),
+    Textured(BrdfF32, Map),
     /// A luminaire, or of no known reflectance: radiance as photographed.
     Shining(Map),
 }
@@ -132,7 +132,7 @@ impl Model {
                 let suffix =
                     if members.len() > 1 { format!(" {}", index + 1) } else { String::new() };
                 let name = names.unused(&format!("{}{suffix}", object.name));
-                let look = PartLook::Plain(Brdf::from(reflectance));
+                let look = PartLook::Plain(BrdfF32::from(reflectance));
                 parts.push(Part::new(name.clone(), name, look, &mesh, triangles, None));
             }
         }

@@ -21,7 +21,7 @@ use glam::{Vec2, Vec3};
 use crate::geometry::bvh::Ray;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
-use crate::render::looks::Brdf;
+use crate::render::looks::BrdfF32;
 use crate::render::scene::{Met, Scene};
 use crate::scene::SurfacePoint;
 
@@ -106,7 +106,7 @@ impl Gathered<'_> {
 #[derive(Clone, Copy)]
 struct Place {
     point: SurfacePoint,
-    brdf: Brdf,
+    brdf: BrdfF32,
     /// In which a mirror would send the path on.
     mirror: Vec3,
     throughput: Radiance,
@@ -202,7 +202,7 @@ impl Scene<'_> {
                     };
                     is_counted = true;
                     let grey = [shell.albedo; CHANNELS];
-                    let brdf = Brdf { diffuse: grey, specular: [0.0; CHANNELS], exponent: 1.0 };
+                    let brdf = BrdfF32 { diffuse: grey, specular: [0.0; CHANNELS], exponent: 1.0 };
                     (shell.exit(ray.origin, ray.direction), brdf)
                 }
             };
@@ -309,7 +309,7 @@ impl Scene<'_> {
     }
 }
 
-impl Brdf {
+impl BrdfF32 {
     fn value(&self, mirror: Vec3, direction: Vec3) -> Radiance {
         let cosine = mirror.dot(direction);
         let lobe = if cosine > 0.0 && largest(self.specular) > 0.0 {
@@ -343,7 +343,7 @@ impl Brdf {
 /// A direction in which light may have come, with the reflectance times cosine over its density,
 /// and that density; `None` where the lobe points into the surface, or nothing is reflected.
 fn scatter(
-    brdf: &Brdf,
+    brdf: &BrdfF32,
     point: SurfacePoint,
     mirror: Vec3,
     sequence: &mut Sequence,

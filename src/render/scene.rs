@@ -6,30 +6,26 @@ use glam::{Vec2, Vec3};
 
 use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::reconstruct::Reconstruction;
-use crate::reconstruct::equations::Reflectance;
-use crate::reconstruct::lights::{LightKind, VirtualLights};
-use crate::reconstruct::lobes::Lobes;
+use crate::math::rgb::{CHANNELS, Radiance};
+use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
+use crate::reconstruct::{Reconstruction, RecoveredLight};
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::Added;
 pub use crate::render::lights::Recovered;
-use crate::render::looks::{Brdf, SurfaceLook, surface_looks};
+use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
+use crate::scene::Brdf;
 use crate::scene::{Capture, Emitter, SurfacePoint, Views};
 
 /// What a reconstruction recovered, as far as light can tell.
 #[derive(Clone, Debug, Default)]
 pub struct Solved {
     /// Per material of the capture; `None` where no photograph shows it.
-    pub reflectances: Vec<Option<Reflectance>>,
+    pub reflectances: Vec<Option<Brdf>>,
     pub textures: Arc<Vec<Texture>>,
-    pub lights: VirtualLights,
-    pub lobes: Lobes,
-    /// E per lobe.
-    pub emission: Vec<Rgb>,
-    /// Per material how sure its reflectance is; empty where the method does not say.
+    pub light: RecoveredLight,
+    /// Per material the intervals of its reflectance; empty where the method gives none.
     pub certainty: Vec<Option<MaterialCertainty>>,
 }
 
@@ -39,9 +35,7 @@ impl From<&Reconstruction> for Solved {
         Self {
             reflectances: whole.solution.reflectances.clone(),
             textures: whole.textures.clone(),
-            lights: (*whole.lights).clone(),
-            lobes: (*whole.lobes).clone(),
-            emission: whole.solution.emission.clone(),
+            light: whole.light(),
             certainty: certainty.map_or_else(Vec::new, |certainty| certainty.materials.clone()),
         }
     }
@@ -89,16 +83,16 @@ impl Geometry {
 /// What a triangle does with light.
 #[derive(Clone, Copy, Debug)]
 enum Look {
-    Reflects(Brdf),
+    Reflects(BrdfF32),
     /// The same with the diffuse reflectance of `Scene::textures[index]`.
-    Textured(Brdf, usize),
+    Textured(BrdfF32, usize),
     /// Nothing is known but what the photographs show: it sends that, and reflects nothing.
     Photographed,
 }
 
 /// What is met by a ray.
 pub enum Met {
-    Surface(Brdf),
+    Surface(BrdfF32),
     /// Radiance that it is known to send.
     Shining(Radiance),
 }
@@ -187,7 +181,7 @@ impl<'a> Scene<'a> {
             .map(|object| {
                 let first = looks.len();
                 let reflectances = object.surfaces.iter().map(|(_, reflectance)| reflectance);
-                looks.extend(reflectances.map(|r| Look::Reflects(Brdf::from(r))));
+                looks.extend(reflectances.map(|r| Look::Reflects(BrdfF32::from(r))));
                 first
             })
             .collect();
@@ -248,7 +242,7 @@ impl<'a> Scene<'a> {
             Look::Reflects(brdf) => Met::Surface(brdf),
             Look::Textured(brdf, map) => {
                 let diffuse = self.maps[map].diffuse(triangle as usize, u, v);
-                Met::Surface(Brdf { diffuse, ..brdf })
+                Met::Surface(BrdfF32 { diffuse, ..brdf })
             }
             Look::Photographed => {
                 let radiance = self.photographs.radiance(point).unwrap_or_default();
@@ -291,7 +285,7 @@ impl<'a> Map<'a> {
 
 /// Whether known surfaces shine that no photograph shows.
 pub fn unseen_shines(solved: &Solved) -> bool {
-    solved.lights.lights.iter().any(|light| light.kind == LightKind::Surface)
+    solved.light.lights.lights.iter().any(|light| light.kind == LightKind::Surface)
 }
 
 /// Room that the surroundings leave around what they hold, in diagonals.
@@ -307,7 +301,7 @@ fn shell(
     edits: &Edits,
     places: &[Vec3],
 ) -> Option<Shell> {
-    let is_open = solved.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
+    let is_open = solved.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
         || edits.lights.iter().any(|light| matches!(light.shape, Shape::Dome(_)));
     let albedo = match edits.surroundings {
         Surroundings::Open => return None,

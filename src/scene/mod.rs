@@ -1,5 +1,6 @@
 //! What the artist brings: geometry, cameras, photographs and tags.
 
+pub mod brdf;
 pub mod camera;
 pub mod capture;
 pub mod dome;
@@ -8,6 +9,7 @@ pub mod image;
 pub mod views;
 pub mod wireframe;
 
+pub use brdf::Brdf;
 pub use camera::{Camera, Distortion};
 pub use capture::{
     Capture, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,

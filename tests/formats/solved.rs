@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use lobelia::geometry::mesh::Mesh;
 use lobelia::io::{Error, export, solved};
 use lobelia::math::rgb::{Radiance, Rgb};
-use lobelia::reconstruct::equations::{Equations, Reflectance};
+use lobelia::reconstruct::equations::Equations;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::samples::SampleCloud;
@@ -16,6 +16,7 @@ use lobelia::reconstruct::transport::{PatchRadiosity, Transport};
 use lobelia::reconstruct::unwrap::Unwrap;
 use lobelia::reconstruct::{Options, Reconstruction};
 use lobelia::render::scene::Solved;
+use lobelia::scene::Brdf;
 use lobelia::scene::{Capture, Emitter, KnownLight, Material, MaterialKind, Role, Surface};
 use lobelia::watch::Watch;
 
@@ -79,9 +80,8 @@ fn capture() -> Capture {
 /// Lights of every kind, all of whose lobes shine.
 fn solution() -> Solved {
     let mut found = Solved::default();
-    let floor =
-        Reflectance { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
-    found.reflectances = vec![Some(floor), Some(Reflectance::diffuse([0.2, 0.3, 0.4])), None];
+    let floor = Brdf { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
+    found.reflectances = vec![Some(floor), Some(Brdf::diffuse([0.2, 0.3, 0.4])), None];
     let (place, aside) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.6, 0.0, -0.8));
     let kind = LightKind::Known(0);
     for (light, lobes) in [
@@ -92,16 +92,16 @@ fn solution() -> Solved {
         (VirtualLight::distant(LightKind::Sun, aside, 0.5 * Emitter::SUN_DIAMETER), 1),
         (VirtualLight { kind, ..VirtualLight::lamp(place, 0.25) }, 1),
     ] {
-        found.lobes.first.push(found.lobes.lobes.len());
+        found.light.lobes.first.push(found.light.lobes.lobes.len());
         for k in 0..lobes {
-            let index = found.lights.lights.len();
+            let index = found.light.lights.lights.len();
             let (direction, exponent) = ([aside, -Vec3::Z, Vec3::Y][k], [20.0, 1.0, 0.0][k]);
-            found.lobes.lobes.push(Lobe { light: index, direction, exponent });
-            found.emission.push([0.1 + index as f64, 1.0 / 3.0, k as f64]);
+            found.light.lobes.lobes.push(Lobe { light: index, direction, exponent });
+            found.light.emission.push([0.1 + index as f64, 1.0 / 3.0, k as f64]);
         }
-        found.lights.lights.push(light);
+        found.light.lights.lights.push(light);
     }
-    found.lobes.first.push(found.lobes.lobes.len());
+    found.light.lobes.first.push(found.light.lobes.lobes.len());
     let texture = |surface: usize, triangles: Vec<usize>, is_own: bool| {
         let (width, height) = (5, 4);
         let mesh = capture().mesh;
@@ -126,8 +126,8 @@ fn solution() -> Solved {
 fn write(folder: &std::path::Path, solved: &Solved) {
     let reconstruction = Reconstruction {
         samples: Arc::new(SampleCloud::default()),
-        lights: Arc::new(solved.lights.clone()),
-        lobes: Arc::new(solved.lobes.clone()),
+        lights: Arc::new(solved.light.lights.clone()),
+        lobes: Arc::new(solved.light.lobes.clone()),
         transport: Arc::new(Transport {
             irradiance: Vec::new(),
             records: Arc::default(),
@@ -141,7 +141,7 @@ fn write(folder: &std::path::Path, solved: &Solved) {
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {
             reflectances: solved.reflectances.clone(),
-            emission: solved.emission.clone(),
+            emission: solved.light.emission.clone(),
             iterations: Vec::new(),
             stopped: Stopped::GradientConverged,
             computed: Vec::new(),
@@ -169,11 +169,11 @@ fn read(capture: &Capture, solved: &Solved) -> Result<Solved, Error> {
 fn what_is_written_reads_back() {
     let (written, found) = (solution(), read(&capture(), &solution()).unwrap());
     assert_eq!(found.textures, written.textures);
-    assert_eq!(found.emission, written.emission);
-    assert_eq!(found.lobes.first, written.lobes.first);
-    assert_eq!(found.lobes.lobes, written.lobes.lobes);
-    assert_eq!(found.lights.lights.len(), written.lights.lights.len());
-    for (found, written) in found.lights.lights.iter().zip(&written.lights.lights) {
+    assert_eq!(found.light.emission, written.light.emission);
+    assert_eq!(found.light.lobes.first, written.light.lobes.first);
+    assert_eq!(found.light.lobes.lobes, written.light.lobes.lobes);
+    assert_eq!(found.light.lights.lights.len(), written.light.lights.lights.len());
+    for (found, written) in found.light.lights.lights.iter().zip(&written.light.lights.lights) {
         // A sky cell's angle goes by way of its solid angle.
         assert!((found.half_angle - written.half_angle).abs() < 1e-7, "{found:?}, {written:?}");
         assert_eq!(VirtualLight { half_angle: written.half_angle, ..*found }, *written);
@@ -192,12 +192,12 @@ fn what_is_written_reads_back() {
 fn dark_lights_are_left_out_without_disorder() {
     let mut written = solution();
     // The lamp and one lobe of the disc.
-    written.emission[4] = [0.0; 3];
-    written.emission[5] = [0.0; 3];
+    written.light.emission[4] = [0.0; 3];
+    written.light.emission[5] = [0.0; 3];
     let found = read(&capture(), &written).unwrap();
-    assert_eq!(found.lights.lights.len(), 5);
-    assert_eq!(found.lobes.first, [0, 3, 4, 5, 6, 7]);
-    assert!(found.lobes.lobes[4..].iter().zip(2..).all(|(lobe, light)| lobe.light == light));
+    assert_eq!(found.light.lights.lights.len(), 5);
+    assert_eq!(found.light.lobes.first, [0, 3, 4, 5, 6, 7]);
+    assert!(found.light.lobes.lobes[4..].iter().zip(2..).all(|(lobe, light)| lobe.light == light));
 }
 
 #[test]

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use lobelia::math::rgb::Rgb;
-use lobelia::reconstruct::equations::{Equations, Reflectance};
+use lobelia::reconstruct::equations::Equations;
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::samples::View;
 use lobelia::reconstruct::transport::{PatchRadiosity, Record, Transport};
+use lobelia::scene::Brdf;
 use lobelia::scene::{Capture, MaterialKind};
 
 use crate::rooms::{Room, bare_sample, cloud, cube_cameras, icosphere, quick, run};
@@ -127,8 +128,7 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         first_unphotographed: Vec::new(),
         patch_radiosity: PatchRadiosity::default(),
     };
-    let reflectance =
-        Reflectance { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };
+    let reflectance = Brdf { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };
     let lobe = quadrature(10.0, 0.9, RINGS, SPOKES);
     for (channel, &radiance) in radiance.iter().enumerate() {
         let expected = f64::from(radiance)

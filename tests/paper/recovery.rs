@@ -7,13 +7,14 @@ use faer::Mat;
 use glam::{DVec3, Vec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::emission::{self, EmissionOptions};
-use lobelia::reconstruct::equations::{Equations, Reflectance};
+use lobelia::reconstruct::equations::Equations;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
 use lobelia::reconstruct::refine::refine;
 use lobelia::reconstruct::samples::{Sample, SampleCloud};
 use lobelia::reconstruct::solution::Stopped;
 use lobelia::reconstruct::transport::{Transport, TransportOptions, gather};
+use lobelia::scene::Brdf;
 use lobelia::scene::Views;
 use lobelia::watch::Watch;
 
@@ -102,7 +103,7 @@ struct Case {
     lobes: Lobes,
     transport: Transport,
     equations: Equations,
-    truth: Vec<Option<Reflectance>>,
+    truth: Vec<Option<Brdf>>,
     emission: Vec<Rgb>,
 }
 
@@ -135,7 +136,7 @@ fn exact_case() -> Case {
     for row in &mut equations.rows {
         row.radiance = all[row.sample];
     }
-    let truth = colours.map(|rho| Some(Reflectance::diffuse(rho))).to_vec();
+    let truth = colours.map(|rho| Some(Brdf::diffuse(rho))).to_vec();
     Case { room, lobes, transport, equations, truth, emission }
 }
 
@@ -266,7 +267,7 @@ fn the_coupling_of_a_convex_scene_is_equation_10() {
     for row in &mut equations.rows {
         row.radiance = all[row.sample];
     }
-    let truth = vec![Some(Reflectance::diffuse(rho))];
+    let truth = vec![Some(Brdf::diffuse(rho))];
     let watch = Watch::new();
     let found =
         emission::solve(&equations, &truth, &lobes, &transport, &OPTIONS, None, &watch).unwrap();

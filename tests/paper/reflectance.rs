@@ -6,11 +6,12 @@ use std::sync::Arc;
 use faer::Mat;
 use glam::Vec3;
 use lobelia::math::rgb::Rgb;
-use lobelia::reconstruct::equations::{Equations, Reflectance};
+use lobelia::reconstruct::equations::Equations;
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
 use lobelia::reconstruct::reflectance::{GlossOptions, irradiance, update};
 use lobelia::reconstruct::transport::{PatchRadiosity, Transport};
+use lobelia::scene::Brdf;
 use lobelia::watch::Watch;
 
 use crate::rooms::{Dice, Room, bare_sample, cloud};
@@ -46,7 +47,7 @@ fn case(radiances: &[[f32; 3]], irradiances: &[[f32; 3]], coupling: &[[f64; 2]])
 }
 
 fn updated(case: &Case, start: Rgb, emission: &[Rgb]) -> Rgb {
-    let mut reflectances = vec![Some(Reflectance::diffuse(start))];
+    let mut reflectances = vec![Some(Brdf::diffuse(start))];
     update(
         &case.room.capture,
         &case.equations,

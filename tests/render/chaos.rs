@@ -3,10 +3,10 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use lobelia::geometry::mesh::Mesh;
 use lobelia::math::rgb::Rgb;
-use lobelia::reconstruct::equations::Reflectance;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::render::edits::{AddedLight, Object, Override, Shape, Surroundings};
+use lobelia::scene::Brdf;
 use lobelia::scene::{Dome, Emitter, Image};
 
 use crate::rooms::{Dice, Room, camera};
@@ -42,7 +42,7 @@ impl Chance {
         if self.below(2) == 0 { axis } else { (self.place() + 0.01 * axis).normalize_or(axis) }
     }
 
-    fn reflectance(&mut self) -> Reflectance {
+    fn reflectance(&mut self) -> Brdf {
         let diffuse = self.of(&[0.0, 0.5, 1.0]);
         let specular = (1.0 - diffuse) * self.of(&[0.0, 1.0]);
         reflectance(diffuse, specular, self.of(&[0.0, 1.0, 40.0, 1e6]))
@@ -145,13 +145,13 @@ fn no_edit_makes_what_is_no_number() {
         // Lights take a table of where they matter, which takes time.
         if round % 20 == 0 {
             let (light, lobe) = chance.recovered();
-            stage.solved.lights.lights.push(light);
-            stage.solved.lobes.lobes.push(lobe);
-            stage.solved.lobes.first.push(1);
-            stage.solved.emission.push(chance.strength());
+            stage.solved.light.lights.lights.push(light);
+            stage.solved.light.lobes.lobes.push(lobe);
+            stage.solved.light.lobes.first.push(1);
+            stage.solved.light.emission.push(chance.strength());
         }
         if chance.below(2) == 0 {
-            let Reflectance { diffuse, specular, exponent } = chance.reflectance();
+            let Brdf { diffuse, specular, exponent } = chance.reflectance();
             let change = Override {
                 diffuse: Some(diffuse),
                 specular: Some(specular),

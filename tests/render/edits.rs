@@ -152,10 +152,10 @@ fn recovered_sun() -> (VirtualLight, Lobe) {
 fn objects_are_lit_and_cast_shadows_of_all_light() {
     let mut stage = floor(reflectance(0.4, 0.0, 1.0)).light(SUN, [PI; 3]).most(1);
     let (light, lobe) = recovered_sun();
-    stage.solved.lights.lights.push(light);
-    stage.solved.lobes.lobes.push(lobe);
-    stage.solved.lobes.first.push(1);
-    stage.solved.emission.push([2.0 * PI; 3]);
+    stage.solved.light.lights.lights.push(light);
+    stage.solved.light.lobes.lobes.push(lobe);
+    stage.solved.light.lobes.first.push(1);
+    stage.solved.light.emission.push([2.0 * PI; 3]);
     is(value(&stage, 0.1, 0.0), [1.2; 3]);
     stage.edits.objects.push(sheet());
     let from_aside = |target: DVec3| {
@@ -199,10 +199,10 @@ fn the_factor_on_recovered_light_is_on_all_of_it() {
     }
     let mut stage = floor(reflectance(0.4, 0.0, 1.0)).light(SUN, [PI; 3]);
     let (light, lobe) = recovered_sun();
-    stage.solved.lights.lights.push(light);
-    stage.solved.lobes.lobes.push(lobe);
-    stage.solved.lobes.first.push(1);
-    stage.solved.emission.push([2.0 * PI; 3]);
+    stage.solved.light.lights.lights.push(light);
+    stage.solved.light.lobes.lobes.push(lobe);
+    stage.solved.light.lobes.first.push(1);
+    stage.solved.light.emission.push([2.0 * PI; 3]);
     for factor in [0.0, 0.5, 1.0] {
         stage.edits.original_light = factor;
         is(value(&stage, 0.3, 0.2), [0.4 + 0.8 * factor; 3]);

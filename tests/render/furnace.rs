@@ -2,10 +2,10 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use lobelia::reconstruct::equations::Reflectance;
 use lobelia::reconstruct::lights::VirtualLight;
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::render::edits::{AddedLight, Shape};
+use lobelia::scene::Brdf;
 use lobelia::scene::{Dome, Emitter, Image};
 
 use crate::rooms::{Dice, Room, camera, icosphere};
@@ -19,7 +19,7 @@ fn ball() -> Stage {
     let ball = room.diffuse("ball");
     let (positions, faces) = icosphere(1);
     room.triangles(&positions, &faces, |_| ball);
-    Stage::new(room, &[Reflectance::diffuse(ALBEDO)])
+    Stage::new(room, &[Brdf::diffuse(ALBEDO)])
 }
 
 /// All that is seen of a convex diffuse thing under light L from everywhere is its albedo times L.
@@ -112,10 +112,10 @@ fn a_closed_box_holds_a_geometric_series() {
 #[test]
 fn a_recovered_lamp_holds_the_same_series() {
     let mut stage = cube(0.5).most(200).spp(4);
-    stage.solved.lights.lights.push(VirtualLight::lamp(Vec3::new(0.45, 0.6, 0.5), 0.02));
-    stage.solved.lobes.lobes.push(Lobe { light: 0, direction: Vec3::Z, exponent: 0.0 });
-    stage.solved.lobes.first.push(1);
-    stage.solved.emission.push([100.0; 3]);
+    stage.solved.light.lights.lights.push(VirtualLight::lamp(Vec3::new(0.45, 0.6, 0.5), 0.02));
+    stage.solved.light.lobes.lobes.push(Lobe { light: 0, direction: Vec3::Z, exponent: 0.0 });
+    stage.solved.light.lobes.first.push(1);
+    stage.solved.light.emission.push([100.0; 3]);
     // Radiance times cross section is the intensity, which leaves into 4π.
     let flux = 4.0 * PI * 100.0 * PI * 0.02f64.powi(2);
     mean_of_walls(&stage).is(flux / 6.0 / PI, 0.03);

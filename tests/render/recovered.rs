@@ -25,13 +25,13 @@ pub fn corner() -> Stage {
 }
 
 fn shine(stage: &mut Stage, light: VirtualLight, lobes: &[(Vec3, f32)]) {
-    let index = stage.solved.lights.lights.len();
-    stage.solved.lights.lights.push(light);
+    let index = stage.solved.light.lights.lights.len();
+    stage.solved.light.lights.lights.push(light);
     for (k, &(direction, exponent)) in lobes.iter().enumerate() {
-        stage.solved.lobes.lobes.push(Lobe { light: index, direction, exponent });
-        stage.solved.emission.push([1.0 + k as f64, 2.0, 3.0 / (1.0 + k as f64)]);
+        stage.solved.light.lobes.lobes.push(Lobe { light: index, direction, exponent });
+        stage.solved.light.emission.push([1.0 + k as f64, 2.0, 3.0 / (1.0 + k as f64)]);
     }
-    stage.solved.lobes.first.push(stage.solved.lobes.lobes.len());
+    stage.solved.light.lobes.first.push(stage.solved.light.lobes.lobes.len());
 }
 
 fn unit(x: f32, y: f32, z: f32) -> Vec3 {
@@ -110,10 +110,10 @@ fn coupled(
     let run = |run: u64| {
         let mut random = Random::new(run, 9, 9);
         let mut sum = 0.0;
-        for (index, light) in stage.solved.lights.lights.iter().enumerate() {
-            let range = stage.solved.lobes.of(index);
+        for (index, light) in stage.solved.light.lights.lights.iter().enumerate() {
+            let range = stage.solved.light.lobes.of(index);
             let mut values = vec![0.0; range.len()];
-            let lobes = &stage.solved.lobes.lobes[range.clone()];
+            let lobes = &stage.solved.light.lobes.lobes[range.clone()];
             let falloff = Falloff::InverseSquare;
             arriving(&views, light, lobes, point, falloff, 20, &mut random, &mut values);
             let specular = match surface.specular[channel] {
@@ -121,7 +121,7 @@ fn coupled(
                 specular => specular * light.lobe(point.position, mirror, surface.exponent),
             };
             let factor = (surface.diffuse[channel] + specular) / PI;
-            let emissions = &stage.solved.emission[range];
+            let emissions = &stage.solved.light.emission[range];
             let coupled = values.iter().zip(emissions);
             sum += coupled.map(|(k, e)| factor * f64::from(*k) * e[channel]).sum::<f64>();
         }
@@ -191,8 +191,8 @@ fn dark_lights_change_nothing() {
     add(&mut stage, "lamp");
     let before = stage.film(&crate::stage::needle(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO));
     add(&mut stage, "disc");
-    let lit = stage.solved.lobes.of(0).end;
-    stage.solved.emission[lit..].fill([0.0; 3]);
+    let lit = stage.solved.light.lobes.of(0).end;
+    stage.solved.light.emission[lit..].fill([0.0; 3]);
     let after = stage.film(&crate::stage::needle(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO));
     assert_eq!(before.beauty(), after.beauty());
 }

@@ -17,11 +17,11 @@ use crate::stage::{Stage, floor, reflectance};
 /// A floor under a recovered lamp, photographed.
 fn lit() -> Stage {
     let mut stage = floor(reflectance(0.5, 0.0, 1.0));
-    stage.solved.lights.lights.push(VirtualLight::lamp(Vec3::new(0.0, 0.0, 2.0), 0.2));
+    stage.solved.light.lights.lights.push(VirtualLight::lamp(Vec3::new(0.0, 0.0, 2.0), 0.2));
     let lobe = Lobe { light: 0, direction: -Vec3::Z, exponent: 0.0 };
-    stage.solved.lobes.lobes.push(lobe);
-    stage.solved.lobes.first.push(1);
-    stage.solved.emission.push([10.0, 8.0, 6.0]);
+    stage.solved.light.lobes.lobes.push(lobe);
+    stage.solved.light.lobes.first.push(1);
+    stage.solved.light.emission.push([10.0, 8.0, 6.0]);
     stage.room.photograph(view(), |struck| [struck.position.x as f32 + 6.0, 1.0, 2.0]);
     stage
 }

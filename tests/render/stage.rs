@@ -1,11 +1,11 @@
 use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::RayCaster;
 use lobelia::math::rgb::Rgb;
-use lobelia::reconstruct::equations::Reflectance;
 use lobelia::render::edits::{AddedLight, Edits, Shape, Surroundings};
 use lobelia::render::film::Film;
 use lobelia::render::scene::{Geometry, Scene, Solved};
 use lobelia::render::{RenderOptions, render};
+use lobelia::scene::Brdf;
 use lobelia::scene::{Camera, Emitter, Views};
 use lobelia::watch::Watch;
 
@@ -48,10 +48,10 @@ impl Estimate {
 
 impl Stage {
     /// `surface` per reflectance, in their order; nothing shines, and nothing surrounds.
-    pub fn new(room: Room, reflectances: &[Reflectance]) -> Self {
+    pub fn new(room: Room, reflectances: &[Brdf]) -> Self {
         let mut stage = Self { room, ..Self::default() };
         stage.solved.reflectances = reflectances.iter().copied().map(Some).collect();
-        stage.solved.lobes.first.push(0);
+        stage.solved.light.lobes.first.push(0);
         stage.edits.surroundings = Surroundings::Open;
         stage.options.spp = 16;
         // Pixels that know nothing of each other.
@@ -114,12 +114,12 @@ pub fn needle(eye: DVec3, target: DVec3) -> Camera {
     camera((32, 32), 1e6, eye, target)
 }
 
-pub fn reflectance(diffuse: f64, specular: f64, exponent: f64) -> Reflectance {
-    Reflectance { diffuse: [diffuse; 3], specular: [specular; 3], exponent }
+pub fn reflectance(diffuse: f64, specular: f64, exponent: f64) -> Brdf {
+    Brdf { diffuse: [diffuse; 3], specular: [specular; 3], exponent }
 }
 
 /// A diffuse square of half-side 5 at height 0.
-pub fn floor(reflectance: Reflectance) -> Stage {
+pub fn floor(reflectance: Brdf) -> Stage {
     let mut room = Room::default();
     let floor = room.diffuse("floor");
     room.square(floor, 5.0, 0.0);

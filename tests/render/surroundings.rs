@@ -17,10 +17,10 @@ fn open() -> Stage {
     let mut stage = Stage::new(room, &reflectances)
         .light(ceiling([-0.3, 0.5], [-0.2, 0.3], 1.5), [2.0; 3])
         .light(Emitter::Point { position: Vec3::new(0.6, -0.5, 0.9) }, [1.0; 3]);
-    stage.solved.lights.lights.push(VirtualLight::lamp(Vec3::new(0.0, 1.0, 1.0), 0.1));
-    stage.solved.lobes.lobes.push(Lobe { light: 0, direction: Vec3::Z, exponent: 0.0 });
-    stage.solved.lobes.first.push(1);
-    stage.solved.emission.push([5.0; 3]);
+    stage.solved.light.lights.lights.push(VirtualLight::lamp(Vec3::new(0.0, 1.0, 1.0), 0.1));
+    stage.solved.light.lobes.lobes.push(Lobe { light: 0, direction: Vec3::Z, exponent: 0.0 });
+    stage.solved.light.lobes.first.push(1);
+    stage.solved.light.emission.push([5.0; 3]);
     stage
 }
 

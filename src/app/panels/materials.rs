@@ -10,8 +10,8 @@ use crate::app::actions::{Action, Select};
 use crate::app::project::Project;
 use crate::app::theme::channel_color;
 use crate::math::rgb::CHANNELS;
-use crate::reconstruct::equations::Reflectance;
 use crate::reconstruct::solution::MaterialCertainty;
+use crate::scene::Brdf;
 use crate::scene::MaterialKind;
 
 const HEADS: [Head; 8] = [
@@ -31,7 +31,7 @@ const HEADS: [Head; 8] = [
 
 /// What is known of a material of the results.
 pub struct Found {
-    pub reflectance: Option<Reflectance>,
+    pub reflectance: Option<Brdf>,
     pub certainty: Option<MaterialCertainty>,
 }
 

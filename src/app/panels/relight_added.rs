@@ -11,8 +11,8 @@ use crate::app::project::{Focus, Project};
 use crate::app::relight::{self, Added, Motion, strength_and_colour};
 use crate::math::blackbody::blackbody;
 use crate::math::rgb::Rgb;
-use crate::reconstruct::equations::Reflectance;
 use crate::render::edits::{AddedLight, Edits, Object, Shape};
+use crate::scene::Brdf;
 use crate::scene::Emitter;
 
 pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
@@ -380,7 +380,7 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
     change
 }
 
-fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Reflectance) -> bool {
+fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Brdf) -> bool {
     let mut changed = false;
     for (what, values, help) in [
         ("diffuse", &mut own.diffuse, "Reflected to all sides"),

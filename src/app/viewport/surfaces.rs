@@ -97,7 +97,7 @@ fn extent(rows: &[[u32; 4]]) -> wgpu::Extent3d {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reconstruct::equations::Reflectance;
+    use crate::scene::Brdf;
     use crate::scene::Surface;
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
             ..Capture::default()
         };
         let solved = Solved {
-            reflectances: [0.2, 0.6].map(|d| Some(Reflectance::diffuse([d; 3]))).to_vec(),
+            reflectances: [0.2, 0.6].map(|d| Some(Brdf::diffuse([d; 3]))).to_vec(),
             ..Solved::default()
         };
         let none = BTreeSet::new();

@@ -17,8 +17,8 @@ use super::tags::lights::{dome, emitter, emitter_kinds, not_negative};
 use super::{Error, Fault, mesh};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
-use crate::reconstruct::equations::Reflectance;
 use crate::render::edits::{AddedLight, Edits, GREY, Object, Override, Shape, Surroundings};
+use crate::scene::Brdf;
 use crate::scene::Capture;
 
 pub use write::{value, write};
@@ -143,7 +143,7 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
             ));
             Override::default()
         });
-        let reflectance = Reflectance {
+        let reflectance = Brdf {
             diffuse: change.diffuse.unwrap_or([GREY; 3]),
             specular: change.specular.unwrap_or_default(),
             exponent: change.exponent.unwrap_or(1.0),

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Reconstruction;
-use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::equations::Equations;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
@@ -14,6 +14,7 @@ use crate::reconstruct::solution::{
     Certainty, Iteration, MaterialCertainty, Rms, ScaleCertainty, Solution, Stopped,
 };
 use crate::reconstruct::transport::{PatchRadiosity, Transport};
+use crate::scene::Brdf;
 use crate::scene::{Capture, Emitter, KnownLight, Material, MaterialKind};
 
 const DARK: Rgb = [0.0; 3];
@@ -85,8 +86,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
         change,
         elapsed_secs: 0.5 * index as f64,
     };
-    let floor =
-        Reflectance { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
+    let floor = Brdf { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
     Reconstruction {
         samples: Arc::new(SampleCloud {
             samples: vec![sample(0), sample(1)],
@@ -106,7 +106,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
         }),
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {
-            reflectances: vec![Some(floor), Some(Reflectance::diffuse([0.2; 3])), None],
+            reflectances: vec![Some(floor), Some(Brdf::diffuse([0.2; 3])), None],
             emission,
             iterations: vec![iteration(1, 2.0, 0.5), iteration(2, 1.0, 0.0)],
             stopped: Stopped::GradientConverged,

@@ -21,7 +21,7 @@ use super::super::{Error, atomic};
 use super::points;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::edits::Shape;
-use crate::render::looks::Brdf;
+use crate::render::looks::BrdfF32;
 use crate::render::model::{Map, Model, Part, PartLook, View};
 use crate::render::probe::is_broad;
 use crate::scene::Emitter;
@@ -163,7 +163,7 @@ impl Glb {
                 let most = if most > 0.0 { most } else { 1.0 };
                 let texture = self.texture(map, |texel| texel.map(|value| value / most))?;
                 material["pbrMetallicRoughness"] = json!({"baseColorFactor": [0, 0, 0, 1]});
-                self.gloss(&mut material, &Brdf::default());
+                self.gloss(&mut material, &BrdfF32::default());
                 material["emissiveTexture"] = json!({"index": texture});
                 material["emissiveFactor"] = json!([1, 1, 1]);
                 self.extensions.insert("KHR_materials_emissive_strength");
@@ -174,7 +174,7 @@ impl Glb {
         Ok(self.push("materials", material))
     }
 
-    fn gloss(&mut self, material: &mut Value, brdf: &Brdf) {
+    fn gloss(&mut self, material: &mut Value, brdf: &BrdfF32) {
         self.extensions.insert("KHR_materials_specular");
         let most = strongest(brdf);
         let surface = &mut material["pbrMetallicRoughness"];
@@ -393,12 +393,12 @@ fn rotation(world_from_camera: DMat3) -> [f64; 4] {
     DQuat::from_mat3(&world_from_camera).normalize().to_array()
 }
 
-fn strongest(brdf: &Brdf) -> f32 {
+fn strongest(brdf: &BrdfF32) -> f32 {
     brdf.specular.iter().copied().fold(0.0, f32::max).clamp(0.0, 1.0)
 }
 
 /// glTF takes from the base colour what the specular lobe reflects.
-fn base_colour(diffuse: Radiance, brdf: &Brdf) -> [f32; CHANNELS] {
+fn base_colour(diffuse: Radiance, brdf: &BrdfF32) -> [f32; CHANNELS] {
     let rest = (1.0 - strongest(brdf)).max(1e-3);
     diffuse.map(|value| (value / rest).clamp(0.0, 1.0))
 }

@@ -17,7 +17,7 @@ use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::LightKind;
 use crate::render::edits::{AddedLight, Shape};
 use crate::render::lights::Light;
-use crate::render::looks::Brdf;
+use crate::render::looks::BrdfF32;
 use crate::render::model::{Model, PartLook, View};
 use crate::scene::{Dome, Emitter};
 use crate::watch::Watch;
@@ -174,7 +174,7 @@ enum LitBy {
 }
 
 fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: LitBy) -> String {
-    let diffuse = |brdf: &Brdf, name: &str| match texture {
+    let diffuse = |brdf: &BrdfF32, name: &str| match texture {
         Some(path) => bitmap(name, path),
         None => rgb(name, brdf.diffuse),
     };

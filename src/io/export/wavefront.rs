@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::super::{Error, atomic, exr};
 use super::file_name;
-use crate::render::looks::Brdf;
+use crate::render::looks::BrdfF32;
 use crate::render::model::{Model, Part, PartLook};
 use crate::watch::Watch;
 
@@ -69,7 +69,7 @@ pub fn write(folder: &Path, model: &Model, watch: &Watch) -> Result<(), Error> {
     })
 }
 
-fn write_brdf(out: &mut impl Write, brdf: &Brdf) -> std::io::Result<()> {
+fn write_brdf(out: &mut impl Write, brdf: &BrdfF32) -> std::io::Result<()> {
     let [r, g, b] = brdf.diffuse;
     writeln!(out, "Kd {r} {g} {b}")?;
     if brdf.specular.iter().any(|&value| value > 0.0) {

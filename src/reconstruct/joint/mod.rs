@@ -48,7 +48,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::reconstruct::equations::{Equations, Reflectance};
+use crate::reconstruct::equations::Equations;
 use crate::reconstruct::joint::background::{Layout, LightSet, World};
 use crate::reconstruct::joint::certainty::Member;
 use crate::reconstruct::joint::choice::{Choice, Density, Search};
@@ -65,6 +65,7 @@ use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Certainty, Iteration, Solution, Stopped, Trial, TrialPart};
 use crate::reconstruct::transport::{PatchRadiosity, Transport};
 use crate::reconstruct::{Error, Options};
+use crate::scene::Brdf;
 use crate::scene::{Environment, Views};
 use crate::watch::Watch;
 
@@ -181,7 +182,7 @@ pub fn solve(
         emission[fixed.column] = fixed.emission;
     }
     let reflectance = |material: usize| {
-        fitter.measured[material].then(|| Reflectance {
+        fitter.measured[material].then(|| Brdf {
             diffuse: std::array::from_fn(|c| mean.log_diffuse[c][material].exp()),
             specular: std::array::from_fn(|c| mean.specular[c][material]),
             exponent: fitter.exponents[material],

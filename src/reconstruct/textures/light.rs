@@ -9,46 +9,32 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Random, grid_side, mirrored};
 use crate::reconstruct::Stream;
-use crate::reconstruct::equations::Reflectance;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
-use crate::reconstruct::solution::Solution;
+use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::{Place, TextureOptions};
-use crate::reconstruct::transport::{PatchRadiosity, Record, arriving, hemisphere};
-use crate::scene::{SurfacePoint, Views};
+use crate::reconstruct::transport::{Record, arriving, hemisphere};
+use crate::scene::{Brdf, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Neighbouring irradiances that differ by less than this are interpolated between: more than
 /// the noise of the few rays, less than the shadows that would be seen in a texture.
 const SMOOTH: f64 = 0.1;
 
-/// Everything that lights a texel.
+/// The light at texels: what was recovered, with what is gathered from the photographs.
 pub(in crate::reconstruct) struct Light<'a> {
-    lights: &'a VirtualLights,
-    lobes: &'a Lobes,
-    emission: &'a [Rgb],
-    /// The lights with any emission.
+    recovered: &'a RecoveredLight,
+    /// Indices of the lights with any emission.
     lit: Vec<usize>,
-    patch_radiosity: &'a PatchRadiosity,
     options: &'a Options,
     seed: u64,
 }
 
 impl<'a> Light<'a> {
-    pub(in crate::reconstruct) fn new(
-        lights: &'a VirtualLights,
-        lobes: &'a Lobes,
-        patch_radiosity: &'a PatchRadiosity,
-        solution: &'a Solution,
-        options: &'a Options,
-        seed: u64,
-    ) -> Self {
-        let is_lit = |light: &usize| {
-            lobes.of(*light).any(|lobe| solution.emission[lobe].iter().any(|&e| e > 0.0))
-        };
-        let lit = (0..lights.lights.len()).filter(is_lit).collect();
-        Self { lights, lobes, emission: &solution.emission, lit, patch_radiosity, options, seed }
+    /// The seed is that of `options`.
+    pub(in crate::reconstruct) fn new(recovered: &'a RecoveredLight, options: &'a Options) -> Self {
+        let lights = 0..recovered.lights.lights.len();
+        let lit = lights.filter(|&light| recovered.shines(light)).collect();
+        Self { recovered, lit, options, seed: options.general.seed as u64 }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -61,7 +47,7 @@ impl<'a> Light<'a> {
     fn photographed(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
         let gathered = hemisphere(views, point, side, &mut self.random());
-        self.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
+        self.recovered.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
     }
 
     /// The virtual lights' part of Eq. 14 at a surface point.
@@ -121,13 +107,13 @@ impl<'a> Light<'a> {
         let side = grid_side(options.disc_rays);
         let mut found = Vec::new();
         for &index in &self.lit {
-            let light = &self.lights.lights[index];
-            let range = self.lobes.of(index);
+            let light = &self.recovered.lights.lights[index];
+            let range = self.recovered.lobes.of(index);
             let mut values = vec![0.0f32; range.len()];
             arriving(
                 views,
                 light,
-                &self.lobes.lobes[range.clone()],
+                &self.recovered.lobes.lobes[range.clone()],
                 point,
                 self.options.transport.falloff,
                 side,
@@ -135,7 +121,7 @@ impl<'a> Light<'a> {
                 &mut values,
             );
             let mut irradiance = [0.0; CHANNELS];
-            for (&value, emission) in values.iter().zip(&self.emission[range]) {
+            for (&value, emission) in values.iter().zip(&self.recovered.emission[range]) {
                 for (sum, emission) in irradiance.iter_mut().zip(emission) {
                     *sum += emission * f64::from(value);
                 }
@@ -153,7 +139,7 @@ impl<'a> Light<'a> {
         views: &Views,
         point: SurfacePoint,
         irradiance: Rgb,
-        reflectance: &Reflectance,
+        reflectance: &Brdf,
         options: &TextureOptions,
     ) -> Option<Radiance> {
         let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
@@ -205,7 +191,7 @@ impl<'a> Light<'a> {
         records: &[Record],
         record_weight: f64,
         lights: &[(usize, Rgb)],
-        reflectance: &Reflectance,
+        reflectance: &Brdf,
     ) -> Rgb {
         let lobe =
             |direction: Vec3| f64::from(mirror.dot(direction).max(0.0)).powf(reflectance.exponent);
@@ -217,7 +203,7 @@ impl<'a> Light<'a> {
             }
         }
         for (index, irradiance) in lights {
-            let light = &self.lights.lights[*index];
+            let light = &self.recovered.lights.lights[*index];
             // `Reflectance::lobe_scale` brings the factor (n+2)/2π.
             let factor = light.lobe(point.position, mirror, reflectance.exponent)
                 / (0.5 * (reflectance.exponent + 2.0));

@@ -14,15 +14,12 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::options;
 use crate::reconstruct::Error;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
+use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::transport::PatchRadiosity;
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
-use crate::scene::{Role, SurfacePoint, Views};
+use crate::scene::{Brdf, Role, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -68,17 +65,17 @@ struct Place {
     point: SurfacePoint,
 }
 
-/// Reconstructs the textures of all textured materials that have samples.
-#[expect(clippy::too_many_arguments, reason = "every product of the stages before is needed")]
+/// Reconstructs the textures of all textured materials that have samples. `brdfs` has one per
+/// material.
+///
+/// # Errors
+/// `Error::Cancelled` alone.
 pub fn reconstruct(
     views: &Views,
     cloud: &SampleCloud,
-    lights: &VirtualLights,
-    lobes: &Lobes,
-    patch_radiosity: &PatchRadiosity,
-    solution: &Solution,
+    light: &RecoveredLight,
+    brdfs: &[Option<Brdf>],
     options: &Options,
-    seed: u64,
     watch: &Watch,
 ) -> Result<Vec<Texture>, Error> {
     let capture = views.capture;
@@ -86,10 +83,10 @@ pub fn reconstruct(
     if !options.textures.enabled {
         return Ok(textures);
     }
-    let light = Light::new(lights, lobes, patch_radiosity, solution, options, seed);
+    let light = Light::new(light, options);
     for (surface, tagged) in capture.surfaces.iter().enumerate() {
         let Role::Material(material) = tagged.role else { continue };
-        let Some(reflectance) = &solution.reflectances[material] else { continue };
+        let Some(brdf) = &brdfs[material] else { continue };
         let Some(footprint) = footprint(views, cloud, surface) else { continue };
         if !capture.materials[material].textured {
             continue;
@@ -111,16 +108,16 @@ pub fn reconstruct(
                 let (Some(place), Some(irradiance)) = (place, irradiance) else {
                     return Ok(None);
                 };
-                Ok(light.texel(views, place.point, *irradiance, reflectance, &options.textures))
+                Ok(light.texel(views, place.point, *irradiance, brdf, &options.textures))
             })
             .collect::<Result<_, Cancelled>>()?;
-        let is_diffuse = reflectance.specular.iter().all(|&specular| specular == 0.0);
+        let is_diffuse = brdf.specular.iter().all(|&specular| specular == 0.0);
         if is_diffuse && options.textures.sharpen > 0 {
             estimated =
                 sharpened(views, &unwrap, estimated, &irradiance, options.textures.sharpen, watch)?;
         }
         let seen: Vec<bool> = estimated.iter().map(Option::is_some).collect();
-        let fallback = reflectance.diffuse.map(|value| value as f32);
+        let fallback = brdf.diffuse.map(|value| value as f32);
         let texels = fill(estimated, unwrap.width, fallback);
         textures.push(Texture { surface, material, unwrap, texels, seen });
     }
