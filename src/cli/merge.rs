@@ -30,7 +30,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             _ => io::response::read(file),
         })
         .transpose()?;
-    let series = brackets::group(&files, times.as_ref(), matches.get_flag("one"))?;
+    let series = grouping::group(&files, times.as_ref(), matches.get_flag("one"))?;
     if response.is_none() && options.response != ResponseKind::Linear {
         check(&series)?;
     }

@@ -14,8 +14,6 @@ use crate::exposures::times::{self, Checked};
 use crate::exposures::{Codes, Exposure, MergeOptions, Merged, Response, align, merge};
 use crate::watch::Watch;
 
-pub use super::grouping::group;
-
 /// The exposures of one series, decoded, are held in memory together; more is refused.
 const LARGEST_SERIES: u64 = 4 << 30;
 /// Series that fit into this together are decoded once, others twice.

@@ -38,6 +38,7 @@ pub mod settings;
 pub mod solution;
 pub mod solved;
 pub mod table;
+mod surfaces;
 pub mod tags;
 pub mod transforms;
 pub mod truth;

@@ -14,9 +14,9 @@ use std::path::Path;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::error::read_bounded;
-use super::mesh::SurfacesBy;
 use super::obj_text::{Digest, Tally, broken_vertex, digest, is_usable, locate};
 use super::polygon::{self, Shape};
+use super::surfaces::SurfacesBy;
 use super::{Error, Fault};
 use super::{inside, mtl};
 use crate::geometry::mesh::Mesh;

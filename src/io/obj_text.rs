@@ -6,8 +6,8 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::mesh::SurfacesBy;
 use super::mtl::split_keyword;
+use super::surfaces::SurfacesBy;
 use super::{Error, Fault};
 
 /// Coordinates beyond this, in metres, are as broken as NaN: their products overflow.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lobelia::exposures::options::RawColor;
 use lobelia::exposures::{Codes, MergeOptions, Merged};
 use lobelia::io::brackets::{self, Found};
-use lobelia::io::{photograph, raw};
+use lobelia::io::{grouping, photograph, raw};
 use lobelia::watch::Watch;
 
 /// The sensor, with a masked edge of 4 columns and 2 rows, of which the camera shows less.
@@ -220,7 +220,7 @@ fn series(folder: &Path, has_matrix: bool) -> Vec<PathBuf> {
 }
 
 fn merged(files: &[PathBuf], options: &MergeOptions) -> (Merged, Found) {
-    let series = brackets::group(files, None, false).unwrap();
+    let series = grouping::group(files, None, false).unwrap();
     assert_eq!(series.len(), 1);
     let mut result = None;
     let found = brackets::merge_all(&series, None, options, &Watch::new(), |_, merged| {

@@ -16,6 +16,8 @@ use super::error::read_bounded;
 use super::obj::{self, Geometry};
 use super::{Error, Fault};
 
+pub use super::surfaces::SurfacesBy;
+
 /// Ten million triangles are about 500 MB.
 pub(crate) const LARGEST: u64 = 1 << 30;
 /// The formats by the extension of their files.
@@ -28,18 +30,6 @@ pub fn is_mesh(file: &Path) -> bool {
 
 pub(super) fn extension(file: &Path) -> String {
     file.extension().map_or_else(String::new, |own| own.to_string_lossy().to_lowercase())
-}
-
-/// What tells surfaces apart, of what a file may say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SurfacesBy {
-    /// Materials, or else groups or objects.
-    #[default]
-    Materials,
-    /// `g` of OBJ, meshes of glTF, solids of STL, or else what there is.
-    Groups,
-    /// `o` of OBJ, nodes of glTF, solids of STL, or else what there is.
-    Objects,
 }
 
 /// Reads a mesh, in whatever format its name or its first bytes say.

@@ -1,0 +1,13 @@
+//! Which parts of a mesh file become surfaces of their own.
+
+/// By which of its parts a mesh file is divided into surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SurfacesBy {
+    /// Materials, or else groups or objects.
+    #[default]
+    Materials,
+    /// `g` of OBJ, meshes of glTF, solids of STL, or else what there is.
+    Groups,
+    /// `o` of OBJ, nodes of glTF, solids of STL, or else what there is.
+    Objects,
+}
