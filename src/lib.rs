@@ -27,9 +27,9 @@
 //!
 //! # The ladder
 //!
-//! Modules import only from those above them in this list:
-//! `watch`, `options`, `math` < `geometry`, `solve`, `exposures` < `scene` < `reconstruct` < `render` < `io` <
-//! `study` < `worker` < `app` < `cli`.
+//! Modules import only from those above them in this list: `watch`, `options`, `math` < `geometry`,
+//! `solve`, `exposures` < `scene` < `reconstruct` < `render` < `io` < `study` < `worker` < `app` <
+//! `cli`.
 //!
 //! # What always holds
 //!
@@ -39,6 +39,33 @@
 //! - The same capture, options and seed give the same bytes on any number of threads.
 //! - Types between stages carry no serde; `io` owns the structs of its files.
 //! - Every long loop ticks a [`watch::Watch`], which counts progress and can cancel it.
+
+//!
+//! # Glossary
+//!
+//! - *Visibility buffer*: for each pixel of a photograph the surface position and triangle that it
+//!   shows ([`scene::views::VisibilityBuffer`]).
+//! - *Surface point*: a position on a known surface with the normal of one side
+//!   ([`scene::views::SurfacePoint`]).
+//! - *Sample*: a surface point at which measured and computed radiance are compared.
+//! - *Virtual light*, *lobe*, *emission*: where light from what was not modelled comes in, in which
+//!   directions, and how much (E).
+//! - *Irradiance* I_s: what photographed surfaces send to a sample; *coupling* k_ij: irradiance per
+//!   unit of a lobe's emission.
+//! - *Radiance record*: radiance that one direction brings to a specular sample.
+//! - *BRDF*: the modified Phong model of Eq. 12 ([`scene::Brdf`]).
+//! - *Patch radiosity*: the light that known surfaces reflect which no photograph shows; a patch's
+//!   *form factor* is its projected solid angle over π ([`reconstruct::transport::PatchRadiosity`]).
+//! - *Bounded least squares*, *active set*, *KKT residual*: the numerical problem of emissions at
+//!   or above zero, the unknowns that are at a bound, and how far a result is from the minimum.
+//! - *Ridge*: a penalty on squared emissions; *prior*: one on the logarithms of reflectances.
+//! - *Paired cross-validation*: two models compared by their errors on the same held-out blocks of
+//!   samples.
+//! - *Stage cache*: products of earlier runs ([`reconstruct::StageCache`]).
+//! - *Degradation*, *variant*: what is made worse about a capture, and which solve it is tried on
+//!   ([`study::stability`]).
+//! - *Command*, *event*, *job*: what the worker is sent, what it reports, and the two together
+//!   ([`worker`]).
 
 pub mod watch;
 
@@ -54,13 +81,16 @@ pub mod exposures;
 
 pub mod scene;
 
+#[warn(missing_docs)]
 pub mod reconstruct;
 pub mod render;
 
 pub mod io;
 
+#[warn(missing_docs)]
 pub mod study;
 
+#[warn(missing_docs)]
 pub mod worker;
 
 #[cfg(feature = "studio")]

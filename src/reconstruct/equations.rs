@@ -18,7 +18,9 @@ use crate::scene::{Brdf, Capture, MaterialKind};
 /// One equation: a sample as a diffuse surface or as one photograph sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Equation {
+    /// Index into `SampleCloud::samples`.
     pub sample: usize,
+    /// Index into `Capture::materials`.
     pub material: usize,
     /// L(x, ω_r) per channel.
     pub radiance: Rgb,
@@ -44,7 +46,9 @@ pub struct Glossy {
 /// All equations of a capture, ordered by sample.
 #[derive(Clone, Debug, Default)]
 pub struct Equations {
+    /// Ordered by sample.
     pub rows: Vec<Equation>,
+    /// One for each row of a specular sample, in the order of the rows.
     pub glossy: Vec<Glossy>,
     /// The rows of each material.
     pub of_material: Vec<Vec<usize>>,

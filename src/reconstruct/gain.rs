@@ -18,6 +18,7 @@ use crate::{choices, options};
 choices! {
     /// What is done about photographs of other exposure.
     GainUse {
+        /// Not looked for.
         Off = "off",
         /// Told, and warned of.
         Report = "report",

@@ -35,15 +35,20 @@ options! {
 /// The virtual light sources, without their emissions.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualLights {
+    /// The lights; lobes refer to them by index.
     pub lights: Vec<VirtualLight>,
     /// Minimum distance between lights in metres.
     pub spacing_m: f32,
+    /// Centre of the sphere about the geometry that carries lights where nothing is known.
     pub sphere_center: Vec3,
+    /// Its radius in metres.
     pub sphere_radius_m: f32,
 }
 
+/// One virtual light: where it is, and the shape it is taken to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VirtualLight {
+    /// Which of the other fields have a meaning.
     pub kind: LightKind,
     /// Centre; without meaning for a light at infinity.
     pub position: Vec3,
@@ -57,6 +62,7 @@ pub struct VirtualLight {
     pub half_angle: f32,
 }
 
+/// What a virtual light stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightKind {
     /// A disc on the bounding sphere.

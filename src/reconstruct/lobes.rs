@@ -37,6 +37,7 @@ pub struct CoverageMask {
 /// The lobes of all lights; emissions are one number per lobe and channel.
 #[derive(Clone, Debug, Default)]
 pub struct Lobes {
+    /// The lobes of all lights, one light after the other.
     pub lobes: Vec<Lobe>,
     /// The first lobe of each light, and at the end the number of lobes.
     pub first: Vec<usize>,

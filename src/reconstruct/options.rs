@@ -43,15 +43,25 @@ options! {
 /// The options of every stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
+    /// Of the whole reconstruction.
     pub general: GeneralOptions,
+    /// Of exposures of the photographs.
     pub photographs: PhotographOptions,
+    /// Of Section 4.1.
     pub samples: SampleOptions,
+    /// Of the positions of Section 4.2.
     pub lights: LightOptions,
+    /// Of the lobes of Section 4.2.
     pub lobes: LobeOptions,
+    /// Of Section 5.1.
     pub transport: TransportOptions,
+    /// Of the method `joint`.
     pub joint: JointOptions,
+    /// Of the method `paper` (Section 5.4).
     pub refine: RefineOptions,
+    /// Of specular materials (Eq. 12).
     pub gloss: GlossOptions,
+    /// Of Section 5.5.
     pub textures: TextureOptions,
     /// Diffuse reflectances to start from, by material, in place of Eq. 11's.
     pub start: BTreeMap<String, Rgb>,

@@ -19,6 +19,7 @@ choices! {
 pub type Change = (&'static str, &'static str, &'static str);
 
 impl Quality {
+    /// All qualities, fastest first.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Fine];
 
     /// The options that differ from their defaults.

@@ -35,19 +35,24 @@ pub struct SampleCloud {
     /// Minimum distance between samples in metres (materials with few samples have a smaller
     /// one).
     pub spacing_m: f32,
+    /// The samples, material by material in no particular order.
     pub samples: Vec<Sample>,
     /// The photographs of all samples, one after the other; see `Sample::views`.
     pub views: Vec<View>,
+    /// What is odd about the samples, a sentence each.
     pub warnings: Vec<String>,
 }
 
 /// A point on a known surface with the radiance seen there.
 #[derive(Clone, Debug)]
 pub struct Sample {
+    /// In metres, in world coordinates.
     pub position: Vec3,
     /// Unit normal of the side that the photographs see.
     pub normal: Vec3,
+    /// Index into `Capture::materials`.
     pub material: usize,
+    /// Index into `Capture::surfaces`.
     pub surface: usize,
     /// The first of this sample's entries in `SampleCloud::views`, and one past the last.
     pub views: std::ops::Range<usize>,
@@ -64,10 +69,12 @@ pub struct View {
     pub pixel: [usize; 2],
     /// Unit direction from the sample to the camera, ω_r.
     pub direction: Vec3,
+    /// In the unit of the photographs.
     pub radiance: Radiance,
 }
 
 impl Sample {
+    /// The point that light transport is computed for.
     pub fn surface_point(&self) -> SurfacePoint {
         SurfacePoint { position: self.position, normal: self.normal }
     }

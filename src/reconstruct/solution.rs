@@ -33,6 +33,7 @@ impl Rms {
 pub struct Iteration {
     /// Counted from 1.
     pub index: usize,
+    /// Root mean squares over all equations.
     pub rms: Rms,
     /// What the method minimises, per channel; `None` for the paper's alternation, whose half
     /// steps minimise different things.
@@ -46,10 +47,12 @@ pub struct Iteration {
 /// Why the refinement stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
+    /// RMS errors changed by less than the tolerance.
     RmsConverged,
     /// The RMS error rose, absolute or relative, and neither fell; the iteration before is the
     /// result.
     RmsRose,
+    /// As many iterations were done as the options allow.
     IterationLimit,
     /// The objective's gradient vanishes within the bounds.
     GradientConverged,
@@ -58,6 +61,7 @@ pub enum Stopped {
 }
 
 impl Stopped {
+    /// In words, for people.
     pub fn describe(self) -> &'static str {
         match self {
             Self::RmsConverged => "rms change below threshold",
@@ -76,7 +80,9 @@ pub struct Solution {
     pub reflectances: Vec<Option<Brdf>>,
     /// E_ij per lobe and channel, in the photographs' unit of radiance.
     pub emission: Vec<Rgb>,
+    /// In order, the state before the first included where the method reports it.
     pub iterations: Vec<Iteration>,
+    /// Why no further iteration was done.
     pub stopped: Stopped,
     /// Computed radiance of each equation.
     pub computed: Vec<Rgb>,
@@ -86,6 +92,7 @@ pub struct Solution {
     /// What was decided on the way, a sentence each: which light model, how many lamps, which
     /// gloss.
     pub notes: Vec<String>,
+    /// What the artist should know, a sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -94,6 +101,7 @@ pub struct Solution {
 pub struct Certainty {
     /// Per material; `None` where it has no sample.
     pub materials: Vec<Option<MaterialCertainty>>,
+    /// How well the common scale of the reflectances is determined.
     pub scale: ScaleCertainty,
     /// Root mean square of log(computed/measured) in blocks of samples that were held out.
     pub held_out: Option<Rgb>,
@@ -118,13 +126,16 @@ pub struct Selection {
 /// that were held out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
+    /// What was tried.
     pub part: TrialPart,
     /// Root of the mean of what the fits make small, without the part and with it.
     pub before: f64,
+    /// The same with the part.
     pub after: f64,
     /// after/before − 1, and its standard error over the blocks; `None` where there are fewer
     /// than two.
     pub change: f64,
+    /// Of `change`, over the blocks.
     pub standard_error: Option<f64>,
     /// Whether the error fell by more than that, so that the part was kept.
     pub supported: bool,
@@ -133,6 +144,7 @@ pub struct Trial {
 /// What is tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrialPart {
+    /// A sun.
     Sun,
     /// The lamp of this number, from 1, with any before it that are not supported alone.
     Lamp(usize),

@@ -126,14 +126,17 @@ impl PatchRadiosity {
 pub struct Record {
     /// Unit direction from the sample to where the radiance comes from.
     pub direction: Vec3,
+    /// In the unit of the photographs.
     pub radiance: Radiance,
 }
 
 impl Transport {
+    /// The radiance records of one sample; none for a diffuse one.
     pub fn records_of(&self, sample: usize) -> &[Record] {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
     }
 
+    /// The hits of one sample on surfaces that no photograph shows.
     pub fn unphotographed_of(&self, sample: usize) -> &[UnphotographedHit] {
         &self.unphotographed
             [self.first_unphotographed[sample]..self.first_unphotographed[sample + 1]]
@@ -239,7 +242,9 @@ pub fn couple(
 pub struct Gathered {
     /// I_s, from photographed surfaces alone.
     pub irradiance: Radiance,
+    /// Of the hits that a photograph measures, one per ray.
     pub records: Vec<Record>,
+    /// The other hits.
     pub unphotographed: Vec<UnphotographedHit>,
 }
 

@@ -15,6 +15,7 @@ pub struct Unwrap {
     pub corners: Vec<[Vec2; 3]>,
     /// Size of the texture in texels.
     pub width: usize,
+    /// In texels.
     pub height: usize,
     /// The coordinates are the file's own `vt`.
     pub is_own: bool,
@@ -24,7 +25,9 @@ pub struct Unwrap {
 /// side.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelSize {
+    /// Side of a texel on the surface, in metres.
     pub texel_m: f32,
+    /// Largest side of the texture, in texels.
     pub max_side: usize,
 }
 

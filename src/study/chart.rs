@@ -3,11 +3,14 @@
 
 use crate::io::drawing::{Anchor, Drawing, Form, Ink, Shape, text_width};
 
+/// Panels under a title.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
+    /// Stands above the panels.
     pub title: String,
     /// Sentences below the title.
     pub notes: Vec<String>,
+    /// Row by row.
     pub panels: Vec<Panel>,
     /// Panels beside each other.
     pub columns: usize,
@@ -15,37 +18,55 @@ pub struct Chart {
     pub size: [f32; 2],
 }
 
+/// One diagram: points of several series over two axes, the vertical one logarithmic.
 #[derive(Clone, Debug)]
 pub struct Panel {
+    /// Stands above the plot.
     pub title: String,
+    /// Stands below the horizontal axis.
     pub x_label: String,
+    /// Stands beside the vertical axis.
     pub y_label: String,
+    /// The horizontal axis.
     pub x: Scale,
+    /// Later ones are drawn over earlier ones.
     pub series: Vec<Series>,
     /// Points of a front, drawn as the stairs that nothing is below.
     pub front: Vec<[f64; 2]>,
 }
 
+/// The horizontal axis.
 #[derive(Clone, Debug)]
 pub enum Scale {
+    /// Logarithmic.
     Log,
     /// Named steps at 0, 1, 2 and so on.
     Steps(Vec<String>),
 }
 
+/// Points that belong together.
 #[derive(Clone, Debug)]
 pub struct Series {
+    /// As the legend has it.
     pub name: String,
+    /// Colour, by its role in the theme.
     pub ink: Ink,
+    /// Shape of the points.
     pub form: Form,
+    /// Whether the points are filled.
     pub filled: bool,
+    /// Whether the points are joined.
     pub line: bool,
+    /// From left to right.
     pub points: Vec<Point>,
 }
 
+/// One value, with its spread.
 #[derive(Clone, Debug, Default)]
 pub struct Point {
+    /// On the scale of the panel.
     pub x: f64,
+    /// In the unit of the panel, above 0.
     pub y: f64,
     /// Lowest and highest value at this x.
     pub band: Option<[f64; 2]>,
@@ -63,6 +84,7 @@ const ABOVE: f32 = 30.0;
 const BELOW: f32 = 50.0;
 const MARGIN: f32 = 18.0;
 
+/// Draws a chart.
 pub fn draw(chart: &Chart) -> Drawing {
     let columns = chart.columns.clamp(1, chart.panels.len().max(1));
     let rows = chart.panels.len().div_ceil(columns);

@@ -3,27 +3,46 @@
 /// One thing about a capture, its tags or the settings that is made worse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Degradation {
+    /// Noise whose variance is proportional to radiance.
     Noise,
+    /// The brightest pixels are no measurements.
     Saturation,
+    /// Cameras are turned and moved.
     Misregistration,
+    /// The first radial distortion coefficient is wrong.
     Lens,
+    /// The focal length is wrong.
     Focal,
+    /// Each photograph has a gain of its own.
     Exposure,
+    /// Photographs are darker in their corners.
     Vignetting,
+    /// Photographs are left out.
     FewerImages,
+    /// Fewer samples are placed.
     FewerSamples,
+    /// Surfaces are taken out of the geometry.
     MissingSurfaces,
+    /// Vertices are moved.
     MovedVertices,
+    /// Virtual lights stand closer.
     MoreLights,
+    /// Virtual lights stand further apart.
     FewerLights,
+    /// All light has another colour.
     LightColor,
+    /// Pairs of materials are tagged as one.
     MergedTags,
+    /// Surfaces are tagged as two materials.
     SplitTags,
+    /// Surfaces have a texture that no tag mentions.
     Texture,
+    /// The solver starts from other reflectances.
     Start,
 }
 
 impl Degradation {
+    /// All of them, in the order of tables and charts.
     pub const ALL: [Self; 18] = [
         Self::Noise,
         Self::Saturation,
@@ -45,6 +64,7 @@ impl Degradation {
         Self::Start,
     ];
 
+    /// The name, in tables and the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::Noise => "Image noise",

@@ -15,7 +15,9 @@ use crate::watch::{Cancelled, Watch};
 
 /// A degraded capture, and the settings that go with it.
 pub struct Degraded {
+    /// With everything else as it was.
     pub capture: Capture,
+    /// Those given, but for degradations of settings.
     pub options: Options,
     /// New surfaces with the ones that they were cut from.
     pub cut: Vec<(String, String)>,

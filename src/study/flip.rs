@@ -12,7 +12,9 @@ use crate::math::rgb::{CHANNELS, Radiance};
 /// A picture in linear RGB with the primaries of sRGB, row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear<'a> {
+    /// In pixels.
     pub width: usize,
+    /// `width` × height of them.
     pub pixels: &'a [Radiance],
 }
 

@@ -19,12 +19,19 @@ use crate::watch::Watch;
 /// What one reconstruction took and gave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
+    /// How many were placed.
     pub samples: usize,
+    /// How many the light model has.
     pub lobes: usize,
+    /// Seconds of stage `samples`.
     pub samples_s: f64,
+    /// Seconds of stage `lights`.
     pub lights_s: f64,
+    /// Seconds of stage `transport`.
     pub transport_s: f64,
+    /// Seconds of stage `solve`.
     pub solve_s: f64,
+    /// Seconds of stage `textures`.
     pub textures_s: f64,
     /// Of all stages; reading the files is no part of it.
     pub total_s: f64,
@@ -38,6 +45,7 @@ pub struct Measured {
     pub error_channel_scales: Option<f64>,
     /// Mean half-width of the 95 % intervals; none where there are no intervals.
     pub half_width: Option<f64>,
+    /// How well the result predicts.
     #[serde(flatten)]
     pub held_out: HeldOut,
 }
@@ -50,7 +58,9 @@ pub struct HeldOut {
     /// The same over the pixels of a photograph that was held out and made anew; none where there
     /// is but one.
     pub photograph_relative_rms: Option<f64>,
+    /// Mean FLIP of that photograph.
     pub photograph_flip: Option<f64>,
+    /// Mean HDR-FLIP of that photograph.
     pub photograph_hdr_flip: Option<f64>,
 }
 

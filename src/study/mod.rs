@@ -33,6 +33,7 @@ use crate::watch::Watch;
 /// A study to be carried out, or the part of one.
 #[derive(Clone, Debug)]
 pub struct Study {
+    /// What is studied.
     pub subject: Subject,
     /// Where runs, tables and charts are written to; with `None` findings are only
     /// passed on.
@@ -43,9 +44,12 @@ pub struct Study {
     pub collect: bool,
 }
 
+/// The kind of a study, and its design.
 #[derive(Clone, Debug)]
 pub enum Subject {
+    /// Accuracy against seconds.
     Speed(speed::Design),
+    /// Error against degradations.
     Stability(stability::Design),
 }
 
@@ -58,6 +62,7 @@ pub enum Source {
     Open(Opened),
 }
 
+/// A capture, and its truth where that is known.
 pub type Opened = (Arc<Capture>, Option<Arc<Truth>>);
 
 impl Source {
@@ -93,21 +98,40 @@ impl Source {
 pub struct Finding {
     /// Of the run in the plan.
     pub number: usize,
+    /// The name of the run.
     pub name: String,
+    /// Its result.
     pub row: Row,
 }
 
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Row {
+    /// Of a study of speed.
     Speed(speed::Row),
+    /// Of a study of stability.
     Stability(stability::Row),
 }
 
 /// What was found so far, to be written.
 #[derive(Clone, Debug)]
 pub enum Findings {
-    Speed { rows: Vec<speed::Row>, planned: usize },
-    Stability { capture: String, rows: Vec<stability::Row>, planned: usize },
+    /// Of a study of speed.
+    Speed {
+        /// Runs that are done.
+        rows: Vec<speed::Row>,
+        /// Runs of the whole plan.
+        planned: usize,
+    },
+    /// Of a study of stability.
+    Stability {
+        /// Its name.
+        capture: String,
+        /// Runs that are done.
+        rows: Vec<stability::Row>,
+        /// Runs of the whole plan.
+        planned: usize,
+    },
 }
 
 impl Findings {

@@ -20,6 +20,7 @@ struct Stored<R> {
 
 /// A run of a study.
 pub trait Planned: Sync {
+    /// What a run comes to, as its file holds it.
     type Row: Serialize + DeserializeOwned + Send;
     /// Shown to people, and part of file names.
     fn name(&self) -> String;

@@ -8,16 +8,20 @@ use crate::reconstruct::{Method, Options};
 /// A named set of options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
+    /// In tables and charts.
     pub name: &'static str,
     /// What it is set upon.
     pub base: Base,
+    /// Options that differ from the base.
     pub changes: &'static [Change],
     /// Also part of the quick study.
     pub quick: bool,
 }
 
+/// The options that a setting starts from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Base {
+    /// One of the qualities.
     Quality(Quality),
     /// The published method by its defaults.
     Paper,
@@ -35,6 +39,7 @@ pub enum Scope {
     First,
     /// Some twenty, the qualities among them.
     Quick,
+    /// All of them.
     Whole,
 }
 
@@ -50,6 +55,7 @@ const FIRST: [&str; 7] = [
 ];
 
 impl Scope {
+    /// Whether a setting is run.
     pub fn has(self, setting: &Setting) -> bool {
         match self {
             Self::First => FIRST.contains(&setting.name),
@@ -112,6 +118,7 @@ impl Setting {
         Ok(options)
     }
 
+    /// Whether this is the published method.
     pub fn is_paper(&self) -> bool {
         self.base == Base::Paper
     }

@@ -18,12 +18,15 @@ use crate::watch::Watch;
 /// What is run on what.
 #[derive(Clone, Debug)]
 pub struct Design {
+    /// The captures.
     pub sources: Vec<Source>,
     /// What the settings are set upon.
     pub base: Options,
     /// Also run the base as it is.
     pub own: bool,
+    /// Which settings are run.
     pub scope: Scope,
+    /// Runs of each setting on each capture, with other seeds.
     pub repeats: usize,
 }
 
@@ -34,24 +37,35 @@ pub const OWN: &str = "your options";
 #[derive(Clone, Debug)]
 pub struct Run {
     source: Source,
+    /// The name of the setting.
     pub setting: &'static str,
     quality: Option<Quality>,
+    /// From 0.
     pub repeat: usize,
+    /// Those of the setting, with the seed of the repeat.
     pub options: Options,
 }
 
+/// The result of a run, a line of the table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
+    /// Its name.
     pub capture: String,
+    /// Its name.
     pub setting: String,
+    /// `joint` or `paper`.
     pub method: String,
     /// `draft`, `standard` or `fine`, where it is one.
     pub quality: Option<String>,
+    /// From 0.
     pub repeat: usize,
+    /// The seed of the run.
     pub seed: usize,
+    /// Threads that the run had.
     pub threads: usize,
     /// Why there is no result.
     pub failure: Option<String>,
+    /// Seconds and errors.
     #[serde(flatten)]
     pub measured: Measured,
 }
@@ -138,12 +152,17 @@ pub fn carry_out(
 /// One setting on one capture over its repeats.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Place {
+    /// Its name.
     pub setting: String,
+    /// Whether it is the published method.
     pub is_paper: bool,
+    /// `draft`, `standard` or `fine`, where it is one.
     pub quality: Option<String>,
+    /// Repeats that have a result.
     pub runs: usize,
     /// Median of the repeats.
     pub seconds: f64,
+    /// Median of the repeats, in MB.
     pub peak_mb: Option<f64>,
     /// Mean of the repeats, in the order of [`MEASURES`].
     pub errors: [Option<f64>; MEASURES.len()],

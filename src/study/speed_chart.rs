@@ -68,6 +68,7 @@ pub fn verdicts_by(places: &[Place], measure: usize) -> Vec<String> {
     verdicts
 }
 
+/// Seconds against each measure of error, with the fronts of both methods.
 pub fn chart(name: &str, places: &[Place], threads: usize) -> Drawing {
     let runs = places.iter().map(|place| place.runs).max().unwrap_or(0);
     let mut notes = vec![format!(

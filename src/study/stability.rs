@@ -19,15 +19,19 @@ use crate::watch::Watch;
 /// A variant of the solve whose stability is compared: a method, with or without its robust parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variant {
+    /// The joint solve as it is.
     Joint,
     /// Without the loss that makes outliers count less and the rejection of pixels beside edges.
     Bare,
+    /// The published method.
     Paper,
 }
 
 impl Variant {
+    /// All of them, in the order of tables and charts.
     pub const ALL: [Self; 3] = [Self::Joint, Self::Bare, Self::Paper];
 
+    /// The name, in tables and charts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Joint => "joint",
@@ -56,12 +60,15 @@ impl Variant {
 /// The design of a study: the degradations with their levels, and the variants to run on each.
 #[derive(Clone, Debug)]
 pub struct Design {
+    /// The capture.
     pub source: Source,
     /// Options that all runs share.
     pub base: Options,
     /// Each degradation with its levels.
     pub degradations: Vec<(Degradation, Vec<f64>)>,
+    /// What is run on every degradation.
     pub variants: Vec<Variant>,
+    /// Runs of each, with seeds from 1.
     pub seeds: usize,
 }
 
@@ -94,28 +101,35 @@ pub struct Run {
     degradation: Option<(Degradation, f64)>,
     variant: Variant,
     seed: usize,
+    /// Those of the variant, before they are degraded.
     pub options: Options,
 }
 
+/// The result of a run, a line of the table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
+    /// Its name.
     pub capture: String,
     /// Title of the degradation; empty for the capture as it is.
     #[serde(rename = "harm")]
     pub degradation: String,
+    /// In the unit of the degradation; 0 for the capture as it is.
     pub level: f64,
     /// Name of the variant.
     #[serde(rename = "way")]
     pub variant: String,
+    /// The seed of the run.
     pub seed: usize,
     /// Mean absolute error of the diffuse reflectances: against the truth, or without one what is
     /// to be expected of the capture as it is and what the degradation adds.
     pub error: Option<f64>,
     /// The same after the one factor on all reflectances that makes it least.
     pub error_one_scale: Option<f64>,
+    /// Of all stages.
     pub seconds: f64,
     /// Whether every number of the result is finite.
     pub finite: bool,
+    /// Why there is no error.
     pub failure: Option<String>,
 }
 

@@ -5,6 +5,7 @@ use crate::study::chart::{self, Chart, Panel, Point, Scale, Series, number};
 use crate::study::degradation::Degradation;
 use crate::study::stability::{DegradationCurve, Variant};
 
+/// The curves of a study, those of one degradation one after the other.
 pub type DegradationCurves = [(Degradation, Variant, DegradationCurve)];
 
 /// A panel for each degradation.

@@ -25,39 +25,93 @@ use crate::worker::render::{self, Rendering};
 #[derive(Clone, Debug)]
 pub enum Command {
     /// Read a capture's folder.
-    Load { path: PathBuf },
+    Load {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Read cameras and mesh of other programs; nothing is written.
-    Import { source: PathBuf, options: Box<import::Options> },
+    Import {
+        /// A file or folder of cameras.
+        source: PathBuf,
+        /// Where images and mesh are, and how they are read.
+        options: Box<import::Options>,
+    },
     /// Write what was imported as a capture.
-    WriteCapture { import: Arc<Import>, folder: PathBuf, writing: Box<Writing> },
+    WriteCapture {
+        /// What was read.
+        import: Arc<Import>,
+        /// Of the capture; made where it is missing.
+        folder: PathBuf,
+        /// What is copied, and whether a capture there is replaced.
+        writing: Box<Writing>,
+    },
     /// Prepare to compare what was imported with its photographs.
-    Survey { import: Arc<Import> },
+    Survey {
+        /// What was read.
+        import: Arc<Import>,
+    },
     /// Compare one of the photographs with what was imported.
-    CheckShot { survey: Arc<Survey>, shot: usize },
+    CheckShot {
+        /// What [`JobEvent::Surveyed`] gave.
+        survey: Arc<Survey>,
+        /// Index of the photograph among the import's.
+        shot: usize,
+    },
     /// Find what exposure series share: the response, shifts, whether their times are right.
-    Investigate { series: Vec<Series>, options: Box<MergeOptions> },
+    Investigate {
+        /// The series, with the files of each.
+        series: Vec<Series>,
+        /// How response, shifts and weights are found.
+        options: Box<MergeOptions>,
+    },
     /// Reconstruct a loaded capture; with a cache from the first stage that differs from earlier
     /// runs.
-    Reconstruct { capture: Arc<Capture>, options: Box<Options>, stage_cache: Option<StageCache> },
+    Reconstruct {
+        /// As it is tagged.
+        capture: Arc<Capture>,
+        /// Of every stage.
+        options: Box<Options>,
+        /// Takes products from earlier runs, and this run's.
+        stage_cache: Option<StageCache>,
+    },
     /// Write a reconstruction into a folder, each file whole or not at all.
     Export {
+        /// That it was made of.
         capture: Arc<Capture>,
+        /// That it was made with.
         options: Box<Options>,
+        /// What is written.
         reconstruction: Arc<Reconstruction>,
         /// Seconds that loading took, for the report.
         load_secs: f64,
+        /// Made where it is missing.
         folder: PathBuf,
     },
     /// Find what each light of the bounding sphere sees of the photographed surfaces (Fig. 6).
-    Cover { capture: Arc<Capture>, lights: Arc<VirtualLights> },
+    Cover {
+        /// With the geometry and photographs.
+        capture: Arc<Capture>,
+        /// One mask is made for each.
+        lights: Arc<VirtualLights>,
+    },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
     /// Show a recovered scene while it is changed, until cancelled.
     Relight(Relighting),
     /// Read results that were written, as far as pictures need them.
-    ReadSolved { capture: Arc<Capture>, folder: PathBuf },
+    ReadSolved {
+        /// That they were made of.
+        capture: Arc<Capture>,
+        /// That they were written into.
+        folder: PathBuf,
+    },
     /// Read edits and the files that they name.
-    ReadEdits { capture: Arc<Capture>, source: EditSource },
+    ReadEdits {
+        /// That the edits refer to.
+        capture: Arc<Capture>,
+        /// Where they are.
+        source: EditSource,
+    },
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
@@ -65,9 +119,18 @@ pub enum Command {
     /// Carry out a study, or a part of one.
     Study(Box<Study>),
     /// Write what a study has found.
-    WriteStudy { findings: Box<Findings>, folder: PathBuf },
+    WriteStudy {
+        /// The runs that are done.
+        findings: Box<Findings>,
+        /// Made where it is missing.
+        folder: PathBuf,
+    },
     /// Read the `truth.json` of a capture's folder, if it has one; for studies alone.
-    ReadTruth { folder: PathBuf },
+    ReadTruth {
+        /// Of the capture.
+        folder: PathBuf,
+    },
+    /// Panics, to test that the worker goes on.
     #[cfg(test)]
     Panic,
 }
@@ -75,10 +138,13 @@ pub enum Command {
 /// Where edits are.
 #[derive(Clone, Debug)]
 pub enum EditSource {
+    /// A file of their own.
     File(PathBuf),
     /// Within a file that holds other things, too.
     Value {
+        /// That file: paths of objects are relative to it.
         file: PathBuf,
+        /// The edits in it.
         value: Box<serde_json::Value>,
     },
 }

@@ -15,9 +15,13 @@ use crate::worker::event::JobEvent;
 /// A recovered scene with its edits, to be written for other programs.
 #[derive(Clone, Debug)]
 pub struct SceneExport {
+    /// The capture that was reconstructed.
     pub capture: Arc<Capture>,
+    /// What was recovered.
     pub solved: Arc<Solved>,
+    /// Added lights and objects, and changed materials.
     pub edits: Arc<Edits>,
+    /// What is written, and where to.
     pub plan: Plan,
 }
 

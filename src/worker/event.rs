@@ -24,32 +24,44 @@ pub struct Job(pub(super) u64);
 /// An event of a job.
 #[derive(Clone, Debug)]
 pub struct Event {
+    /// As [`crate::worker::Worker::send`] returned it.
     pub job: Job,
+    /// What the job reports.
     pub what: JobEvent,
 }
 
 /// What a job reports while it runs, and how it ends.
 #[derive(Clone, Debug)]
 pub enum JobEvent {
+    /// The job begins.
     Started,
     /// A stage, product or iteration of a running reconstruction.
     Update(Update),
+    /// A capture was read.
     Loaded(Arc<Capture>),
+    /// Cameras and mesh of other programs were read.
     Imported(Arc<Import>),
     /// An import was written as a capture into this folder.
     CaptureWritten(PathBuf, Arc<Written>),
     /// Nothing was written: a capture is in the folder already.
     Occupied(PathBuf),
+    /// An import can be compared with its photographs.
     Surveyed(Arc<Survey>),
+    /// How well one photograph fits an import.
     Checked(Arc<ShotCheck>),
+    /// What exposure series share: response, shifts, times.
     Investigated(Arc<Found>),
+    /// A reconstruction is done.
     Reconstructed(Arc<Reconstruction>),
+    /// Files were written into this folder.
     Exported(PathBuf),
     /// One mask per light; `None` for those that are no disc of the sphere.
     Covered(Arc<Vec<Option<CoverageMask>>>),
     /// A picture has gained paths.
     Picture {
+        /// Index into `Rendering::frames`.
         frame: usize,
+        /// What has been traced so far.
         film: Arc<Film>,
     },
     /// A finer picture of a [`crate::worker::PreviewRequest`].
@@ -64,7 +76,9 @@ pub enum JobEvent {
     Merged(Box<MergeReport>),
     /// How far the picture of a frame is from the photograph that was taken from there.
     Judged {
+        /// Index into `Rendering::frames`.
         frame: usize,
+        /// Differences between picture and photograph.
         score: Box<PictureScore>,
     },
     /// A run of a study is done.
@@ -75,6 +89,7 @@ pub enum JobEvent {
     Studied(Vec<String>),
     /// The job stopped with an error; the text says what, where and what to do.
     Failed(String),
+    /// The job was cancelled.
     Cancelled,
 }
 

@@ -12,10 +12,13 @@ use crate::worker::event::JobEvent;
 /// Exposure series to be merged, all on one scale.
 #[derive(Clone, Debug)]
 pub struct Merging {
+    /// Which files are merged into which image.
     pub series: Vec<Series>,
     /// A response that is known already.
     pub response: Option<Response>,
+    /// How response, shifts and weights are found.
     pub options: MergeOptions,
+    /// Where to.
     pub place: Place,
     /// Where the response goes as a table; a drawing of it goes beside.
     pub curve: Option<PathBuf>,
@@ -33,18 +36,26 @@ pub enum Place {
 /// One merged series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
+    /// The image of radiance.
     pub file: PathBuf,
+    /// In pixels.
     pub width: usize,
+    /// In pixels.
     pub height: usize,
+    /// Pixels that are burnt out in every exposure.
     pub too_bright: usize,
+    /// Pixels that are black in every exposure.
     pub too_dark: usize,
 }
 
 /// What became of the series.
 #[derive(Clone, Debug)]
 pub struct MergeReport {
+    /// The series that were merged.
     pub series: Vec<Series>,
+    /// One for each series.
     pub written: Vec<Written>,
+    /// The response and the times that were used.
     pub found: Found,
 }
 

@@ -23,15 +23,20 @@ use crate::worker::event::JobEvent;
 /// A session over one recovered scene; it lasts until it is cancelled.
 #[derive(Clone, Debug)]
 pub struct Relighting {
+    /// The capture that was reconstructed.
     pub capture: Arc<Capture>,
+    /// What was recovered.
     pub solved: Arc<Solved>,
+    /// Where requests come in while this runs.
     pub latest: LatestRequest,
 }
 
 /// A picture that is asked for: which scene, from where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviewRequest {
+    /// Added lights and objects, and changed materials.
     pub edits: Arc<Edits>,
+    /// The view; its size is that of the finest picture.
     pub camera: Camera,
     /// Index of the photograph, taken from the same place, that the edits are composited into.
     pub photograph: Option<usize>,
@@ -44,7 +49,9 @@ pub struct PreviewRequest {
 pub struct Relit {
     /// The number that [`LatestRequest::put`] gave the request.
     pub number: u64,
+    /// In pixels.
     pub width: usize,
+    /// In pixels.
     pub height: usize,
     /// Radiance, and the part of the pixel that it covers.
     pub after: Vec<(Radiance, f32)>,

@@ -19,10 +19,15 @@ use crate::worker::event::JobEvent;
 /// Pictures to be made of a recovered scene.
 #[derive(Clone, Debug)]
 pub struct Rendering {
+    /// The capture that was reconstructed.
     pub capture: Arc<Capture>,
+    /// What was recovered.
     pub solved: Arc<Solved>,
+    /// Added lights and objects, and changed materials.
     pub edits: Arc<Edits>,
+    /// One picture each.
     pub frames: Vec<Frame>,
+    /// Paths per pixel, and the like.
     pub options: RenderOptions,
     /// Where to write; with `None` every pass is sent as [`JobEvent::Picture`] instead.
     pub files: Option<Files>,
@@ -31,7 +36,9 @@ pub struct Rendering {
 /// A picture's camera.
 #[derive(Clone, Debug)]
 pub struct Frame {
+    /// Part of the names of files.
     pub name: String,
+    /// The view, and the size in pixels.
     pub camera: Camera,
     /// Index into the capture's photographs, where one was taken from there.
     pub photograph: Option<usize>,
@@ -40,6 +47,7 @@ pub struct Frame {
 /// Which files are written.
 #[derive(Clone, Debug)]
 pub struct Files {
+    /// Made where it is missing.
     pub folder: PathBuf,
     /// Also an sRGB picture of each.
     pub png: bool,

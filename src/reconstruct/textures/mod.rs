@@ -48,8 +48,11 @@ options! {
 /// The diffuse reflectance of one surface as a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
+    /// Index into `Capture::surfaces`.
     pub surface: usize,
+    /// Index into `Capture::materials`.
     pub material: usize,
+    /// Size of the texture, and where each triangle lies on it.
     pub unwrap: Unwrap,
     /// Diffuse reflectance, row by row from the top (v = 1); texels that no photograph
     /// measures are filled from their neighbours.
