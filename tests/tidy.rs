@@ -61,7 +61,7 @@ const PARALLEL: [(&str, &str); 1] = [(
 )];
 
 /// Words that were replaced by the field's own, and what stands in their place.
-const BANNED: [(&str, &str); 24] = [
+const BANNED: [(&str, &str); 25] = [
     ("PixelMap", "VisibilityBuffer: it is what rendering calls a visibility buffer"),
     ("Sightlines", "VisibilityCache"),
     ("Site", "SurfacePoint"),
@@ -85,6 +85,7 @@ const BANNED: [(&str, &str); 24] = [
     ("open_anyway", "open_unprompted"),
     ("asks_the_same", "same_reconstruction_inputs"),
     ("scholar", "study_worker"),
+    ("is_telling", "is_significant"),
     ("so-manieth", "every k-th"),
 ];
 

@@ -9,8 +9,8 @@
 //! High Dynamic Range Photographs from Hand-Held Exposures", 2003); [`times`] holds the stated
 //! times against the pixels; [`mosaic`] makes pixels of what a sensor measured.
 //!
-//! Nothing here knows files; codes come in as they are stored, radiance goes out. The unit of
-//! radiance is that which gives the middle code in one second, in every channel; series that
+//! No file is read or written here; codes come in as they are stored, radiance goes out. The unit
+//! of radiance is that which gives the middle code in one second, in every channel; series that
 //! share a [`Response`] are on one scale. Of the crate it needs `math`, `options` and `watch`.
 
 pub mod align;

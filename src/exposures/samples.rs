@@ -1,4 +1,4 @@
-//! Pixels that tell about the response: still ones, spread over the image.
+//! Pixels that the response is estimated from: ones without motion, spread over the image.
 //!
 //! A pixel on an edge is at another place in every exposure of a series that moved or was
 //! sharpened, so of a few candidates in each cell of a grid the one with the flattest
@@ -11,7 +11,7 @@ use crate::math::sampling::{Random, grid_side};
 
 /// Candidates in each cell.
 const CANDIDATES: usize = 12;
-/// Codes within which a pixel has something to tell, in 255ths of full scale.
+/// Codes within which a pixel is of use to the response, in 255ths of full scale.
 const TELLING: std::ops::Range<f32> = 5.0..250.0;
 
 /// What the chosen pixels of one series read.
@@ -68,7 +68,7 @@ pub fn read(exposures: &[Exposure], reference: usize, count: usize, stream: u64)
 }
 
 /// The codes at (x, y) of the reference and the largest contrast around it, if two exposures
-/// have something to tell there.
+/// are of use there.
 fn look(exposures: &[Exposure], x: usize, y: usize) -> Option<(f32, Vec<[f32; 3]>)> {
     let mut reading = Vec::with_capacity(exposures.len());
     let mut telling = 0;

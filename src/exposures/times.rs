@@ -13,7 +13,7 @@ const TOLERANCE_STOPS: f64 = 0.25;
 const TOLERANCE_RELATIVE: f64 = 0.2;
 /// With fewer readings nothing is said about a link.
 const FEWEST_READINGS: usize = 24;
-/// Readings of less than this fraction of the largest weight tell nothing.
+/// Readings of less than this fraction of the largest weight are left out.
 const TELLING: f64 = 0.05;
 /// Codes whose exposure is well known, in 255ths of full scale.
 const WELL_KNOWN: std::ops::RangeInclusive<f32> = 12.0..=243.0;

@@ -28,7 +28,7 @@ const BLOCK_PART: usize = 16;
 /// of pixels, and those of the rows before.
 const RECENT: usize = 24;
 
-/// There are more points than can be told apart by their indices.
+/// There are more points than 32-bit indices can number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0} points are more than the {max} that can be chosen from", max = u32::MAX)]
 pub struct TooManyPoints(pub usize);

@@ -20,9 +20,9 @@ choices! {
     GainUse {
         /// Not looked for.
         Off = "off",
-        /// Told, and warned of.
+        /// Reported, with a warning where one is large.
         Report = "report",
-        /// Also divided out.
+        /// Also divided out, before anything else.
         Apply = "apply",
     }
 }
@@ -36,14 +36,14 @@ options! {
     }
 }
 
-/// Pairs with fewer common samples say nothing.
+/// Pairs with fewer common samples are left out.
 const FEWEST_SAMPLES: usize = 12;
-/// What registration and pixel size make of every ratio, as a standard deviation of its logarithm.
+/// Error of every ratio from registration and pixel size: the standard deviation of its logarithm.
 const FLOOR: f64 = 0.003;
-/// A gain is worth a word beyond this,
-const TELLING: f64 = 0.02;
-/// and this many standard deviations.
-const TELLING_SD: f64 = 3.0;
+/// A gain differs significantly from 1 where its logarithm is larger than this,
+const SIGNIFICANT: f64 = 0.02;
+/// and larger than this many standard deviations.
+const SIGNIFICANT_SD: f64 = 3.0;
 
 /// The exposure of a photograph relative to the median one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,9 +60,9 @@ pub struct Gain {
 
 impl Gain {
     /// Whether the photograph was exposed otherwise beyond doubt.
-    pub fn is_telling(&self) -> bool {
+    pub fn is_significant(&self) -> bool {
         let ln = self.gain.ln().abs();
-        ln > TELLING && ln > TELLING_SD * self.log_sd
+        ln > SIGNIFICANT && ln > SIGNIFICANT_SD * self.log_sd
     }
 }
 
@@ -139,9 +139,9 @@ fn parts(pairs: &[Pair]) -> Vec<Vec<usize>> {
 }
 
 /// Weighted least squares over the pairs of one part, the sum of the logarithms held at 0, which
-/// leaves the differences as they are; then the median is made 1. `repeated` is how often a ratio is
-/// told, by itself and through others: the variances are that many times as large as if all pairs
-/// were measured apart.
+/// leaves the differences as they are; then the median is made 1. `repeated` is the
+/// variance inflation of dependent pairs: of n photographs that share a sample n(n−1)/2 pairs are
+/// formed, but only n−1 of them are independent.
 fn solve(pairs: &[Pair], part: &[usize], repeated: f64) -> Vec<Gain> {
     let count = part.len();
     let place = |photograph: usize| part.binary_search(&photograph).ok();
@@ -162,7 +162,7 @@ fn solve(pairs: &[Pair], part: &[usize], repeated: f64) -> Vec<Gain> {
     let Ok(factor) = matrix.llt(Side::Lower) else { return Vec::new() };
     let solution = factor.solve(&right);
     let inverse = factor.solve(Mat::<f64>::identity(count, count));
-    // Ratios that contradict one another by more than they should are less certain than they seem.
+    // Where the misfit is larger than the variances explain, they are scaled up by the reduced χ².
     let misfit: f64 = own
         .iter()
         .map(|(a, b, weight, ratio)| {
@@ -200,14 +200,14 @@ fn median(values: &mut [f64]) -> (f64, f64) {
     (center, 1.2533 * 1.4826 * middle(&mut away) / (count as f64).sqrt())
 }
 
-/// The capture with telling gains divided out; `None` where there are none.
+/// The capture with significant gains divided out; `None` where there are none.
 pub fn corrected(capture: &Capture, gains: &[Gain]) -> Option<Capture> {
-    let telling: Vec<&Gain> = gains.iter().filter(|gain| gain.is_telling()).collect();
-    if telling.is_empty() {
+    let significant: Vec<&Gain> = gains.iter().filter(|gain| gain.is_significant()).collect();
+    if significant.is_empty() {
         return None;
     }
     let mut corrected = capture.clone();
-    for gain in telling {
+    for gain in significant {
         let photograph = &mut corrected.photographs[gain.photograph];
         let factor = gain.gain.recip() as f32;
         if let Some(image) = &mut photograph.image {
@@ -217,7 +217,7 @@ pub fn corrected(capture: &Capture, gains: &[Gain]) -> Option<Capture> {
     Some(corrected)
 }
 
-/// A sentence for each photograph whose gain is telling.
+/// A sentence for each photograph whose gain differs significantly from 1.
 pub fn warnings(capture: &Capture, gains: &[Gain], is_applied: bool) -> Vec<String> {
     let word = |gain: &Gain| {
         let percent = 100.0 * (gain.gain - 1.0);
@@ -236,5 +236,5 @@ pub fn warnings(capture: &Capture, gains: &[Gain], is_applied: bool) -> Vec<Stri
             100.0 * gain.log_sd
         )
     };
-    gains.iter().filter(|gain| gain.is_telling()).map(word).collect()
+    gains.iter().filter(|gain| gain.is_significant()).map(word).collect()
 }

@@ -3,7 +3,7 @@
 //! An edge-avoiding à-trous wavelet (Dammertz et al. 2010) over the light that falls on surfaces:
 //! their albedo, which has no noise, is divided out, so that textures stay sharp. Neighbours count
 //! less the more their normals and distances differ, and the more their light differs than the
-//! noise explains (Schied et al. 2017), which the two halves of the paths tell.
+//! noise explains (Schied et al. 2017), which is estimated from the two halves of the paths.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const ROUNDS: u32 = 5;
 const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 /// Differences of light that count as noise, in standard deviations.
 const LIGHT: f32 = 4.0;
-/// How sharply normals tell surfaces apart.
+/// How sharply differences of normals separate surfaces.
 const NORMAL: i32 = 64;
 /// Albedos below are taken to be this.
 const DARKEST: f32 = 0.02;
@@ -105,7 +105,8 @@ fn demodulated(film: &Film, guides: &[Guide]) -> Vec<Light> {
     guides.par_iter().enumerate().map(|(index, guide)| light((index, guide))).collect()
 }
 
-/// The difference of two halves is a poor word on one pixel's noise: neighbours have a say.
+/// The variance of one pixel, estimated from the difference of two halves, is itself noisy: it is
+/// averaged with its neighbours'.
 fn smooth_variance(lights: &mut [Light], guides: &[Guide], (width, height): (usize, usize)) {
     const REACH: usize = 3;
     let smooth = |index: usize| {

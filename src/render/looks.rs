@@ -1,4 +1,4 @@
-//! What every surface of the capture does with light, after the edits.
+//! The BRDF of every surface of the capture, after the edits.
 
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::reconstruct::textures::Texture;
@@ -25,7 +25,7 @@ impl From<&Brdf> for BrdfF32 {
     }
 }
 
-/// What a surface of the capture does with light.
+/// How a surface of the capture is shaded.
 #[derive(Clone, Copy, Debug)]
 pub enum SurfaceLook<'a> {
     Reflects(BrdfF32),
@@ -50,7 +50,8 @@ pub fn surface_looks<'a>(
             reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
             reflectance.specular = change.specular.unwrap_or(reflectance.specular);
             reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
-            // No more is sent back than came: what was not asked for gives way.
+            // Diffuse and specular reflectance add up to 1 at most: the one that was not changed is
+            // lowered.
             let Brdf { diffuse, specular, .. } = &mut reflectance;
             for (diffuse, specular) in diffuse.iter_mut().zip(specular) {
                 if change.diffuse.is_some() {
@@ -71,7 +72,7 @@ pub fn surface_looks<'a>(
     capture.surfaces.iter().map(|surface| surface.role).enumerate().map(look).collect()
 }
 
-/// What surfaces reflect that no photograph shows: the mean of the others.
+/// The BRDF of surfaces that no photograph shows: the mean diffuse reflectance of the others.
 fn mean(reflectances: &[Option<Brdf>]) -> Brdf {
     let mut sum = [0.0; CHANNELS];
     let mut count = 0.0f64;

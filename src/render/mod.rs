@@ -67,7 +67,7 @@ pub fn render(
         add_paths(scene, camera, options, &mut film, count, watch)?;
         on_pass(&film);
         let is_late = options.time.is_some_and(|s| began.elapsed() >= Duration::from_secs_f64(s));
-        // Noise is told from all pixels: only where it is asked for.
+        // The noise is estimated over all pixels, so only where a limit is set.
         let is_clear =
             options.noise.is_some_and(|limit| film.noise().is_some_and(|noise| noise <= limit));
         if is_late || is_clear {

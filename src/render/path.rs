@@ -42,7 +42,7 @@ const SET: u64 = 1 << 16;
 
 impl Sequence {
     /// Path `index` of a pixel. Even and odd ones are two sets that know nothing of each other, so
-    /// that their difference tells the noise.
+    /// that their difference gives the noise.
     pub fn new(seed: u64, pixel: u64, index: u64) -> Self {
         let (half, index) = (index % 2, index / 2);
         let mut mixed = Random::new(seed, pixel, 2 * (index / SET) + half);

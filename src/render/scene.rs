@@ -18,7 +18,7 @@ use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
 use crate::scene::Brdf;
 use crate::scene::{Capture, Emitter, SurfacePoint, Views};
 
-/// What a reconstruction recovered, as far as light can tell.
+/// What a reconstruction recovered, as far as rendering needs it.
 #[derive(Clone, Debug, Default)]
 pub struct Solved {
     /// Per material of the capture; `None` where no photograph shows it.
@@ -290,8 +290,8 @@ pub fn unseen_shines(solved: &Solved) -> bool {
 
 /// Room that the surroundings leave around what they hold, in diagonals.
 const MARGIN: f32 = 0.02;
-/// Room around added lights that shine to all sides, in diagonals: so close to a wall that they
-/// would make it glow in one small spot nobody hangs a lamp.
+/// Distance to surfaces of added lights that shine to all sides, in diagonals: closer to a wall a
+/// lamp would light one small spot alone.
 const LAMP_MARGIN: f32 = 0.1;
 
 fn shell(

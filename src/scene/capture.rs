@@ -88,7 +88,7 @@ pub enum MaterialKind {
     Specular,
 }
 
-/// A light that the artist knows of.
+/// A light that the artist gave.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownLight {
     /// A luminaire seen in the photographs.

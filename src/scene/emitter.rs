@@ -121,7 +121,7 @@ impl Emitter {
         }
     }
 
-    /// The quantity by which its strength is told: `radiance`, `intensity` (radiant, on the axis
+    /// The quantity in which its strength is given: `radiance`, `intensity` (radiant, on the axis
     /// of a spot) or `irradiance` (of a surface that faces a sun).
     pub fn quantity(&self) -> &'static str {
         match self {

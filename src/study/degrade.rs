@@ -136,8 +136,9 @@ fn normal(random: &mut Random) -> f64 {
     radius * (TAU * f64::from(random.uniform())).cos()
 }
 
-/// Changes every valid pixel: `change` is told the photograph, the pixel, and its place from the
-/// principal point in half-diagonals of the image. Pixels that were no measurement stay none.
+/// Changes every valid pixel: `change` is called with the photograph, the pixel, and its position
+/// from the principal point in half-diagonals of the image. Pixels that were no measurement stay
+/// none.
 fn each_image(capture: &mut Capture, mut change: impl FnMut(usize, Radiance, DVec2) -> Radiance) {
     for (index, photograph) in capture.photographs.iter_mut().enumerate() {
         let Some(image) = &photograph.image else { continue };

@@ -1,6 +1,6 @@
 //! How far rendered pictures are from true ones, where the render knows what is seen.
 //!
-//! Differences of light are told by their relative RMS. What a viewer sees of them is told by PSNR
+//! Differences of light are measured by their relative RMS, what a viewer sees of them by PSNR
 //! and FLIP (Andersson et al. 2020) of sRGB pictures at one exposure, at which the 99th percentile
 //! of the true values is white, and by HDR-FLIP at whichever exposure shows most.
 
@@ -36,7 +36,7 @@ pub struct PictureScore {
 /// A monitor of 0.7 m and 3840 pixels, seen from 0.7 m: FLIP's own default.
 pub const PIXELS_PER_DEGREE: f32 = 67.0;
 
-/// Pixels of which known surfaces cover less show in part what nobody modelled.
+/// Pixels of which known surfaces cover a smaller part than this are not compared.
 const COVERED: f32 = 0.999;
 
 /// Compares every true picture of a folder with the render of that name, in their order.

@@ -57,7 +57,7 @@ fn photographs_of_other_exposure_are_found_and_set_right() {
         };
         let own = gain.gain / before.gain;
         assert!((own / expected - 1.0).abs() < 0.01, "{gain:?} is not {expected}");
-        assert_eq!(gain.is_telling(), expected != 1.0, "{gain:?}");
+        assert_eq!(gain.is_significant(), expected != 1.0, "{gain:?}");
     }
     let told = warnings(&capture, &gains, false);
     assert_eq!(told.len(), 2);

@@ -34,7 +34,7 @@ pub enum Done {
     },
 }
 
-/// Hands a result over; `None` once nobody wants any more.
+/// Passes a result on; `None` once the receiver is gone.
 type Deliver<'a> = dyn Fn(Done) -> Option<()> + 'a;
 /// Whether anybody still wants the results.
 type IsWanted<'a> = dyn Fn() -> bool + Sync + 'a;

@@ -150,7 +150,7 @@ fn a_large_scene_is_uploaded_once_and_costs_a_frame_little() {
     }
     let frames = &window.state().frames;
     assert!(frames.len() >= FRAMES);
-    // A view that turned is told to the shaders; of what is drawn nothing is sent again.
+    // A turned view changes uniforms alone; no geometry is uploaded again.
     let (times, bytes) = (uploaded().times - before.times, uploaded().bytes - before.bytes);
     assert!(times >= FRAMES as u64 && times <= frames.len() as u64, "{times} uploads");
     assert_eq!(bytes, times * size_of::<Globals>() as u64);

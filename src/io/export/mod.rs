@@ -192,7 +192,7 @@ pub fn summary(
                 name: capture.photographs[own.photograph].name.clone(),
                 gain: own.gain,
                 gain_log_sd: own.log_sd,
-                applied: options.photographs.gain == GainUse::Apply && own.is_telling(),
+                applied: options.photographs.gain == GainUse::Apply && own.is_significant(),
                 samples: own.samples,
             })
             .collect(),

@@ -24,10 +24,10 @@ pub trait Model {
 }
 
 /// What the square of a unit column must keep beyond the free columns to be freed with them. The
-/// Gram matrix knows that part to about 1e-15, so its relative error, by which each pass
+/// Gram matrix has that part to about 1e-15, so its relative error, by which each pass
 /// reduces the error of the point, stays below 1e-4.
 const GRAM_THRESHOLD: f64 = 1e-11;
-/// The same for the length, with an orthogonal factor, which knows it to about 1e-15.
+/// The same for the length, with an orthogonal factor, which has it to about 1e-15.
 const FACTOR_THRESHOLD: f64 = 1e-13;
 
 /// The Gram matrix, and the Cholesky factor of its free part.
