@@ -58,7 +58,7 @@ fn main() {
             "joint {name}: 3 x 3400x600 in {together:.2} s side by side, {alone:.2} s one after another, \
              {} steps, {lit} of 1800 lobes lit, slope {:.0e}",
             steps.join(" "),
-            fits.iter().map(|fit| fit.slope).fold(0.0, f64::max)
+            fits.iter().map(|fit| fit.kkt_residual).fold(0.0, f64::max)
         );
     }
     group.finish();

@@ -33,7 +33,7 @@ pub struct Solution {
     /// `null` where the method does not say.
     #[serde(default)]
     pub scale: Option<Scale>,
-    /// What a model that was grown tried (`joint.model = auto`); left out otherwise.
+    /// Which parts of a light model were tried; left out where the method tries none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub selection: Option<Selection>,
     /// Exposures of the photographs that share diffuse samples; empty where they were not looked
@@ -136,7 +136,7 @@ pub struct Scale {
     pub log_sd: Rgb,
 }
 
-/// What a model that was grown tried, and what of it was kept.
+/// How the light model was chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Selection {
@@ -152,7 +152,7 @@ pub struct Selection {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Trial {
-    /// `lamp`, `sun`, `gloss`, `background` (twice its lights), `fine lobes` in place of the others,
+    /// `lamp`, `sun`, `room` (rather than an open sky), `gloss`, `background` (twice its lights), `fine lobes` in place of the others,
     /// or `fine lobes beside` them.
     pub part: String,
     /// Of a lamp its number, from 1; of a background and of fine lobes beside others the lobes.

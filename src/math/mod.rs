@@ -3,3 +3,4 @@
 pub mod blackbody;
 pub mod rgb;
 pub mod sampling;
+pub mod statistics;

@@ -125,6 +125,17 @@ pub fn square_to_uniform_cone(square: Vec2, cap: f32) -> Vec3 {
     (disc * (cap * (2.0 - fall)).max(0.0).sqrt()).extend(1.0 - fall)
 }
 
+/// `count` unit vectors evenly spread over the sphere, turned about z.
+pub fn fibonacci(count: usize, turn: f32) -> impl Iterator<Item = Vec3> {
+    let golden = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
+    (0..count).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f32 / count as f32;
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        let angle = golden * k as f32 + turn;
+        Vec3::new(radius * angle.cos(), radius * angle.sin(), z)
+    })
+}
+
 /// The ideal specular direction of a unit direction away from a surface.
 pub fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
     2.0 * normal.dot(direction) * normal - direction

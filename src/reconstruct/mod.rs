@@ -10,8 +10,6 @@ mod clock;
 pub mod emission;
 pub mod equations;
 pub mod gain;
-// Being rewritten.
-#[allow(missing_docs)]
 pub mod joint;
 pub mod cache;
 pub mod lights;

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use crate::math::rgb::Rgb;
-use crate::reconstruct::joint::held_out;
+use crate::reconstruct::joint::blocks::{Blocks, deal};
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::{Sample, SampleCloud};
@@ -24,14 +24,19 @@ pub struct Predicted {
     pub computed: Rgb,
 }
 
+/// Parts of which one is taken out, and [`deal`]'s purpose of them.
+const PARTS: usize = 4;
+const PURPOSE: u64 = 2;
+
 /// Takes the samples of one part of all blocks out of a cloud, and returns them. Blocks are cells of
 /// a fifth of the half-diagonal: single samples would be predicted too well from those beside them.
 pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> Vec<Sample> {
-    let block = held_out::block(&views.capture.mesh);
-    let part = part % held_out::FOLDS;
-    let (out, kept) = std::mem::take(&mut cloud.samples)
-        .into_iter()
-        .partition(|sample| held_out::fold(block(sample)) == part);
+    let blocks = Blocks::of(&views.capture.mesh, &cloud.samples);
+    let fold = deal(blocks.count, PARTS, PURPOSE);
+    let (mut out, mut kept) = (Vec::new(), Vec::new());
+    for (sample, block) in std::mem::take(&mut cloud.samples).into_iter().zip(blocks.of_sample) {
+        if fold[block] == part % PARTS { out.push(sample) } else { kept.push(sample) }
+    }
     cloud.samples = kept;
     out
 }

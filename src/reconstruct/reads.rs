@@ -10,10 +10,10 @@
 //! | samples, Eq. 11 | samples | visibility | seed, `samples`, whether `photographs.gain = apply` | photographs, which surface is of which material; kinds with `photographs.gain = apply` |
 //! | gathered: light of photographed surfaces | transport | samples | seed, `transport.rays`, `transport.glossy_rays` | kinds of materials |
 //! | lights (method `paper`) | lights | samples | seed, `lights`, `lobes` | as samples |
-//! | coupled (`paper`) | transport | gathered, lights | seed, `transport.disc_rays`, `transport.falloff` | known lights |
+//! | coupled (`paper`) | transport | gathered, lights | seed, `transport.disc_rays` | known lights |
 //! | solved (`joint`) | solve, lights | gathered | seed, `transport`, `joint`, `gloss`, start values, `samples.min_per_material` | all of it |
 //! | solved (`paper`) | solve | coupled | `refine`, `gloss`, start values | all of it |
-//! | textures | textures | solved | seed, `textures`, `transport.falloff` | all of it |
+//! | textures | textures | solved | seed, `textures` | all of it |
 //!
 //! `general.quality` is a name for values of other options and is read by none.
 
@@ -127,7 +127,6 @@ impl Inputs {
                 options: Options {
                     transport: TransportOptions {
                         disc_rays: own.transport.disc_rays,
-                        falloff: own.transport.falloff,
                         ..none.transport
                     },
                     ..seeded
@@ -159,14 +158,7 @@ impl Inputs {
             },
             Step::Textures => Self {
                 capture: told(capture),
-                options: Options {
-                    textures: own.textures.clone(),
-                    transport: TransportOptions {
-                        falloff: own.transport.falloff,
-                        ..none.transport
-                    },
-                    ..seeded
-                },
+                options: Options { textures: own.textures.clone(), ..seeded },
             },
         }
     }

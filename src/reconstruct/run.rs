@@ -238,16 +238,18 @@ impl Run<'_> {
             let (options, no_lights) = (&inputs.options, VirtualLights::default());
             let (capture, most) = (views.capture, options.gloss.views_per_sample);
             let equations = Equations::new(capture, cloud, &no_lights, &gathered, most);
-            let outcome = joint::solve(
+            let data = joint::Data {
                 views,
                 cloud,
-                &gathered,
-                &equations,
-                &start(inputs, placed),
+                transport: &gathered,
+                equations: &equations,
                 options,
-                &|iteration| update(Update::Iteration(*iteration)),
                 watch,
-            )?;
+            };
+            let outcome =
+                joint::solve(data, &placed.start, &start(inputs, placed), &|iteration| {
+                    update(Update::Iteration(*iteration));
+                })?;
             Ok((outcome, equations))
         })?;
 
@@ -259,10 +261,10 @@ impl Run<'_> {
             // What is shared, and a number for each sample.
             ..Transport::clone(&gathered)
         };
-        let equations = equations.with_lights(cloud, &outcome.set.lights);
+        let equations = equations.with_lights(cloud, &outcome.lights);
         let solved = SolveProducts {
-            lights: Arc::new(outcome.set.lights),
-            lobes: Arc::new(outcome.set.lobes),
+            lights: Arc::new(outcome.lights),
+            lobes: Arc::new(outcome.lobes),
             transport: Arc::new(transport),
             equations: Arc::new(equations),
             solution: Arc::new(outcome.solution),

@@ -103,15 +103,16 @@ pub struct Certainty {
     pub materials: Vec<Option<MaterialCertainty>>,
     /// How well the common scale of the reflectances is determined.
     pub scale: ScaleCertainty,
-    /// Root mean square of log(computed/measured) in blocks of samples that were held out.
+    /// Root mean square of log(computed/measured) of the delivered model in blocks of samples that
+    /// neither chose nor fitted it; `None` where there are too few blocks.
     pub held_out: Option<Rgb>,
     /// Sets of lights over which the result was averaged; with 1 there are no intervals.
     pub light_sets: usize,
-    /// What a model that was grown tried; `None` for one that was not.
+    /// Which parts of a light model were tried, and what became of each.
     pub selection: Option<Selection>,
 }
 
-/// What a model was grown to (`joint.model = auto`), and what bears it out.
+/// How the light model was chosen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
     /// Lobes that were tried: of backgrounds, of fine light, of lamps and suns.
@@ -137,7 +138,7 @@ pub struct Trial {
     pub change: f64,
     /// Of `change`, over the blocks.
     pub standard_error: Option<f64>,
-    /// Whether the error fell by more than that, so that the part was kept.
+    /// Whether the error fell by more than that, so that the part is used.
     pub supported: bool,
 }
 
@@ -146,9 +147,11 @@ pub struct Trial {
 pub enum TrialPart {
     /// A sun.
     Sun,
+    /// The lights of a room in place of those of an open sky.
+    Room,
     /// The lamp of this number, from 1, with any before it that are not supported alone.
     Lamp(usize),
-    /// Gloss of the material of this index; the error is that of its own samples.
+    /// Gloss of the material of this index.
     Gloss(usize),
     /// Twice the background's lights, to so many lobes or sky cells.
     Background(usize),

@@ -9,23 +9,13 @@ use rayon::prelude::*;
 use crate::geometry::spaced::Nearest;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
+use crate::options;
 use crate::reconstruct::Stream;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::scene::{KnownLight, MaterialKind, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
-use crate::{choices, options};
-
-choices! {
-    /// How a virtual light's effect falls with distance.
-    Falloff {
-        /// k divided by r², as irradiance from a small source is.
-        InverseSquare = "inverse-square",
-        /// Eq. 10 as printed, which has no 1/r².
-        Literal = "literal",
-    }
-}
 
 options! {
     /// How densely the light at each sample is sampled.
@@ -37,9 +27,6 @@ options! {
         glossy_rays: usize = 900, Some((1.0, 1e6)), "";
         /// Jittered rays that find the visible fraction of a light's disc (Section 4.2).
         disc_rays: usize = 9, Some((1.0, 1e4)), "";
-        /// inverse-square, or literal: Eq. 10 as printed, without 1/r² (to compare; its
-        /// reflectances are far off).
-        falloff: Falloff = Falloff::InverseSquare, None, "";
     }
 }
 
@@ -281,7 +268,7 @@ pub fn hemisphere(
 }
 
 /// k_ij of one sample for every lobe.
-fn couple_sample(
+pub(super) fn couple_sample(
     views: &Views,
     sample: &Sample,
     lights: &VirtualLights,
@@ -294,28 +281,17 @@ fn couple_sample(
     for (index, light) in lights.lights.iter().enumerate() {
         let range = lobes.of(index);
         let (shapes, values) = (&lobes.lobes[range.clone()], &mut row[range]);
-        arriving(
-            views,
-            light,
-            shapes,
-            sample.surface_point(),
-            options.falloff,
-            side,
-            random,
-            values,
-        );
+        arriving(views, light, shapes, sample.surface_point(), side, random, values);
     }
     row
 }
 
-#[expect(clippy::too_many_arguments, reason = "a light, its lobes, a point, and how to look")]
 /// k_ij of one light's lobes at a surface point, from `side`² visibility rays.
 pub fn arriving(
     views: &Views,
     light: &VirtualLight,
     lobes: &[Lobe],
     point: SurfacePoint,
-    falloff: Falloff,
     side: usize,
     random: &mut Random,
     values: &mut [f32],
@@ -327,7 +303,7 @@ pub fn arriving(
         }
         return;
     }
-    let Some(geometry) = geometric_factor(light, point, falloff) else { return };
+    let Some(geometry) = geometric_factor(light, point) else { return };
     for (value, lobe) in values.iter_mut().zip(lobes) {
         *value = lobe.value(-geometry.direction) * geometry.factor;
     }
@@ -353,11 +329,7 @@ pub struct LightGeometry {
 
 /// A_i cos θ_i / r² for a light seen from a surface point; `None` below the surface point's
 /// horizon.
-pub fn geometric_factor(
-    light: &VirtualLight,
-    point: SurfacePoint,
-    falloff: Falloff,
-) -> Option<LightGeometry> {
+pub fn geometric_factor(light: &VirtualLight, point: SurfacePoint) -> Option<LightGeometry> {
     if light.is_distant() {
         let cosine = -light.normal.dot(point.normal);
         let factor = match light.kind {
@@ -375,14 +347,9 @@ pub fn geometric_factor(
     if cosine <= 0.0 {
         return None;
     }
-    // Eq. 10. The print of Eq. 3, 5 and 10 lacks 1/r², without which k is no irradiance; the
-    // literal form is kept for comparison.
-    let factor = match falloff {
-        Falloff::Literal => light.area_m2() * cosine,
-        // Within its own disc a light is no point any more; there 1/r² is not let grow.
-        Falloff::InverseSquare => {
-            light.area_m2() * cosine / distance.max(0.5 * light.radius_m).powi(2)
-        }
-    };
+    // Eq. 10. The print of Eq. 3, 5 and 10 lacks 1/r², without which k is no irradiance and
+    // reflectances come out 0.2 wrong. Within its own disc a light is no point any more; there 1/r²
+    // is not let grow.
+    let factor = light.area_m2() * cosine / distance.max(0.5 * light.radius_m).powi(2);
     Some(LightGeometry { direction, factor })
 }

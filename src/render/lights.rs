@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
-use crate::reconstruct::transport::{Falloff, geometric_factor};
+use crate::reconstruct::transport::geometric_factor;
 use crate::render::edits::{AddedLight, Edits, Shape};
 use crate::render::groups;
 use crate::render::scene::{Geometry, Solved};
@@ -200,7 +200,7 @@ impl Light {
             }
             return Some((Arriving { irradiance, direction: arrival.direction }, Some(arrival)));
         }
-        let geometry = geometric_factor(&self.shape, point, Falloff::InverseSquare)?;
+        let geometry = geometric_factor(&self.shape, point)?;
         for (lobe, emission) in &self.lobes {
             let value = geometry.factor * lobe.value(-geometry.direction);
             for (sum, emission) in irradiance.iter_mut().zip(emission) {

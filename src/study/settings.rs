@@ -254,7 +254,6 @@ pub const SETTINGS: &[Setting] = &[
     set("1 set, 900 rays", OneSet, &[("transport", "rays", "900")], false),
     set("1 set, 1 visibility ray", OneSet, &[("transport", "disc_rays", "1")], false),
     set("1 set, 25 visibility rays", OneSet, &[("transport", "disc_rays", "25")], false),
-    set("1 set, relative", OneSet, &[("joint", "objective", "relative")], false),
     set("1 set, least squares", OneSet, &[("joint", "robust", "0")], false),
     // More of what a careful run may spend.
     set("3 sets", Base::Quality(Quality::Standard), &[("joint", "light_sets", "3")], false),

@@ -72,6 +72,8 @@ fn photographs_of_other_exposure_are_found_and_set_right() {
 fn reflectances_come_back_once_the_gain_is_divided_out() {
     let reflectances = |capture: &Capture, gain: GainUse| -> Vec<f64> {
         let mut options = Options::of_quality(Quality::Draft);
+        // Which lamps are found is partly chance, and not what is asked here.
+        options.joint.max_lamps = 0;
         options.photographs.gain = gain;
         let found = run(capture, &options, &Watch::new(), &|_| ()).unwrap();
         let own = found.solution.reflectances.iter().flatten();

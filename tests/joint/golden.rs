@@ -155,7 +155,7 @@ fn agrees(objective: Objective) {
         println!(
             "{name}: objective {excess:+.1e}, ρ_d {diffuse:.1e}, ρ_s {specular:.1e}, \
              E {emission:.1e}, {} iterations, slope {:.1e}",
-            fit.iterations, fit.slope
+            fit.iterations, fit.kkt_residual
         );
         assert!(excess < 1e-6, "{name}: {} against {}", fit.value, expected.value);
         // Lower than the minimum would be another objective.

@@ -1,11 +1,10 @@
-//! A model that is grown (`joint.model = auto`): one lamp needs few lobes, gloss is kept where it
-//! shows and not where it is only tagged, the same bytes on any number of threads, and a report.
+//! How much model a scene gets: one lamp needs few lobes, gloss is kept where it shows and not where
+//! it is only tagged, the same bytes on any number of threads, and a report.
 
 use std::sync::OnceLock;
 
 use glam::DVec3;
 use lobelia::math::rgb::Rgb;
-use lobelia::reconstruct::joint::options::ModelSize;
 use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::solution::{Selection, Trial, TrialPart};
 use lobelia::reconstruct::{Reconstruction, Update};
@@ -88,7 +87,6 @@ fn options() -> Options {
     let mut options = lights::options();
     options.transport.glossy_rays = 100;
     options.joint.max_lamps = 3;
-    options.joint.model = ModelSize::Auto;
     options
 }
 
@@ -121,11 +119,10 @@ fn one_lamp_explains_everything_with_few_lobes() {
     room.capture.materials[1].kind = MaterialKind::Diffuse;
     let result = reconstruct(&room, &options(), 2);
     let first = trial(&result, TrialPart::Lamp(1));
-    let clearly = first.standard_error.is_some_and(|error| first.change < -2.0 * error);
-    assert!(first.supported && clearly, "{first:?}");
+    assert!(first.supported && first.change < -0.5, "{first:?}");
     let Selection { candidates, kept, .. } = *selection(&result);
     assert_eq!(kept, result.solution.active_lobes());
-    assert!(4 * kept < candidates, "{kept} of {candidates}");
+    assert!(4 * kept < candidates, "{kept} of {candidates}: {:?}", result.solution.notes);
     let found = result.solution.reflectances[1].unwrap().diffuse;
     for (found, truth) in found.into_iter().zip(BOX) {
         assert!((found - truth).abs() < 0.01, "{found} for {truth}");
@@ -153,7 +150,7 @@ fn finer_light_is_kept_where_it_predicts_better() {
         .find(beside)
         .unwrap_or_else(|| panic!("not tried: {:?}", result.solution.notes));
     assert!(trial.supported && trial.change < -0.05, "{trial:?}");
-    let note = "fine lobes beside the lights that were found, for these reflectances, are used";
+    let note = "fine lobes beside the other lights for pictures: kept (−";
     assert!(result.solution.notes.iter().any(|told| told.contains(note)));
     assert_eq!(selection(&result).kept, result.solution.active_lobes());
     // The samples are met as well as that says, and the box is what it is.
@@ -189,26 +186,23 @@ fn what_was_tried_is_told() {
     let result = glossy();
     let notes = &result.solution.notes;
     let Selection { candidates, kept, trials } = selection(result);
-    let counts = format!("candidates {candidates}, kept {kept}; ");
-    let light = notes.iter().find(|note| note.starts_with(&counts)).expect("a note on the light");
-    for part in ["supported", "a background of ", "fine lobes "] {
-        assert!(light.contains(part), "{part}: {light}");
+    let counts = format!("{kept} of {candidates} lobes that were tried shine");
+    assert!(notes.iter().any(|note| note.ends_with(&counts)), "{notes:?}");
+    let parts = notes.iter().find(|note| note.starts_with("parts, ")).expect("a note on the parts");
+    for part in [
+        "lamp 1: kept (−",
+        "a background of ",
+        "fine lobes in place of lamps: ",
+        "gloss of \"floor\": kept (−",
+        "gloss of \"box\": left out (",
+    ] {
+        assert!(parts.contains(part), "{part}: {parts}");
     }
-    let gloss = notes.iter().find(|note| note.contains("floor: gloss supported (error −"));
-    assert!(gloss.is_some_and(|note| note.contains("box: gloss not supported")), "{notes:?}");
     for trial in trials {
         assert!((trial.after / trial.before - 1.0 - trial.change).abs() < 1e-9, "{trial:?}");
         let bears_out = trial.standard_error.is_some_and(|error| -trial.change > error);
         assert_eq!(trial.supported, bears_out, "{trial:?}");
     }
-    // A model that is not grown tells nothing of the kind.
-    let mut options = options();
-    options.joint.model = ModelSize::Full;
-    options.joint.light_sets = 1;
-    options.samples.count = 300;
-    let full = reconstruct(&scene(GLOSS), &options, 2);
-    assert_eq!(full.solution.certainty.as_ref().unwrap().selection, None);
-    assert!(full.solution.notes.iter().all(|note| !note.contains("candidates")));
 }
 
 #[test]

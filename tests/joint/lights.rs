@@ -15,7 +15,7 @@ use crate::rooms::{Room, Tracer, camera, quick, run};
 
 const LOW: DVec3 = DVec3::new(-0.35, -0.3, 0.0);
 const HIGH: DVec3 = DVec3::new(0.3, 0.35, 0.6);
-const FLOOR: Rgb = [0.12, 0.09, 0.06];
+pub const FLOOR: Rgb = [0.12, 0.09, 0.06];
 const BOX: Rgb = [0.05, 0.10, 0.13];
 
 pub fn options() -> Options {
@@ -126,11 +126,16 @@ fn lamp(tracer: &Tracer, p: DVec3, normal: DVec3) -> f64 {
 const LAMP: DVec3 = DVec3::new(0.9, -0.8, 1.9);
 const INTENSITY: Rgb = [9.0, 7.0, 5.0];
 
-fn lit_by_lamp(emission: Option<Rgb>, color: Option<Rgb>) -> Room {
-    let mut room = scene(|tracer, p, normal| {
+/// The scene under that lamp and a sky, neither of which is known.
+pub fn lamp_and_sky() -> Room {
+    scene(|tracer, p, normal| {
         let (lamp, sky) = (lamp(tracer, p, normal), sky(tracer, p, normal));
         INTENSITY.map(|intensity| 0.3 * sky + intensity * lamp)
-    });
+    })
+}
+
+fn lit_by_lamp(emission: Option<Rgb>, color: Option<Rgb>) -> Room {
+    let mut room = lamp_and_sky();
     room.capture.lights.push(KnownLight::Shape {
         name: "bulb".into(),
         emitter: Emitter::Point { position: LAMP.as_vec3() },

@@ -24,6 +24,8 @@ mod traps;
 mod lights;
 /// Models that are grown as far as held-out samples bear them out.
 mod grown;
+/// What holds for the solve as a whole: starts do not matter, and errors are of unseen samples.
+mod pipeline;
 /// Runs that take over what earlier ones made.
 mod kept;
 /// Whole reconstructions of degenerate scenes, and cancelling one.

@@ -5,7 +5,7 @@ use faer::Mat;
 use glam::DVec3;
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::joint::system::{
-    Anchor, Channel, Design, EXACT, Fit, Objective, Rows, State, Terms,
+    Anchor, Channel, Design, Fit, Objective, Rows, State, Terms,
 };
 use lobelia::watch::Watch;
 
@@ -204,7 +204,8 @@ impl Held {
             upper: &self.upper,
             anchors: &self.anchors,
             robust: &self.robust,
-            fall: EXACT,
+            fall: 1e-12,
+            ..Terms::default()
         }
     }
 }

@@ -5,7 +5,7 @@
 //! error: beyond 5 it is certain, and within 3.3 (1 in 1000) none is seen.
 
 use faer::Mat;
-use lobelia::reconstruct::joint::system::{Fit, Normal, Objective, Rows};
+use lobelia::reconstruct::joint::system::{Fit, Linearisation, Objective, Rows};
 use lobelia::solve::bounded::{BoundedOptions, BoundedProblem, Bounds, bounded_least_squares};
 use lobelia::watch::Watch;
 
@@ -127,7 +127,7 @@ struct Projected {
 }
 
 impl Projected {
-    fn new(normal: &Normal, materials: usize) -> Self {
+    fn new(normal: &Linearisation, materials: usize) -> Self {
         let lit = normal.lit.len();
         let light = normal.jacobian.subcols(0, lit);
         let mut rest = normal.jacobian.subcols(lit, materials).to_owned();
@@ -151,7 +151,7 @@ impl Projected {
 
 /// Standard deviations of every log ρ: as if rows were independent, and by blocks.
 fn deviations(scene: &Scene, rows: &Rows, held: &Held, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
-    let normal = scene.channel(rows).normal(&held.terms(), fit);
+    let normal = scene.channel(rows).linearisation(&held.terms(), fit);
     let materials = scene.reflectance.len();
     let projected = Projected::new(&normal, materials);
     let squares: f64 = normal.residual.iter().map(|r| r * r).sum();
@@ -212,7 +212,7 @@ fn common_scale_is_lost_without_interreflected_light() {
         let rows = scene.seen(&scene.noise(seed, 0.05));
         let held = scene.held(Objective::Log);
         let fit = scene.fit(&rows, &held, &scene.start(0.3));
-        let normal = scene.channel(&rows).normal(&held.terms(), &fit);
+        let normal = scene.channel(&rows).linearisation(&held.terms(), &fit);
         let materials = scene.reflectance.len();
         let projected = Projected::new(&normal, materials);
         let last = materials - 1;

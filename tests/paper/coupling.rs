@@ -6,9 +6,7 @@ use glam::{DVec3, Vec3};
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
-use lobelia::reconstruct::transport::{
-    Falloff, LightGeometry, TransportOptions, gather, geometric_factor,
-};
+use lobelia::reconstruct::transport::{LightGeometry, TransportOptions, gather, geometric_factor};
 use lobelia::scene::{SurfacePoint, Views};
 use lobelia::watch::Watch;
 
@@ -145,7 +143,7 @@ fn a_disc_below_the_horizon_gives_nothing() {
     let below = disc(Vec3::new(0.2, 0.3, -1.0), Vec3::Z, 0.3);
     let level = disc(Vec3::new(5.0, 0.0, 0.0), -Vec3::X, 0.3);
     for light in [below, level] {
-        assert!(geometric_factor(&light, floor_site(0.0, 0.0), Falloff::InverseSquare).is_none());
+        assert!(geometric_factor(&light, floor_site(0.0, 0.0)).is_none());
     }
     let lights = lights_of(vec![below, level]);
     let samples = vec![bare_sample(Vec3::ZERO, Vec3::Z, 0, [0.0; 3])];
@@ -158,25 +156,21 @@ fn a_disc_below_the_horizon_gives_nothing() {
 }
 
 #[test]
-fn close_discs_are_clamped_and_the_literal_form_has_no_distance() {
+fn close_discs_are_clamped() {
     let radius = 0.4f32;
     let area = PI * 0.16;
-    let factor = |height: f32, falloff| {
+    let factor = |height: f32| {
         let light = disc(Vec3::new(0.0, 0.0, height), -Vec3::Z, radius);
         let LightGeometry { direction, factor } =
-            geometric_factor(&light, floor_site(0.0, 0.0), falloff).unwrap();
+            geometric_factor(&light, floor_site(0.0, 0.0)).unwrap();
         assert!((direction - Vec3::Z).length() < 1e-6);
         f64::from(factor)
     };
     // Beyond half the radius 1/r², within it the value at half the radius.
     for (height, r2) in [(1.0, 1.0), (0.3, 0.09), (0.2, 0.04), (0.1, 0.04), (1e-4, 0.04)] {
         let expected = area / r2;
-        let found = factor(height, Falloff::InverseSquare);
+        let found = factor(height);
         assert!((found / expected - 1.0).abs() < SINGLE, "{height}: {found} for {expected}");
-    }
-    for height in [0.05, 1.0, 7.0] {
-        let found = factor(height, Falloff::Literal);
-        assert!((found / area - 1.0).abs() < SINGLE, "{height}: {found} for {area}");
     }
 }
 

@@ -5,7 +5,7 @@ use lobelia::geometry::bvh::RayCaster;
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
-use lobelia::reconstruct::transport::{Falloff, arriving};
+use lobelia::reconstruct::transport::arriving;
 use lobelia::scene::{Emitter, KnownLight, SurfacePoint, Views};
 use lobelia::watch::Watch;
 
@@ -114,8 +114,7 @@ fn coupled(
             let range = stage.solved.light.lobes.of(index);
             let mut values = vec![0.0; range.len()];
             let lobes = &stage.solved.light.lobes.lobes[range.clone()];
-            let falloff = Falloff::InverseSquare;
-            arriving(&views, light, lobes, point, falloff, 20, &mut random, &mut values);
+            arriving(&views, light, lobes, point, 20, &mut random, &mut values);
             let specular = match surface.specular[channel] {
                 0.0 => 0.0,
                 specular => specular * light.lobe(point.position, mirror, surface.exponent),

@@ -1,6 +1,7 @@
 //! The studies: FLIP beside its authors' own, degradations against what they say they do, and the
 //! commands as a whole.
 
+mod accuracy;
 mod captures;
 mod commands;
 mod degradations;

@@ -1,13 +1,13 @@
-//! The light that no lamp or sun accounts for: lobes on a sphere in a room, cells of the sky in
-//! the open.
+//! Where the lights of a background are: lobes on a sphere in a room, cells of the sky in the open.
 
 use glam::Vec3;
 
+use crate::math::sampling::fibonacci;
+use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::lights::{self, LightKind, LightOptions, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{self, Lobe, LobeOptions, Lobes};
-use crate::reconstruct::samples::{JAMMING_DENSITY, SampleCloud};
-use crate::scene::Views;
-use crate::watch::{Cancelled, Watch};
+use crate::reconstruct::samples::JAMMING_DENSITY;
+use crate::watch::Cancelled;
 
 /// How a background is laid out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,12 +34,28 @@ pub enum World {
     Open,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Density {
+    /// About half as many lights as the options ask for.
+    Sparse,
+    Coarse,
+    Fine,
+}
+
 /// Lights with their lobes.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     pub lights: VirtualLights,
     pub lobes: Lobes,
 }
+
+/// Pixels along the side of a coverage mask; its grid has at most a quarter of that.
+const MASK_PX: usize = 48;
+/// The distance between lights of a sparse background: half as many.
+const SPARSE: f64 = std::f64::consts::SQRT_2;
+/// Backgrounds that are spread over the ranges of the options; prime, so that steps of any length
+/// run through all of them.
+const VARIATIONS: usize = 7;
 
 impl Default for LightSet {
     fn default() -> Self {
@@ -73,79 +89,94 @@ impl LightSet {
     }
 }
 
-/// Places the background's lights.
-pub fn place(
-    views: &Views,
-    cloud: &SampleCloud,
-    layout: &Layout,
-    watch: &Watch,
-) -> Result<LightSet, Cancelled> {
-    let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
-    let half_diagonal = 0.5 * (high - low).length();
-    let spacing_m = layout.spacing * f64::from(half_diagonal);
-    let options = LightOptions {
-        radius_factor: layout.radius,
-        spacing_factor: Some(spacing_m / f64::from(cloud.spacing_m)),
-        ..LightOptions::default()
-    };
-    let mut placed = lights::place(views, cloud, &options, layout.seed, watch)?;
-    let mut set = LightSet {
-        lights: VirtualLights { lights: Vec::new(), ..placed.clone() },
-        ..LightSet::default()
-    };
-    let surfaces: Vec<VirtualLight> =
-        placed.lights.iter().filter(|light| light.kind == LightKind::Surface).copied().collect();
-    placed.lights.retain(|light| light.kind == LightKind::Sphere);
-    match layout.world {
-        World::Room => {
-            let options = LobeOptions {
-                mask_px: MASK_PX,
-                grid: layout.grid,
-                exponent: layout.exponent,
-                ..LobeOptions::default()
-            };
-            let chosen = lobes::choose(views, &mut placed, &options, watch)?;
-            for (index, light) in placed.lights.iter().enumerate() {
-                let lobes: Vec<(Vec3, f32)> = chosen.lobes[chosen.of(index)]
-                    .iter()
-                    .map(|lobe| (lobe.direction, lobe.exponent))
-                    .collect();
-                set.push(*light, &lobes);
+impl Layout {
+    /// The background of one light set; that of index 0 is what the options say.
+    pub fn new(
+        problem: &Problem,
+        world: World,
+        density: Density,
+        surfaces: bool,
+        index: usize,
+    ) -> Self {
+        let options = problem.options();
+        let (spacing, grid, exponent) = match density {
+            Density::Sparse => {
+                (SPARSE * options.coarse_spacing, options.coarse_grid, options.coarse_exponent)
             }
-        }
-        World::Open => {
-            // As many as points of that distance would be on the sphere.
-            let area = 4.0 * std::f64::consts::PI * layout.radius.powi(2);
-            let count = (JAMMING_DENSITY * area / layout.spacing.powi(2)).round();
-            let count = count.max(12.0) as usize;
-            // A cone with a cell's share of the sphere.
-            let half_angle = 2.0 * (1.0 / count as f32).sqrt().asin();
-            for direction in fibonacci(count, layout.seed as f32) {
-                set.push(
-                    VirtualLight::distant(LightKind::Sky, direction, half_angle),
-                    &[(direction, 0.0)],
-                );
+            Density::Coarse => {
+                (options.coarse_spacing, options.coarse_grid, options.coarse_exponent)
             }
+            Density::Fine => (options.fine_spacing, options.fine_grid, options.fine_exponent),
+        };
+        // Spread in different orders, so that no two go together; at its own value for index 0.
+        let part = |step: usize| ((index * step) % VARIATIONS) as f64 / (VARIATIONS - 1) as f64;
+        let vary =
+            |low: f64, range: f64, step| if index == 0 { 1.0 } else { low + range * part(step) };
+        Self {
+            world,
+            radius: options.radius_factor * vary(1.0, 0.35, 5),
+            spacing: spacing * vary(0.7, 0.45, 3),
+            grid,
+            exponent: exponent * vary(0.8, 0.4, 2),
+            seed: 1 + index as u64,
+            surfaces,
         }
     }
-    // A known surface is taken to be diffuse: it sends the same radiance everywhere, and E
-    // cosⁿ times k, which lacks the emitter's cosine, is that for n = 1.
-    for light in surfaces.into_iter().filter(|_| layout.surfaces) {
-        set.push(light, &[(light.normal, 1.0)]);
+
+    /// The lights of this background.
+    pub fn place(&self, problem: &Problem) -> Result<LightSet, Cancelled> {
+        let (views, cloud, watch) = (problem.data.views, problem.data.cloud, problem.watch());
+        let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
+        let spacing_m = self.spacing * f64::from(0.5 * (high - low).length());
+        let options = LightOptions {
+            radius_factor: self.radius,
+            spacing_factor: Some(spacing_m / f64::from(cloud.spacing_m)),
+            ..LightOptions::default()
+        };
+        let mut placed = lights::place(views, cloud, &options, self.seed, watch)?;
+        let mut set = LightSet {
+            lights: VirtualLights { lights: Vec::new(), ..placed.clone() },
+            ..LightSet::default()
+        };
+        let on_surface = |light: &VirtualLight| light.kind == LightKind::Surface;
+        let surfaces: Vec<VirtualLight> =
+            placed.lights.iter().filter(|light| on_surface(light)).copied().collect();
+        placed.lights.retain(|light| !on_surface(light));
+        match self.world {
+            World::Room => {
+                let options = LobeOptions {
+                    mask_px: MASK_PX,
+                    grid: self.grid,
+                    exponent: self.exponent,
+                    ..LobeOptions::default()
+                };
+                let chosen = lobes::choose(views, &mut placed, &options, watch)?;
+                for (index, light) in placed.lights.iter().enumerate() {
+                    let lobes: Vec<(Vec3, f32)> = chosen.lobes[chosen.of(index)]
+                        .iter()
+                        .map(|lobe| (lobe.direction, lobe.exponent))
+                        .collect();
+                    set.push(*light, &lobes);
+                }
+            }
+            World::Open => {
+                // As many as points of that distance would be on the sphere.
+                let area = 4.0 * std::f64::consts::PI * self.radius.powi(2);
+                let count = (JAMMING_DENSITY * area / self.spacing.powi(2)).round();
+                let count = count.max(12.0) as usize;
+                // A cone with a cell's share of the sphere.
+                let half_angle = 2.0 * (1.0 / count as f32).sqrt().asin();
+                for direction in fibonacci(count, self.seed as f32) {
+                    let cell = VirtualLight::distant(LightKind::Sky, direction, half_angle);
+                    set.push(cell, &[(direction, 0.0)]);
+                }
+            }
+        }
+        // A known surface is taken to be diffuse: it sends the same radiance everywhere, and E
+        // cosⁿ times k, which lacks the emitter's cosine, is that for n = 1.
+        for light in surfaces.into_iter().filter(|_| self.surfaces) {
+            set.push(light, &[(light.normal, 1.0)]);
+        }
+        Ok(set)
     }
-    Ok(set)
-}
-
-/// Pixels along the side of a coverage mask; its grid has at most a quarter of that.
-const MASK_PX: usize = 48;
-
-/// `count` unit vectors evenly spread over the sphere, turned about z.
-pub fn fibonacci(count: usize, turn: f32) -> impl Iterator<Item = Vec3> {
-    let golden = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
-    (0..count).map(move |k| {
-        let z = 1.0 - (2 * k + 1) as f32 / count as f32;
-        let radius = (1.0 - z * z).max(0.0).sqrt();
-        let angle = golden * k as f32 + turn;
-        Vec3::new(radius * angle.cos(), radius * angle.sin(), z)
-    })
 }

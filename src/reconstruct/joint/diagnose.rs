@@ -1,10 +1,11 @@
 //! Samples and tags that do not fit, found and told.
 
-use crate::reconstruct::joint::fit::{Fits, Fitter};
+use crate::math::statistics::robust_deviation;
+use crate::reconstruct::joint::fit::Fitted;
+use crate::reconstruct::joint::problem::Problem;
 
 /// A sample is taken to emit light when it is brighter than computed by this factor in every
-/// channel: while lamps are still to be found, whose light looks like that nearby, and with them.
-pub const EMITS_CLEARLY: f64 = 4.0;
+/// channel.
 pub const EMITS: f64 = 1.5;
 /// It is brighter, too, by this many of its material's own deviations.
 const EMITS_DEVIATIONS: f64 = 4.0;
@@ -21,59 +22,65 @@ const APART: f64 = 0.15;
 /// loss; of a normal distribution it is 0.0001.
 const HEAVY_TAIL: f64 = 0.02;
 
-/// Drops samples that emit light of their own, and says where they are.
-pub fn drop_emitters(fitter: &mut Fitter, fits: &Fits, factor: f64) -> Vec<String> {
-    let capture = fitter.data.views.capture;
+/// The problem without samples that emit light of their own, and where they are; a sample emits
+/// when it is brighter than computed by `factor` in every channel.
+pub fn without_emitters<'a>(
+    problem: &Problem<'a>,
+    fitted: &Fitted,
+    factor: f64,
+) -> (Problem<'a>, Vec<String>) {
+    let capture = problem.capture();
     let mut of_surface = vec![0usize; capture.surfaces.len()];
-    let mut dropped = Vec::new();
-    for material in 0..fitter.rows.materials {
-        // A highlight is as bright.
-        if fitter.is_specular(material) {
-            continue;
-        }
-        let rows: Vec<usize> = rows_of(fitter, material).collect();
-        let limit = fits
+    let mut emitting = Vec::new();
+    // A highlight is as bright.
+    let diffuse = (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_none());
+    for material in diffuse {
+        let rows: Vec<usize> = problem.rows_of(material).collect();
+        let limit = fitted
+            .channels
             .iter()
-            .map(|fit| EMITS_DEVIATIONS * deviation(rows.iter().map(|&r| fit.residuals[r])))
+            .map(|fit| EMITS_DEVIATIONS * robust_deviation(rows.iter().map(|&r| fit.residuals[r])))
             .fold(factor.ln(), f64::max);
         for row in rows {
-            if fits.iter().all(|fit| -fit.residuals[row] > limit) {
-                let sample = fitter.rows.sample[row];
-                of_surface[fitter.data.cloud.samples[sample].surface] += 1;
-                dropped.push(row);
+            if fitted.channels.iter().all(|fit| -fit.residuals[row] > limit) {
+                let surface = problem.data.cloud.samples[problem.rows.sample[row]].surface;
+                of_surface[surface] += 1;
+                emitting.push((row, surface));
             }
         }
     }
-    let mut warnings = Vec::new();
-    for row in dropped {
-        let surface = fitter.data.cloud.samples[fitter.rows.sample[row]].surface;
+    let mut weights = (*problem.weights).clone();
+    for (row, surface) in emitting {
         if of_surface[surface] >= ENOUGH_EMITTERS {
-            fitter.weights[row] = 0.0;
+            weights[row] = 0.0;
         }
     }
-    for (surface, count) in of_surface.into_iter().enumerate() {
-        if count >= ENOUGH_EMITTERS {
-            warnings.push(format!(
+    let warnings = of_surface
+        .iter()
+        .enumerate()
+        .filter(|(_, count)| **count >= ENOUGH_EMITTERS)
+        .map(|(surface, count)| {
+            format!(
                 "{count} samples on \"{}\" are far brighter than light falling on them explains \
                  and are left out: if something shines there, model it and tag it as a visible \
                  light",
                 capture.surfaces[surface].name
-            ));
-        }
-    }
-    warnings
+            )
+        })
+        .collect();
+    (problem.with_weights(weights), warnings)
 }
 
 /// What the residuals say about the tags.
-pub fn examine(fitter: &Fitter, fits: &Fits) -> Vec<String> {
-    let capture = fitter.data.views.capture;
+pub fn examine(problem: &Problem, fitted: &Fitted) -> Vec<String> {
+    let capture = problem.capture();
     let mut warnings = Vec::new();
-    let rms: Vec<Option<f64>> = (0..fitter.rows.materials)
+    let rms: Vec<Option<f64>> = (0..problem.materials())
         .map(|material| {
             let (mut sum, mut count) = (0.0, 0.0);
-            for row in rows_of(fitter, material) {
-                sum += fits.iter().map(|fit| fit.residuals[row].powi(2)).sum::<f64>();
-                count += fits.len() as f64;
+            for row in problem.rows_of(material) {
+                sum += fitted.channels.iter().map(|fit| fit.residuals[row].powi(2)).sum::<f64>();
+                count += fitted.channels.len() as f64;
             }
             (count > 0.0).then(|| (sum / count).sqrt())
         })
@@ -101,7 +108,7 @@ pub fn examine(fitter: &Fitter, fits: &Fits) -> Vec<String> {
         if material.textured || !stands_out {
             continue;
         }
-        warnings.push(match apart(fitter, fits, index) {
+        warnings.push(match apart(problem, fitted, index) {
             Some((dark, bright)) => format!(
                 "\"{}\" fits badly (error {:.0} %, elsewhere {:.0} %): the surfaces \"{}\" and \
                  \"{}\" under this tag look like two materials",
@@ -117,12 +124,12 @@ pub fn examine(fitter: &Fitter, fits: &Fits) -> Vec<String> {
                 material.name,
                 100.0 * rms,
                 100.0 * typical,
-                surfaces_of(fitter, index)
+                surfaces_of(problem, index)
             ),
         });
     }
-    if fitter.options.robust == 0.0 {
-        let tail = heavy_tail(fitter, fits);
+    if problem.options().robust == 0.0 {
+        let tail = heavy_tail(problem, fitted);
         if tail > HEAVY_TAIL {
             warnings.push(format!(
                 "{:.0} % of the samples fit far worse than the rest: if cameras or geometry are \
@@ -135,13 +142,8 @@ pub fn examine(fitter: &Fitter, fits: &Fits) -> Vec<String> {
     warnings
 }
 
-fn rows_of<'a>(fitter: &'a Fitter, material: usize) -> impl Iterator<Item = usize> + 'a {
-    (0..fitter.rows.sample.len())
-        .filter(move |&row| fitter.rows.material[row] == material && fitter.weights[row] > 0.0)
-}
-
-fn surfaces_of(fitter: &Fitter, material: usize) -> String {
-    let capture = fitter.data.views.capture;
+fn surfaces_of(problem: &Problem, material: usize) -> String {
+    let capture = problem.capture();
     let names: Vec<String> = capture.materials[material]
         .surfaces
         .iter()
@@ -150,24 +152,17 @@ fn surfaces_of(fitter: &Fitter, material: usize) -> String {
     names.join(", ")
 }
 
-/// Median absolute deviation from 0, as the standard deviation of a normal distribution.
-pub fn deviation(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).map_or(0.0, |median| 1.4826 * median)
-}
-
 /// The surfaces of a material whose residuals are most different, if they are.
-fn apart(fitter: &Fitter, fits: &Fits, material: usize) -> Option<(usize, usize)> {
-    let surfaces = &fitter.data.views.capture.materials[material].surfaces;
+fn apart(problem: &Problem, fitted: &Fitted, material: usize) -> Option<(usize, usize)> {
+    let surfaces = &problem.capture().materials[material].surfaces;
     let mut means: Vec<(f64, usize)> = surfaces
         .iter()
         .filter_map(|&surface| {
             let (mut sum, mut count) = (0.0, 0.0);
-            for row in rows_of(fitter, material) {
-                if fitter.data.cloud.samples[fitter.rows.sample[row]].surface == surface {
-                    sum += fits.iter().map(|fit| fit.residuals[row]).sum::<f64>();
-                    count += fits.len() as f64;
+            for row in problem.rows_of(material) {
+                if problem.data.cloud.samples[problem.rows.sample[row]].surface == surface {
+                    sum += fitted.channels.iter().map(|fit| fit.residuals[row]).sum::<f64>();
+                    count += fitted.channels.len() as f64;
                 }
             }
             (count > 0.0).then(|| (sum / count, surface))
@@ -179,15 +174,15 @@ fn apart(fitter: &Fitter, fits: &Fits, material: usize) -> Option<(usize, usize)
 }
 
 /// The part of the rows whose residual is beyond four robust deviations of their material.
-fn heavy_tail(fitter: &Fitter, fits: &Fits) -> f64 {
+fn heavy_tail(problem: &Problem, fitted: &Fitted) -> f64 {
     let (mut beyond, mut all) = (0usize, 0usize);
-    for material in 0..fitter.rows.materials {
-        if fitter.data.views.capture.materials[material].textured {
+    for material in 0..problem.materials() {
+        if problem.capture().materials[material].textured {
             continue;
         }
-        let rows: Vec<usize> = rows_of(fitter, material).collect();
-        for fit in fits {
-            let limit = 4.0 * deviation(rows.iter().map(|&row| fit.residuals[row]));
+        let rows: Vec<usize> = problem.rows_of(material).collect();
+        for fit in &fitted.channels {
+            let limit = 4.0 * robust_deviation(rows.iter().map(|&row| fit.residuals[row]));
             beyond += rows.iter().filter(|&&row| fit.residuals[row].abs() > limit).count();
             all += rows.len();
         }

@@ -3,14 +3,17 @@
 //! For a fixed exponent the problem is smooth in ρ_d, ρ_s and the light; with the light held
 //! fixed instead, as in the paper's alternation, ρ_s comes out several times too small.
 
+use rayon::prelude::*;
+
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::fit::{Fits, Fitter};
-use crate::reconstruct::joint::model::Model;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
+use crate::reconstruct::joint::problem::Problem;
 
 /// What the search over one material's exponent found.
 #[derive(Clone, Debug)]
 pub struct Exponents {
     pub material: usize,
+    pub exponent: f64,
     /// Exponents that explain the material's radiance about as well as the best.
     pub range: [f64; 2],
 }
@@ -20,93 +23,98 @@ const TRIED: [f64; 8] = [3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0, 400.0];
 /// An exponent is about as good if the material's own squared residuals are larger by no more
 /// than this part.
 const FLAT: f64 = 0.05;
+/// Times that exponents halfway between the best and its neighbours are tried.
+const HALVINGS: usize = 2;
 
-/// Finds the exponent of every specular material in turn, the others' given, and leaves the
-/// fitter, the model and the fits with them.
+/// Finds the exponent of every glossy material of a fit in turn, the others' given.
+///
+/// # Errors
+/// As [`fit`].
 pub fn find_exponents(
-    fitter: &mut Fitter,
-    model: &mut Model,
-    lambda: f64,
-    fits: &mut Fits,
-) -> Result<Vec<Exponents>, Error> {
+    problem: &Problem,
+    fitted: Fitted,
+) -> Result<(Fitted, Vec<Exponents>), Error> {
+    let most = problem.data.options.gloss.max_exponent;
+    let glossy = (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_some());
     let mut found = Vec::new();
-    for material in 0..fitter.rows.materials {
-        if !fitter.is_specular(material) {
-            continue;
-        }
-        let most = fitter.data.options.gloss.max_exponent;
-        let mut tried: Vec<(f64, f64, Fits)> = Vec::new();
-        let mut evaluate =
-            |exponent: f64, tried: &mut Vec<(f64, f64, Fits)>| -> Result<(), Error> {
-                fitter.exponents[material] = exponent;
-                fitter.data.set_exponents(&fitter.rows, model, &fitter.exponents);
-                let fitted = fitter.fit(model, lambda, &fitter.weights, Some(fits))?;
-                tried.push((exponent, Fitter::total(&fitted), fitted));
-                Ok(())
-            };
-        for exponent in TRIED.into_iter().filter(|&exponent| exponent <= most) {
-            evaluate(exponent, &mut tried)?;
-        }
-        if tried.is_empty() {
-            evaluate(most, &mut tried)?;
-        }
-        // Between the best and its neighbours, in the logarithm.
-        for _ in 0..2 {
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let best = best(&tried);
-            let mut between = Vec::new();
-            if best > 0 {
-                between.push((tried[best - 1].0 * tried[best].0).sqrt());
-            }
-            if best + 1 < tried.len() {
-                between.push((tried[best].0 * tried[best + 1].0).sqrt());
-            }
-            for exponent in between {
-                evaluate(exponent, &mut tried)?;
-            }
-        }
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let best = best(&tried);
-        let (exponent, least, fitted) = tried[best].clone();
-        let own: f64 = (0..fitter.rows.sample.len())
-            .filter(|&row| fitter.rows.material[row] == material)
-            .map(|row| {
-                let squares: f64 = fitted.iter().map(|fit| fit.residuals[row].powi(2)).sum();
-                0.5 * fitter.weights[row] * squares
-            })
-            .sum();
-        let limit = least + FLAT * own;
-        let mut range = [exponent; 2];
-        // Where the objective crosses the limit, between two exponents that were tried.
-        let crossing = |inside: usize, outside: usize| {
-            let (a, b) = (&tried[inside], &tried[outside]);
-            let part = ((limit - a.1) / (b.1 - a.1)).clamp(0.0, 1.0);
-            (a.0.ln() + part * (b.0.ln() - a.0.ln())).exp()
+    let mut best = fitted.clone();
+    for material in glossy {
+        let evaluate = |exponents: Vec<f64>| -> Result<Vec<(f64, Fitted)>, Error> {
+            exponents
+                .into_par_iter()
+                .map(|exponent| {
+                    let model = best.model.with_gloss(material, Some(exponent));
+                    Ok((exponent, fit(problem, &model, Some(&best), ROUGH)?))
+                })
+                .collect()
         };
-        let mut low = best;
-        while low > 0 && tried[low - 1].1 <= limit {
-            low -= 1;
+        let mut first: Vec<f64> = TRIED.into_iter().filter(|&exponent| exponent <= most).collect();
+        if first.is_empty() {
+            first.push(most);
         }
-        range[0] = if low > 0 { crossing(low, low - 1) } else { tried[low].0 };
-        let mut high = best;
-        while high + 1 < tried.len() && tried[high + 1].1 <= limit {
-            high += 1;
+        let mut tried = evaluate(first)?;
+        for _ in 0..HALVINGS {
+            let least = least(&tried);
+            let between = |a: usize, b: usize| (tried[a].0 * tried[b].0).sqrt();
+            let mut next = Vec::new();
+            if least > 0 {
+                next.push(between(least - 1, least));
+            }
+            if least + 1 < tried.len() {
+                next.push(between(least, least + 1));
+            }
+            tried.extend(evaluate(next)?);
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        range[1] = if high + 1 < tried.len() { crossing(high, high + 1) } else { tried[high].0 };
-        fitter.exponents[material] = exponent;
-        fitter.data.set_exponents(&fitter.rows, model, &fitter.exponents);
-        *fits = fitted;
-        found.push(Exponents { material, range });
+        let least = least(&tried);
+        found.push(Exponents {
+            material,
+            exponent: tried[least].0,
+            range: range(problem, material, &tried, least),
+        });
+        best = tried.swap_remove(least).1;
     }
-    Ok(found)
+    Ok((best, found))
 }
 
-fn best(tried: &[(f64, f64, Fits)]) -> usize {
-    let mut best = 0;
-    for (index, (_, value, _)) in tried.iter().enumerate() {
-        if *value < tried[best].1 {
-            best = index;
+/// The exponents about the best that are about as good: where the cost crosses the limit, between
+/// two that were tried.
+fn range(problem: &Problem, material: usize, tried: &[(f64, Fitted)], least: usize) -> [f64; 2] {
+    let fitted = &tried[least].1;
+    let own: f64 = (0..problem.rows.sample.len())
+        .filter(|&row| problem.rows.material[row] == material)
+        .map(|row| {
+            let squares: f64 = fitted.channels.iter().map(|fit| fit.residuals[row].powi(2)).sum();
+            0.5 * problem.weights[row] * squares
+        })
+        .sum();
+    let cost = |index: usize| tried[index].1.cost();
+    let limit = cost(least) + FLAT * own;
+    let crossing = |inside: usize, outside: usize| {
+        let part = ((limit - cost(inside)) / (cost(outside) - cost(inside))).clamp(0.0, 1.0);
+        let (a, b) = (tried[inside].0.ln(), tried[outside].0.ln());
+        (a + part * (b - a)).exp()
+    };
+    let mut low = least;
+    while low > 0 && cost(low - 1) <= limit {
+        low -= 1;
+    }
+    let mut high = least;
+    while high + 1 < tried.len() && cost(high + 1) <= limit {
+        high += 1;
+    }
+    [
+        if low > 0 { crossing(low, low - 1) } else { tried[low].0 },
+        if high + 1 < tried.len() { crossing(high, high + 1) } else { tried[high].0 },
+    ]
+}
+
+fn least(tried: &[(f64, Fitted)]) -> usize {
+    let mut least = 0;
+    for (index, (_, fitted)) in tried.iter().enumerate() {
+        if fitted.cost() < tried[least].1.cost() {
+            least = index;
         }
     }
-    best
+    least
 }

@@ -9,12 +9,12 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, Par};
 
-use crate::reconstruct::joint::system::{Channel, Slopes};
+use crate::reconstruct::joint::system::{Channel, RowScales};
 
 /// Jᵀ J, J being the Jacobian of the weighted residuals with the slopes of some state, over as
 /// many columns of emission as were asked for, and the reflectances.
 pub struct Hessian {
-    pub slopes: Slopes,
+    pub row_scales: RowScales,
     /// Where each column of emission is in `products`; `OUTSIDE` for those not asked for.
     place: Vec<usize>,
     /// J's columns of emission in blocks, in the order they came in.
@@ -29,9 +29,9 @@ const NEAR: f64 = 0.03;
 
 impl Hessian {
     /// Over no columns of emission yet.
-    pub fn new(slopes: Slopes, columns: usize) -> Self {
+    pub fn new(row_scales: RowScales, columns: usize) -> Self {
         Self {
-            slopes,
+            row_scales,
             place: vec![OUTSIDE; columns],
             blocks: Vec::new(),
             products: Mat::zeros(0, 0),
@@ -39,8 +39,8 @@ impl Hessian {
     }
 
     /// Whether slopes have changed so little that this is of use.
-    pub fn is_near(&self, now: &Slopes) -> bool {
-        self.slopes.change(now) <= NEAR
+    pub fn is_near(&self, now: &RowScales) -> bool {
+        self.row_scales.change(now) <= NEAR
     }
 
     /// Takes in those of the columns of emission that it has not.
@@ -51,7 +51,7 @@ impl Hessian {
             return;
         }
         let before = self.products.ncols();
-        let block = channel.of_emissions(&self.slopes, &fresh);
+        let block = channel.of_emissions(&self.row_scales, &fresh);
         let mut products = Mat::zeros(before + fresh.len(), before + fresh.len());
         products.submatrix_mut(0, 0, before, before).copy_from(&self.products);
         self.times(&block, products.submatrix_mut(before, 0, fresh.len(), before));
@@ -153,14 +153,14 @@ mod tests {
         };
         let rows = Rows { glossy: glossy.clone(), ..Rows::default() };
         let channel = Channel { rows: &rows, design: &design, channel: 0 };
-        let slopes = Slopes {
+        let row_scales = RowScales {
             scale: vec![1.0; count],
             diffuse: by_diffuse.clone(),
             specular: (0..count)
                 .filter_map(|row| Some((row, glossy[row]?, by_specular[row])))
                 .collect(),
         };
-        let mut hessian = Hessian::new(slopes, columns);
+        let mut hessian = Hessian::new(row_scales, columns);
         hessian.extend(&channel, &[1, 4]);
         hessian.extend(&channel, &[0, 1, 5]);
         let asked = [0, 4, 5];

@@ -9,11 +9,12 @@ use faer::{Accum, Mat, MatRef, Par};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::math::sampling::{Random, square_to_disc, stratified};
+use crate::math::sampling::{Random, fibonacci, square_to_disc, stratified};
 use crate::reconstruct::Stream;
-use crate::reconstruct::joint::background::{LightSet, fibonacci};
-use crate::reconstruct::joint::fit::Fitter;
-use crate::reconstruct::joint::project::{Linearised, Projected};
+use crate::reconstruct::joint::background::LightSet;
+use crate::reconstruct::joint::fit::Fitted;
+use crate::reconstruct::joint::linearised::{Residue, residues};
+use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::lights::VirtualLight;
 use crate::scene::{Emitter, KnownLight, SurfacePoint};
 use crate::solve::bounded::bounded_quadratic;
@@ -31,11 +32,14 @@ pub struct Lamp {
     pub radius_m: f32,
 }
 
-impl LightSet {
-    pub fn push_lamp(&mut self, lamp: Lamp) {
+impl Lamp {
+    /// The lamp as a light with its lobes.
+    pub fn set(&self) -> LightSet {
         let mut lobes = vec![(Vec3::Z, 0.0)];
         lobes.extend(AXES.map(|axis| (axis, 1.0)));
-        self.push(VirtualLight::lamp(lamp.position, lamp.radius_m), &lobes);
+        let mut set = LightSet::default();
+        set.push(VirtualLight::lamp(self.position, self.radius_m), &lobes);
+        set
     }
 }
 
@@ -52,18 +56,12 @@ pub struct Candidates {
     mirrors: Vec<Option<(Vec3, usize)>>,
     /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
+    /// Middle and half the diagonal of the geometry's bounds.
+    center: Vec3,
     half_diagonal: f32,
     /// Where the artist says that there are lights: no others are looked for beside them, since
     /// one of unknown strength would take the meaning from a given strength.
     given: Vec<Vec3>,
-}
-
-impl Candidates {
-    /// Leaves no place.
-    pub fn clear(&mut self) {
-        self.lamps.clear();
-        self.coupling.clear();
-    }
 }
 
 /// Directions and distances from the geometry's middle, in half-diagonals, of the places that are
@@ -83,22 +81,22 @@ const SMALLEST_RADIUS: f32 = 0.01;
 const LARGEST_RADIUS: f32 = 0.3;
 /// Distance that a lamp keeps from given lights, in half-diagonals.
 const APART: f32 = 0.3;
-/// Steps of the search for a lamp's place, in half-diagonals.
+/// First and last step of the search for a lamp's place, in half-diagonals.
 const FIRST_STEP: f32 = 0.12;
 const LAST_STEP: f32 = 0.006;
 
 /// Places for lamps all around, with what they would send to some of the rows; none where no
 /// lamps are asked for.
-pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
-    let (views, cloud, watch) = (fitter.data.views, fitter.data.cloud, fitter.watch());
-    let seed = fitter.data.options.general.seed as u64;
-    let row_samples = &fitter.rows.sample;
+pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Cancelled> {
+    let (views, watch) = (problem.data.views, problem.watch());
+    let seed = problem.data.options.general.seed as u64;
+    let row_samples = &problem.rows.sample;
     let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
     let center = 0.5 * (low + high);
     let half_diagonal = 0.5 * (high - low).length();
     let radius_m = FIRST_RADIUS * half_diagonal;
     let mut lamps = Vec::new();
-    let shells = if fitter.options.max_lamps > 0 { DISTANCES } else { 0 };
+    let shells = if is_wanted && problem.options().max_lamps > 0 { DISTANCES } else { 0 };
     for k in 0..shells {
         let part = k as f32 / (DISTANCES - 1) as f32;
         let distance = half_diagonal * NEAREST * (FARTHEST / NEAREST).powf(part);
@@ -110,8 +108,7 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
     }
     let step = row_samples.len().div_ceil(ROWS).max(1);
     let rows: Vec<usize> = (0..row_samples.len()).step_by(step).collect();
-    let points: Vec<SurfacePoint> =
-        rows.iter().map(|&row| cloud.samples[row_samples[row]].surface_point()).collect();
+    let points: Vec<SurfacePoint> = rows.iter().map(|&row| problem.surface_point(row)).collect();
     let discs = |index: usize| {
         let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
         stratified(RAYS_SIDE, &mut random).map(square_to_disc).collect()
@@ -127,8 +124,8 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
         })
         .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     let mirror = |row: usize| {
-        let glossy = fitter.rows.glossy[row]?;
-        Some((fitter.data.equations.glossy[glossy].mirror, fitter.rows.material[row]))
+        let glossy = problem.glossy[problem.rows.glossy[row]?];
+        Some((problem.data.equations.glossy[glossy].mirror, problem.rows.material[row]))
     };
     // Places that light nothing, such as those within the geometry, are no candidates.
     let mut found = Candidates {
@@ -138,6 +135,7 @@ pub fn candidates(fitter: &Fitter) -> Result<Candidates, Cancelled> {
         discs: (0..points.len()).map(discs).collect(),
         points,
         coupling: Vec::new(),
+        center,
         half_diagonal,
         given: views
             .capture
@@ -200,15 +198,15 @@ struct Scaled {
 impl Scaled {
     /// `columns` has those of one lamp after the other, `lobes` what [`Candidates::lobes`] gives
     /// for each.
-    fn new(columns: &[f32], lobes: &[f32], problem: &Projected) -> Self {
-        let rows = problem.residual.len();
+    fn new(columns: &[f32], lobes: &[f32], residue: &Residue) -> Self {
+        let rows = residue.residual.len();
         let mut scaled = columns.to_vec();
         let lamps = scaled.chunks_exact_mut(COLUMNS * rows).zip(lobes.chunks_exact(rows));
         for (lamp, lobes) in lamps {
-            let factors: Vec<f32> = problem
+            let factors: Vec<f32> = residue
                 .scale
                 .iter()
-                .zip(&problem.gloss)
+                .zip(&residue.gloss)
                 .zip(lobes)
                 .map(|((scale, gloss), lobe)| scale + gloss * lobe)
                 .collect();
@@ -219,9 +217,9 @@ impl Scaled {
             }
         }
         let count = scaled.len() / rows;
-        let mut parts = Mat::zeros(problem.basis.ncols(), count);
+        let mut parts = Mat::zeros(residue.basis.ncols(), count);
         let matrix = MatRef::from_column_major_slice(&scaled, rows, count);
-        let basis = problem.basis.transpose();
+        let basis = residue.basis.transpose();
         matmul(parts.as_mut(), Accum::Replace, basis, matrix, 1.0, Par::Seq);
         Self { columns: scaled, parts }
     }
@@ -238,12 +236,13 @@ impl Scaled {
 
 impl Candidates {
     /// (n+2)/2 cosⁿγ of a lamp at each row; 0 for diffuse ones.
-    fn lobes(&self, lamp: &Lamp, exponents: &[f64]) -> Vec<f32> {
+    fn lobes(&self, lamp: &Lamp, gloss: &[Option<f64>]) -> Vec<f32> {
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
         let of = |(point, mirror): (&SurfacePoint, &Option<(Vec3, usize)>)| {
-            mirror.map_or(0.0, |(mirror, material)| {
-                light.lobe(point.position, mirror, exponents[material]) as f32
-            })
+            let lobe = mirror.and_then(|(mirror, material)| {
+                Some(light.lobe(point.position, mirror, gloss[material]?) as f32)
+            });
+            lobe.unwrap_or(0.0)
         };
         self.points.iter().zip(&self.mirrors).map(of).collect()
     }
@@ -254,24 +253,23 @@ impl Candidates {
     }
 
     /// The place that lowers the objective most.
-    pub fn best(&self, problems: &[Linearised], exponents: &[f64]) -> Option<Lamp> {
-        let projected: Vec<Projected> =
-            problems.par_iter().map(|p| Projected::new(p, &self.rows, 0..0)).collect();
+    pub fn best(&self, problem: &Problem, fitted: &Fitted) -> Option<(Lamp, f64)> {
+        let residues = residues(problem, fitted, &self.rows, None);
         let gains_of = |(lamps, coupling): (&[Lamp], &[Vec<f32>])| {
             let each = lamps.iter().zip(coupling);
             let columns: Vec<Vec<f32>> =
                 each.map(|(lamp, coupling)| columns(lamp, &self.points, coupling)).collect();
             let lobes: Vec<Vec<f32>> =
-                lamps.iter().map(|lamp| self.lobes(lamp, exponents)).collect();
+                lamps.iter().map(|lamp| self.lobes(lamp, &fitted.model.gloss)).collect();
             let (columns, lobes) = (columns.concat(), lobes.concat());
             let mut gains = vec![0.0f32; COLUMNS * lamps.len()];
-            for problem in &projected {
-                let scaled = Scaled::new(&columns, &lobes, problem);
+            for residue in &residues {
+                let scaled = Scaled::new(&columns, &lobes, residue);
                 vectorised(|| {
                     for (k, gain) in gains.iter_mut().enumerate() {
                         let (column, parts) = (scaled.column(k), scaled.parts(k));
                         let square = dot(column, column);
-                        let towards = -dot(column, &problem.residual);
+                        let towards = -dot(column, &residue.residual);
                         let kept = square - dot(parts, parts);
                         if towards > 0.0 && kept > 1e-3 * square {
                             *gain += towards * towards / kept;
@@ -292,25 +290,24 @@ impl Candidates {
                 best = Some((index, gain));
             }
         }
-        best.map(|(index, _)| self.lamps[index])
+        best.map(|(index, gain)| (self.lamps[index], f64::from(gain)))
     }
 
-    /// Moves a lamp, whose present columns are `without`, to where it explains most.
+    /// Moves a lamp to where it explains most. `slot` is its part of the fit's model, if it has one.
     pub fn refine(
         &self,
-        fitter: &Fitter,
+        problem: &Problem,
+        fitted: &Fitted,
         lamp: Lamp,
-        problems: &[Linearised],
-        without: std::ops::Range<usize>,
+        slot: Option<usize>,
     ) -> Result<Lamp, Cancelled> {
-        let projected: Vec<Projected> =
-            problems.par_iter().map(|p| Projected::new(p, &self.rows, without.clone())).collect();
+        let residues = residues(problem, fitted, &self.rows, slot);
         let score = |lamp: &Lamp| -> Result<f64, Cancelled> {
-            fitter.watch().check()?;
+            problem.watch().check()?;
             if self.is_beside_given(lamp) {
                 return Ok(0.0);
             }
-            Ok(self.explained(fitter, lamp, &projected))
+            Ok(self.explained(problem, &fitted.model.gloss, lamp, &residues))
         };
         let mut best = (lamp, score(&lamp)?);
         let mut step = FIRST_STEP * self.half_diagonal;
@@ -320,6 +317,12 @@ impl Candidates {
                 .iter()
                 .map(|&axis| Lamp { position: best.0.position + step * axis, ..best.0 })
                 .collect();
+            // Nearer and farther: what the rows show of a lamp changes least along this line.
+            let outwards = (best.0.position - self.center).normalize_or_zero();
+            for along in [-2.0, 2.0] {
+                let position = best.0.position + along * step * outwards;
+                tries.push(Lamp { position, ..best.0 });
+            }
             for factor in [growth, 1.0 / growth] {
                 let radius_m = (best.0.radius_m * factor).clamp(
                     SMALLEST_RADIUS * self.half_diagonal,
@@ -344,24 +347,30 @@ impl Candidates {
     }
 
     /// How much of the squared residuals a lamp explains, its emissions at least 0.
-    fn explained(&self, fitter: &Fitter, lamp: &Lamp, projected: &[Projected]) -> f64 {
+    fn explained(
+        &self,
+        problem: &Problem,
+        gloss: &[Option<f64>],
+        lamp: &Lamp,
+        residues: &[Residue],
+    ) -> f64 {
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let visible = |point, discs| light.visible_part(fitter.data.views, point, discs);
+        let visible = |point, discs| light.visible_part(problem.data.views, point, discs);
         let points = self.points.iter().zip(&self.discs);
         let coupling: Vec<f32> =
             points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();
         let columns = columns(lamp, &self.points, &coupling);
-        let lobes = self.lobes(lamp, &fitter.exponents);
-        projected
+        let lobes = self.lobes(lamp, gloss);
+        residues
             .iter()
-            .map(|problem| {
-                let scaled = Scaled::new(&columns, &lobes, problem);
+            .map(|residue| {
+                let scaled = Scaled::new(&columns, &lobes, residue);
                 let gram = Mat::from_fn(COLUMNS, COLUMNS, |i, j| {
                     let both = dot(scaled.parts(i), scaled.parts(j));
                     f64::from(dot(scaled.column(i), scaled.column(j)) - both)
                 });
                 let linear: Vec<f64> = (0..COLUMNS)
-                    .map(|k| -f64::from(dot(scaled.column(k), &problem.residual)))
+                    .map(|k| -f64::from(dot(scaled.column(k), &residue.residual)))
                     .collect();
                 explained_by(&gram, &linear)
             })

@@ -1,41 +1,17 @@
 //! Options of the joint solve.
 
-use crate::reconstruct::joint::system::Objective;
-use crate::{choices, options};
-
-choices! {
-    /// How much model a scene gets.
-    ModelSize {
-        /// As many lamps as explain enough, gloss wherever it is tagged.
-        Full = "full",
-        /// Lamps, gloss and finer light only as far as predictions bear them out.
-        Auto = "auto",
-    }
-}
+use crate::options;
 
 options! {
     /// The joint solve of light and reflectances.
     JointOptions in "joint" {
-        /// full: lamps while they explain enough, gloss wherever it is tagged. auto: the model
-        /// starts small, and lamps, a sun, finer light and gloss are added only where the error of
-        /// blocks of samples that were held out falls by more than its standard error; structure
-        /// is looked for on a part of the samples, which takes a fraction of the time.
-        model: ModelSize = ModelSize::Full, None, "";
-        /// log: squared logarithms of computed over measured radiance. relative: squared
-        /// relative differences, which texture biases.
-        objective: Objective = Objective::Log, None, "";
         /// Sets of lights that the result is averaged over; their spread goes into the
         /// intervals. With 1 there are no intervals, and the run takes a fraction of the time.
         light_sets: usize = 6, Some((1.0, 100.0)), "";
         /// Lamps that are placed freely in space, at most; 0 for none.
         max_lamps: usize = 6, Some((0.0, 30.0)), "";
-        /// A lamp stays if it lowers the objective by at least this part.
-        lamp_gain: f64 = 0.05, Some((0.0, 1.0)), "";
         /// Look for a sun where tags.json gives none.
         find_sun: bool = true, None, "";
-        /// A sun stays if it lowers the objective by at least this part, and by more than a lamp
-        /// in its place would.
-        sun_gain: f64 = 0.2, Some((0.0, 1.0)), "";
         /// Radius of the sphere that carries the background's lights.
         radius_factor: f64 = 1.2, Some((1.0, 100.0)), "half-diagonals";
         /// Distance between the background's lights where lamps and sun do the rest.
@@ -66,7 +42,7 @@ options! {
         /// Standard deviation of that mean, of the logarithm.
         prior_sd: f64 = 0.25, Some((0.01, 10.0)), "";
         /// Standard deviation by which that mean differs between channels, of the logarithm.
-        channel_tie: f64 = 0.12, Some((0.01, 10.0)), "";
+        channel_tie: f64 = 0.5, Some((0.01, 10.0)), "";
     }
 }
 

@@ -13,23 +13,26 @@
 use faer::Mat;
 
 use crate::reconstruct::joint::hessian::Hessian;
-use crate::reconstruct::joint::terms::{Pulls, curvature, influence, loss};
+use crate::reconstruct::joint::terms::{Ridge, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
 use crate::solve::kernels::{self, add_scaled, column_of_mut, dot, weighted_square};
 use crate::watch::Watch;
 
-pub use crate::reconstruct::joint::terms::{Anchor, EXACT, Objective, Terms};
+pub use crate::reconstruct::joint::terms::{Anchor, Objective, Terms};
 
 /// The rows of all channels: a diffuse sample has one, a specular sample one per photograph.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
+    /// Per row its sample.
     pub sample: Vec<usize>,
+    /// Per row its material.
     pub material: Vec<usize>,
     /// Whether the row's material is fitted with a specular lobe, as its position among such
     /// rows.
     pub glossy: Vec<Option<usize>>,
     /// log πL per channel.
     pub log_radiance: [Vec<f64>; 3],
+    /// Number of materials, with rows or without.
     pub materials: usize,
 }
 
@@ -47,6 +50,7 @@ pub struct Design {
 }
 
 impl Design {
+    /// Number of emissions.
     pub fn columns(&self) -> usize {
         self.diffuse.ncols()
     }
@@ -63,26 +67,35 @@ pub struct State {
     pub specular: Vec<f64>,
 }
 
+/// A channel at its minimum.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// The unknowns.
     pub state: State,
     /// log(L̂/L) per row, whatever the objective.
     pub residuals: Vec<f64>,
+    /// The cost: half the sum of the rows' weighted losses, ridge and anchors.
     pub value: f64,
-    /// The largest projected slope at `state`, relative to its column's norm and the residuals'.
-    pub slope: f64,
+    /// KKT residual: the largest projected gradient at `state`, relative to its column's norm and the
+    /// residuals' (a cosine).
+    pub kkt_residual: f64,
+    /// Gauss–Newton steps that were taken.
     pub iterations: usize,
 }
 
 /// Smallest log reflectance, ρ = 0.0005: below it nothing is told from black.
 const DARKEST: f64 = -7.6;
 const MAX_ITERATIONS: usize = 60;
-/// Ends when no projected slope is larger (a cosine between residuals and a column).
-const SLOPE_TOLERANCE: f64 = 1e-6;
+/// Ends when no projected gradient is larger (a cosine between residuals and a column).
+const KKT_TOLERANCE: f64 = 1e-6;
 
+/// One channel's problem.
 pub struct Channel<'a> {
+    /// What was measured.
     pub rows: &'a Rows,
+    /// How the light reaches the rows.
     pub design: &'a Design,
+    /// 0, 1 or 2 for red, green and blue.
     pub channel: usize,
 }
 
@@ -144,9 +157,9 @@ impl Channel<'_> {
                 sum += weight * loss(terms.objective.of(residual).0, robust);
             }
         }
-        let pulls = Pulls::new(terms, norms, &state.emission);
+        let ridge = Ridge::new(terms, norms, &state.emission);
         for (j, &emission) in state.emission.iter().enumerate() {
-            sum += pulls.ridge[j] * (emission - terms.centre[j] - pulls.common).powi(2);
+            sum += ridge.ridge[j] * (emission - terms.centre[j] - ridge.common).powi(2);
         }
         for anchor in terms.anchors {
             sum += anchor.weight * anchor.miss(&state.log_diffuse).powi(2);
@@ -177,6 +190,9 @@ impl Channel<'_> {
     pub fn fit(&self, terms: &Terms, start: &State, watch: &Watch) -> Result<Fit, BoundedError> {
         let norms = self.norms(terms);
         let mut state = start.clone();
+        for (emission, held) in state.emission.iter_mut().zip(terms.held) {
+            *emission = held.unwrap_or(*emission);
+        }
         for (m, u) in state.log_diffuse.iter_mut().enumerate() {
             *u = terms.known[m].map_or(u.clamp(DARKEST, terms.upper[m]), |k| k.clamp(DARKEST, 0.0));
             state.specular[m] = terms.known_specular[m].unwrap_or(state.specular[m]);
@@ -189,29 +205,29 @@ impl Channel<'_> {
         let mut iterations = 0;
         let mut settled = false;
         let mut kept: Option<Hessian> = None;
-        let slope = loop {
+        let kkt_residual = loop {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
-            let pulls = Pulls::new(terms, &norms, &state.emission);
-            let gradient = self.gradient(terms, &pulls, &state, &computed, &linear);
-            let lit = working(&state, &gradient, &norms);
-            let slopes = self.slopes(&state, &linear.scale);
-            let earlier = kept.take().filter(|hessian| hessian.is_near(&slopes));
+            let ridge = Ridge::new(terms, &norms, &state.emission);
+            let gradient = self.gradient(terms, &ridge, &state, &computed, &linear);
+            let lit = working(&state, &gradient, &norms, terms.held);
+            let row_scales = self.row_scales(&state, &linear.scale);
+            let earlier = kept.take().filter(|hessian| hessian.is_near(&row_scales));
             let is_earlier = earlier.is_some();
-            let mut hessian = earlier.unwrap_or_else(|| Hessian::new(slopes, columns));
+            let mut hessian = earlier.unwrap_or_else(|| Hessian::new(row_scales, columns));
             hessian.extend(self, &lit);
-            let jacobian = self.of_reflectances(&hessian.slopes, &computed, &reflectances);
+            let jacobian = self.of_reflectances(&hessian.row_scales, &computed, &reflectances);
             let products = hessian.over(&lit, &jacobian);
-            let outside = largest_outside(&state, &gradient, &norms, &linear, &lit);
+            let outside = largest_outside(terms, &state, &gradient, &norms, &linear, &lit);
             let working: Vec<usize> =
                 lit.into_iter().chain(reflectances.iter().map(|index| columns + index)).collect();
-            let tangent = self.tangent(terms, &pulls, &state, &working, &gradient, products);
-            let slope = tangent.slope(&linear).max(outside);
-            if slope <= SLOPE_TOLERANCE || settled || iterations == MAX_ITERATIONS {
-                break slope;
+            let quadratic = self.quadratic(terms, &ridge, &state, &working, &gradient, products);
+            let kkt_residual = quadratic.kkt_residual(&linear).max(outside);
+            if kkt_residual <= KKT_TOLERANCE || settled || iterations == MAX_ITERATIONS {
+                break kkt_residual;
             }
             iterations += 1;
-            let target = self.step(&state, &tangent, &working, watch)?;
+            let target = self.step(&state, &quadratic, &working, watch)?;
             // The box is convex: every part of the step stays in it.
             let mut part = 1.0;
             let improved = loop {
@@ -232,13 +248,13 @@ impl Channel<'_> {
                     // Once more with second derivatives of this state.
                     continue;
                 }
-                break slope;
+                break kkt_residual;
             };
             settled = value - new_value <= terms.fall * new_value;
             (state, computed, residuals, value) = (next, new_computed, new_residuals, new_value);
             kept = (part == 1.0).then_some(hessian);
         };
-        Ok(Fit { state, residuals, value, slope, iterations })
+        Ok(Fit { state, residuals, value, kkt_residual, iterations })
     }
 
     /// The least-squares problem with the objective's slopes at these residuals, a residual's
@@ -283,7 +299,7 @@ impl Channel<'_> {
     fn gradient(
         &self,
         terms: &Terms,
-        pulls: &Pulls,
+        ridge: &Ridge,
         state: &State,
         computed: &Computed,
         linear: &Linear,
@@ -316,14 +332,14 @@ impl Channel<'_> {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
                 sum += dot(specular, &by_specular);
             }
-            let pull = state.emission[column] - terms.centre[column] - pulls.common;
-            -sum - pulls.ridge[column] * pull
+            let pull = state.emission[column] - terms.centre[column] - ridge.common;
+            -sum - ridge.ridge[column] * pull
         };
         (0..self.design.columns()).map(of_emission).chain(of_reflectances).collect()
     }
 
     /// What the columns of the Jacobian of the weighted residuals are made with.
-    fn slopes(&self, state: &State, scale: &[f64]) -> Slopes {
+    fn row_scales(&self, state: &State, scale: &[f64]) -> RowScales {
         let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
         let diffuse =
             scale.iter().zip(&self.rows.material).map(|(s, &m)| s * reflectance[m]).collect();
@@ -333,21 +349,21 @@ impl Channel<'_> {
                 self.rows.glossy[row].map(|glossy| (row, glossy, factor))
             })
             .collect();
-        Slopes { scale: scale.to_vec(), diffuse, specular }
+        RowScales { scale: scale.to_vec(), diffuse, specular }
     }
 
     /// The Jacobian's columns of some emissions, rows × columns.
-    pub(super) fn of_emissions(&self, slopes: &Slopes, columns: &[usize]) -> Mat<f64> {
-        let mut jacobian = Mat::zeros(slopes.diffuse.len(), columns.len());
+    pub(super) fn of_emissions(&self, row_scales: &RowScales, columns: &[usize]) -> Mat<f64> {
+        let mut jacobian = Mat::zeros(row_scales.diffuse.len(), columns.len());
         for (position, &column) in columns.iter().enumerate() {
             let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
             let out = column_of_mut(&mut jacobian, position);
-            for ((out, factor), k) in out.iter_mut().zip(&slopes.diffuse).zip(diffuse) {
+            for ((out, factor), k) in out.iter_mut().zip(&row_scales.diffuse).zip(diffuse) {
                 *out = factor * k;
             }
-            if !slopes.specular.is_empty() {
+            if !row_scales.specular.is_empty() {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                for &(row, glossy, factor) in &slopes.specular {
+                for &(row, glossy, factor) in &row_scales.specular {
                     out[row] += factor * specular[glossy];
                 }
             }
@@ -357,21 +373,26 @@ impl Channel<'_> {
 
     /// The Jacobian's columns of some reflectances, by their position among log ρ_d and ρ_s of
     /// every material.
-    fn of_reflectances(&self, slopes: &Slopes, computed: &Computed, of: &[usize]) -> Mat<f64> {
+    fn of_reflectances(
+        &self,
+        row_scales: &RowScales,
+        computed: &Computed,
+        of: &[usize],
+    ) -> Mat<f64> {
         let materials = self.rows.materials;
         let mut place = vec![None; 2 * materials];
         for (position, &index) in of.iter().enumerate() {
             place[index] = Some(position);
         }
-        let mut jacobian = Mat::zeros(slopes.scale.len(), of.len());
+        let mut jacobian = Mat::zeros(row_scales.scale.len(), of.len());
         for (row, &material) in self.rows.material.iter().enumerate() {
             if let Some(column) = place[material] {
-                jacobian[(row, column)] = slopes.diffuse[row] * computed.diffuse[row];
+                jacobian[(row, column)] = row_scales.diffuse[row] * computed.diffuse[row];
             }
             if let (Some(column), Some(glossy)) =
                 (place[materials + material], self.rows.glossy[row])
             {
-                jacobian[(row, column)] = slopes.scale[row] * computed.specular[glossy];
+                jacobian[(row, column)] = row_scales.scale[row] * computed.specular[glossy];
             }
         }
         jacobian
@@ -392,25 +413,25 @@ impl Channel<'_> {
 
     /// The linearised problem over the unknowns that are worked on: `gradient` is that of all,
     /// `products` JᵀJ over these.
-    fn tangent(
+    fn quadratic(
         &self,
         terms: &Terms,
-        pulls: &Pulls,
+        ridge: &Ridge,
         state: &State,
         working: &[usize],
         gradient: &[f64],
         products: Mat<f64>,
-    ) -> Tangent {
+    ) -> QuadraticModel {
         let (columns, materials) = (state.emission.len(), self.rows.materials);
         let mut hessian = products;
         let lit = working.partition_point(|&unknown| unknown < columns);
         for (j, &column) in working[..lit].iter().enumerate() {
             if terms.floating {
                 for (i, &other) in working[..lit].iter().enumerate() {
-                    hessian[(i, j)] += pulls.hessian(other, column);
+                    hessian[(i, j)] += ridge.hessian(other, column);
                 }
             } else {
-                hessian[(j, j)] += pulls.ridge[column];
+                hessian[(j, j)] += ridge.ridge[column];
             }
         }
         for anchor in terms.anchors {
@@ -429,7 +450,7 @@ impl Channel<'_> {
             Some(_) => (0.0, 1.0),
         };
         let (lower, upper) = working.iter().map(bounds).unzip();
-        Tangent {
+        QuadraticModel {
             hessian,
             x: working.iter().map(|&unknown| state.value(unknown)).collect(),
             lower,
@@ -442,11 +463,11 @@ impl Channel<'_> {
     fn step(
         &self,
         state: &State,
-        tangent: &Tangent,
+        quadratic: &QuadraticModel,
         working: &[usize],
         watch: &Watch,
     ) -> Result<State, BoundedError> {
-        let Tangent { hessian, x, lower, upper, gradient } = tangent;
+        let QuadraticModel { hessian, x, lower, upper, gradient } = quadratic;
         let mut linear_term = gradient.clone();
         for (j, &x) in x.iter().enumerate() {
             if x != 0.0 {
@@ -463,22 +484,24 @@ impl Channel<'_> {
 
     /// The Jacobian without ridge or anchors at a fit, over its lit columns, then log ρ_d and ρ_s
     /// of every material.
-    pub fn normal(&self, terms: &Terms, fit: &Fit) -> Normal {
+    pub fn linearisation(&self, terms: &Terms, fit: &Fit) -> Linearisation {
         let computed = self.compute(&fit.state);
         let linear = self.linearise(terms, &computed, &fit.residuals, influence);
-        let lit: Vec<usize> =
-            (0..self.design.columns()).filter(|&j| fit.state.emission[j] > 0.0).collect();
-        let slopes = self.slopes(&fit.state, &linear.scale);
+        let lit: Vec<usize> = (0..self.design.columns())
+            .filter(|&j| fit.state.emission[j] > 0.0 && !is_held(terms.held, j))
+            .collect();
+        let row_scales = self.row_scales(&fit.state, &linear.scale);
         let all: Vec<usize> = (0..2 * self.rows.materials).collect();
-        let reflectances = self.of_reflectances(&slopes, &computed, &all);
-        let emissions = self.of_emissions(&slopes, &lit);
+        let reflectances = self.of_reflectances(&row_scales, &computed, &all);
+        let emissions = self.of_emissions(&row_scales, &lit);
         let jacobian = faer::concat![[emissions, reflectances]];
-        Normal { jacobian, lit, residual: linear.residual, scale: linear.scale }
+        Linearisation { jacobian, lit, residual: linear.residual, scale: linear.scale }
     }
 }
 
 /// The linearised problem at a fit.
-pub struct Normal {
+pub struct Linearisation {
+    /// Rows × unknowns.
     pub jacobian: Mat<f64>,
     /// The columns of emission that are above 0.
     pub lit: Vec<usize>,
@@ -489,7 +512,7 @@ pub struct Normal {
 }
 
 /// What the columns of emission in the Jacobian of the weighted residuals are multiplied by.
-pub(super) struct Slopes {
+pub(super) struct RowScales {
     /// Per row the root of the second derivative by π L̂.
     pub scale: Vec<f64>,
     /// Per row that times ρ_d: the factor of k.
@@ -509,7 +532,7 @@ struct Linear {
 }
 
 /// The linearised problem over the unknowns that are worked on.
-struct Tangent {
+struct QuadraticModel {
     /// Ridge and anchors with it.
     hessian: Mat<f64>,
     /// The unknowns, and the box they stay in.
@@ -520,9 +543,9 @@ struct Tangent {
     gradient: Vec<f64>,
 }
 
-impl Tangent {
-    /// The largest projected slope, relative to its column's norm and the residuals'.
-    fn slope(&self, linear: &Linear) -> f64 {
+impl QuadraticModel {
+    /// The KKT residual: the largest projected gradient, relative to its column's norm and the residuals'.
+    fn kkt_residual(&self, linear: &Linear) -> f64 {
         let mut slope = 0.0f64;
         for (j, (&x, &gradient)) in self.x.iter().zip(&self.gradient).enumerate() {
             let norm = self.hessian[(j, j)].sqrt();
@@ -536,9 +559,9 @@ impl Tangent {
     }
 }
 
-impl Slopes {
+impl RowScales {
     /// The root mean square of how much others differ, each as a part of what it is here: dark
-    /// rows have the largest slopes, and are not to speak for all.
+    /// rows have the largest scales, and are not to decide alone.
     pub fn change(&self, others: &Self) -> f64 {
         let diffuse = self.diffuse.iter().copied().zip(others.diffuse.iter().copied());
         let specular = self.specular.iter().zip(&others.specular).map(|(a, b)| (a.2, b.2));
@@ -599,9 +622,10 @@ const NOTHING_LOG: f64 = -13.8;
 
 /// The columns of emission to solve for: those lit, and of those that ought to be, the most
 /// pressing.
-fn working(state: &State, gradient: &[f64], norms: &[f64]) -> Vec<usize> {
-    let mut lit: Vec<usize> = (0..norms.len()).filter(|&j| state.emission[j] > 0.0).collect();
-    let mut dark: Vec<(f64, usize)> = (0..norms.len())
+fn working(state: &State, gradient: &[f64], norms: &[f64], held: &[Option<f64>]) -> Vec<usize> {
+    let free = || (0..norms.len()).filter(|&j| !is_held(held, j));
+    let mut lit: Vec<usize> = free().filter(|&j| state.emission[j] > 0.0).collect();
+    let mut dark: Vec<(f64, usize)> = free()
         .filter(|&j| state.emission[j] <= 0.0 && gradient[j] > 0.0 && norms[j] > 0.0)
         .map(|j| (gradient[j] / norms[j], j))
         .collect();
@@ -612,8 +636,13 @@ fn working(state: &State, gradient: &[f64], norms: &[f64]) -> Vec<usize> {
     lit
 }
 
-/// The largest projected slope among the columns that are not worked on.
+fn is_held(held: &[Option<f64>], column: usize) -> bool {
+    held.get(column).is_some_and(Option::is_some)
+}
+
+/// The largest projected gradient among the columns that are not worked on.
 fn largest_outside(
+    terms: &Terms,
     state: &State,
     gradient: &[f64],
     norms: &[f64],
@@ -622,7 +651,8 @@ fn largest_outside(
 ) -> f64 {
     let mut largest = 0.0f64;
     for j in 0..norms.len() {
-        if state.emission[j] <= 0.0 && norms[j] > 0.0 && working.binary_search(&j).is_err() {
+        let is_dark = state.emission[j] <= 0.0 && !is_held(terms.held, j);
+        if is_dark && norms[j] > 0.0 && working.binary_search(&j).is_err() {
             largest = largest.max(gradient[j] / (norms[j] * linear.norm));
         }
     }

@@ -1,30 +1,33 @@
 //! What a joint solve holds against the data: the loss of a residual, the ridge on the emissions,
 //! known combinations of reflectances.
 
-use crate::choices;
 use crate::solve::kernels::dot;
 
-choices! {
-    /// What is made small.
-    Objective {
-        /// Squared logarithms of computed over measured radiance.
-        Log = "log",
-        /// Squared relative differences.
-        Relative = "relative",
-    }
+/// What is made small.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Objective {
+    /// Squared logarithms of computed over measured radiance.
+    #[default]
+    Log,
+    /// Squared relative differences, which texture biases: for tests and benches that show it.
+    Relative,
 }
 
 /// A known combination of log reflectances: adds ½ weight (Σ a_m u_m − target)².
 #[derive(Clone, Debug)]
 pub struct Anchor {
+    /// a_m per material.
     pub combination: Vec<f64>,
+    /// What the combination is known to be.
     pub target: f64,
+    /// In units in which a squared residual of a row of weight 1 counts 1.
     pub weight: f64,
 }
 
 /// What is held against the data, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
+    /// Which residuals are squared.
     pub objective: Objective,
     /// Per row, at least 0; a row with 0 is held out.
     pub weights: &'a [f64],
@@ -40,12 +43,15 @@ pub struct Terms<'a> {
     /// Whether the ridge draws the emissions to those values plus one that is common to all
     /// columns and chosen with the unknowns: then it evens them out without making them dark.
     pub floating: bool,
+    /// Per column an emission that is known.
+    pub held: &'a [Option<f64>],
     /// Per material a log reflectance that is known exactly.
     pub known: &'a [Option<f64>],
     /// Per material a specular reflectance that is held fixed.
     pub known_specular: &'a [Option<f64>],
     /// Per material the largest log reflectance, 0 or less.
     pub upper: &'a [f64],
+    /// Combinations of reflectances that are known.
     pub anchors: &'a [Anchor],
     /// Per material: residuals much larger than this count less (Cauchy's loss); ∞ is least
     /// squares.
@@ -54,11 +60,26 @@ pub struct Terms<'a> {
     pub fall: f64,
 }
 
-/// [`Terms::fall`] of a solve that is only compared with others: the lamps that it chooses between
-/// differ by a thousand times as much.
-pub const ROUGH: f64 = 1e-6;
-/// [`Terms::fall`] of a result: as a cosine, a millionth.
-pub const EXACT: f64 = 1e-12;
+impl Default for Terms<'_> {
+    /// Squared logarithms without rows, columns or materials.
+    fn default() -> Self {
+        Self {
+            objective: Objective::Log,
+            weights: &[],
+            ridge: &[],
+            reference: &[],
+            centre: &[],
+            floating: false,
+            held: &[],
+            known: &[],
+            known_specular: &[],
+            upper: &[],
+            anchors: &[],
+            robust: &[],
+            fall: 0.0,
+        }
+    }
+}
 
 impl Objective {
     /// The residual and its derivative by log L̂, of log(L̂/L).
@@ -76,8 +97,8 @@ impl Anchor {
     }
 }
 
-/// What the ridge does at some emissions.
-pub(super) struct Pulls {
+/// The ridge at some emissions.
+pub(super) struct Ridge {
     /// λ_j n_j² per column.
     pub ridge: Vec<f64>,
     /// Their sum; ∞ where nothing floats.
@@ -86,7 +107,7 @@ pub(super) struct Pulls {
     pub common: f64,
 }
 
-impl Pulls {
+impl Ridge {
     pub fn new(terms: &Terms, norms: &[f64], emission: &[f64]) -> Self {
         let ridge: Vec<f64> =
             terms.ridge.iter().zip(norms).map(|(ridge, norm)| ridge * norm * norm).collect();

@@ -25,16 +25,15 @@ pub(in crate::reconstruct) struct Light<'a> {
     recovered: &'a RecoveredLight,
     /// Indices of the lights with any emission.
     lit: Vec<usize>,
-    options: &'a Options,
     seed: u64,
 }
 
 impl<'a> Light<'a> {
     /// The seed is that of `options`.
-    pub(in crate::reconstruct) fn new(recovered: &'a RecoveredLight, options: &'a Options) -> Self {
+    pub(in crate::reconstruct) fn new(recovered: &'a RecoveredLight, options: &Options) -> Self {
         let lights = 0..recovered.lights.lights.len();
         let lit = lights.filter(|&light| recovered.shines(light)).collect();
-        Self { recovered, lit, options, seed: options.general.seed as u64 }
+        Self { recovered, lit, seed: options.general.seed as u64 }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -115,7 +114,6 @@ impl<'a> Light<'a> {
                 light,
                 &self.recovered.lobes.lobes[range.clone()],
                 point,
-                self.options.transport.falloff,
                 side,
                 &mut self.random(),
                 &mut values,

@@ -1,17 +1,19 @@
-//! The linearised problem with everything that is modelled projected out: what a new light could
-//! still explain.
+//! The problem linearised at a fit, with everything that is modelled projected out: what another
+//! light could still explain.
 
 use faer::Mat;
 
-use crate::reconstruct::joint::system::{Channel, Fit, Terms};
+use crate::math::rgb::CHANNELS;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, with_terms};
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::system::{Channel, Linearisation};
 use crate::solve::kernels::{add_scaled, dot, vectorised};
 
-/// One channel's linearised problem on the rows of the search, the light's and the materials'
-/// columns projected out.
-pub struct Projected {
-    /// Orthonormal basis of the columns, rows × columns.
+/// One channel's linearised problem on some rows.
+pub struct Residue {
+    /// Orthonormal basis of the columns of light and reflectances, rows × columns.
     pub basis: Mat<f32>,
-    /// What remains of the residual.
+    /// What remains of the residual; the whole residual has the norm 1.
     pub residual: Vec<f32>,
     /// ρ_d by what a change of π L̂ is multiplied to change a weighted residual.
     pub scale: Vec<f32>,
@@ -19,18 +21,40 @@ pub struct Projected {
     pub gloss: Vec<f32>,
 }
 
-/// What is needed to linearise one channel.
-pub struct Linearised<'a> {
-    pub channel: Channel<'a>,
-    pub terms: Terms<'a>,
-    pub fit: &'a Fit,
+/// The linearisation of a channel at a fit: residuals and Jacobian without ridge or anchors.
+pub fn linearise(problem: &Problem, fitted: &Fitted, channel: usize) -> Linearisation {
+    with_terms(problem, &fitted.model, &problem.weights, channel, ROUGH, |terms| {
+        let system = Channel { rows: &problem.rows, design: &fitted.design, channel };
+        system.linearisation(terms, &fitted.channels[channel])
+    })
 }
 
-impl Projected {
-    /// Columns in `without` are taken out of the model, with what they explained.
-    pub fn new(linearised: &Linearised, rows: &[usize], without: std::ops::Range<usize>) -> Self {
-        let normal = linearised.channel.normal(&linearised.terms, linearised.fit);
-        let state = &linearised.fit.state;
+/// What is left to explain of a fit on some rows, per channel. The part of the model in `without`
+/// is taken out, with what it explained.
+pub fn residues(
+    problem: &Problem,
+    fitted: &Fitted,
+    rows: &[usize],
+    without: Option<usize>,
+) -> Vec<Residue> {
+    let without = without.map_or(0..0, |slot| fitted.model.columns_of(slot));
+    use rayon::prelude::*;
+    (0..CHANNELS)
+        .into_par_iter()
+        .map(|channel| Residue::new(problem, fitted, rows, without.clone(), channel))
+        .collect()
+}
+
+impl Residue {
+    fn new(
+        problem: &Problem,
+        fitted: &Fitted,
+        rows: &[usize],
+        without: std::ops::Range<usize>,
+        channel: usize,
+    ) -> Self {
+        let normal = linearise(problem, fitted, channel);
+        let state = &fitted.channels[channel].state;
         let total: f64 = normal.residual.iter().map(|r| r * r).sum();
         let unit = total.max(1e-300).sqrt().recip();
         let lit = normal.lit.len();
@@ -72,8 +96,7 @@ impl Projected {
         project(&mut residual, &basis);
         let times = |reflectance: &dyn Fn(usize) -> f64| -> Vec<f32> {
             let of = |&row: &usize| {
-                let material = linearised.channel.rows.material[row];
-                (normal.scale[row] * reflectance(material) * unit) as f32
+                (normal.scale[row] * reflectance(problem.rows.material[row]) * unit) as f32
             };
             rows.iter().map(of).collect()
         };

@@ -1,0 +1,172 @@
+//! The result as a mean over several light sets: the lamps and the gloss that were chosen, over
+//! backgrounds that are laid out differently, each weighed by how well it predicts.
+
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::Error;
+use crate::reconstruct::joint::background::Layout;
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::fit::{EXACT, Fitted, ROUGH, fit, fit_with_scale_prior};
+use crate::reconstruct::joint::light_model::Part;
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::search::{Found, regrow};
+
+/// The ridge of the light sets, in turn, as a factor of that of the options.
+const RIDGES: [f64; 3] = [1.0, 1.0 / 3.0, 3.0];
+
+/// The light sets at their minima, and how much each counts; the weights add up to 1. The first
+/// has the background that was searched with.
+pub struct Ensemble {
+    pub members: Vec<(Fitted, f64)>,
+}
+
+/// Mean and spread of an ensemble.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// log ρ_d, per channel and material.
+    pub log_diffuse: [Vec<f64>; CHANNELS],
+    pub log_diffuse_variance: [Vec<f64>; CHANNELS],
+    /// ρ_s.
+    pub specular: [Vec<f64>; CHANNELS],
+    pub specular_variance: [Vec<f64>; CHANNELS],
+}
+
+impl Ensemble {
+    /// Fits the light sets to all rows of a problem; their weights are from the rows that the
+    /// model was chosen with.
+    ///
+    /// # Errors
+    /// If it is cancelled, or if the bounded least squares of a fit fails.
+    pub fn new(problem: &Problem, found: &Found, count: usize) -> Result<Self, Error> {
+        let sets: Vec<Validated> = (0..count)
+            .into_par_iter()
+            .map(|index| light_set(found, index))
+            .collect::<Result<_, Error>>()?;
+        let weights = weights(&found.problem, &sets);
+        let members = sets
+            .into_par_iter()
+            .zip(weights)
+            .map(|(set, weight)| {
+                let model = set.fitted.model.on(problem)?;
+                let fitted = fit(problem, &model, Some(&set.fitted), ROUGH)?;
+                Ok((fit_with_scale_prior(problem, fitted)?, weight))
+            })
+            .collect::<Result<_, Error>>()?;
+        Ok(Self { members })
+    }
+
+    /// The same light sets fitted to a problem with other weights or another I_s.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn refit(&self, problem: &Problem) -> Result<Self, Error> {
+        let members = self.members.par_iter().map(|(fitted, weight)| {
+            let fitted = fit(problem, &fitted.model, Some(fitted), ROUGH)?;
+            Ok((fit_with_scale_prior(problem, fitted)?, *weight))
+        });
+        Ok(Self { members: members.collect::<Result<_, Error>>()? })
+    }
+
+    pub fn main(&self) -> &Fitted {
+        &self.members[0].0
+    }
+
+    pub fn posterior(&self) -> Posterior {
+        let moments = |of: &dyn Fn(&Fitted, usize) -> Vec<f64>, c: usize| {
+            let values: Vec<(Vec<f64>, f64)> =
+                self.members.iter().map(|(fitted, weight)| (of(fitted, c), *weight)).collect();
+            let mut mean = vec![0.0; values[0].0.len()];
+            for (value, weight) in &values {
+                mean.iter_mut().zip(value).for_each(|(mean, value)| *mean += weight * value);
+            }
+            let mut variance = vec![0.0; mean.len()];
+            // Few light sets show less than their whole spread.
+            let unseen: f64 = 1.0 - values.iter().map(|(_, weight)| weight * weight).sum::<f64>();
+            for (value, weight) in &values {
+                for ((variance, mean), value) in variance.iter_mut().zip(&mean).zip(value) {
+                    *variance += weight * (value - mean).powi(2) / unseen.max(LEAST_UNSEEN);
+                }
+            }
+            (mean, variance)
+        };
+        let log = |fitted: &Fitted, c: usize| fitted.channels[c].state.log_diffuse.clone();
+        let specular = |fitted: &Fitted, c: usize| fitted.channels[c].state.specular.clone();
+        let [d0, d1, d2] = [0, 1, 2].map(|c| moments(&log, c));
+        let [s0, s1, s2] = [0, 1, 2].map(|c| moments(&specular, c));
+        Posterior {
+            log_diffuse: [d0.0, d1.0, d2.0],
+            log_diffuse_variance: [d0.1, d1.1, d2.1],
+            specular: [s0.0, s1.0, s2.0],
+            specular_variance: [s0.1, s1.1, s2.1],
+        }
+    }
+}
+
+/// A spread is taken to be no more than this part of what it is.
+const LEAST_UNSEEN: f64 = 0.1;
+
+impl Posterior {
+    pub fn diffuse(&self, material: usize) -> Rgb {
+        std::array::from_fn(|c| self.log_diffuse[c][material].exp())
+    }
+
+    pub fn specular(&self, material: usize) -> Rgb {
+        std::array::from_fn(|c| self.specular[c][material])
+    }
+
+    /// The light that goes with these reflectances, for a model of the problem.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn relight(&self, problem: &Problem, fitted: &Fitted) -> Result<Fitted, Error> {
+        fit(&self.known_to(problem), &fitted.model, Some(fitted), EXACT)
+    }
+
+    /// The problem with these reflectances for known.
+    pub fn known_to<'a>(&self, problem: &Problem<'a>) -> Problem<'a> {
+        let mut priors = (*problem.priors).clone();
+        for c in 0..CHANNELS {
+            priors.known[c] = self.log_diffuse[c].iter().map(|&log| Some(log)).collect();
+            priors.known_specular[c] = self.specular[c].iter().map(|&value| Some(value)).collect();
+        }
+        problem.with_priors(priors)
+    }
+}
+
+/// The model that was chosen with the background of one light set.
+fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
+    if index == 0 {
+        return Ok(found.best.clone());
+    }
+    let (problem, fitted) = (&found.problem, &found.best.fitted);
+    let mut model = fitted.model.clone();
+    for part in fitted.model.parts.iter().filter(|part| part.is_background()) {
+        if let Some(layout) = fitted.model.layout() {
+            let Layout { world, surfaces, .. } = *layout;
+            let layout = Layout::new(problem, world, found.density, surfaces, index);
+            model = model.replacing(part.slot, Part::background(problem, &layout)?);
+        }
+    }
+    model.ridge = problem.options().ridge * RIDGES[index % RIDGES.len()];
+    validate(problem, regrow(found, &model)?)
+}
+
+/// How much each light set counts: one that predicts worse than the best by as much as the standard
+/// error of the difference counts as a normal density there does.
+fn weights(problem: &Problem, sets: &[Validated]) -> Vec<f64> {
+    let total = |set: &Validated| set.losses.iter().sum::<f64>();
+    let Some(best) = sets.iter().min_by(|a, b| total(a).total_cmp(&total(b))) else {
+        return Vec::new();
+    };
+    let weight = |set: &Validated| {
+        let cv = compare(problem, best, set);
+        if cv.change <= 0.0 || cv.standard_error.is_infinite() {
+            return 1.0;
+        }
+        (-0.5 * (cv.change / cv.standard_error.max(f64::MIN_POSITIVE)).powi(2)).exp()
+    };
+    let weights: Vec<f64> = sets.iter().map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / sum).collect()
+}

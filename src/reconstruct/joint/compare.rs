@@ -1,0 +1,190 @@
+//! The one rule by which a part of a model comes in or goes: paired cross-validation over blocks.
+//!
+//! Each model predicts blocks that it was not fitted to. What is compared is how much better one
+//! predicts each block, since blocks differ far more among each other than models do. A part comes
+//! in where the error falls by more than one standard error of the difference, and goes where it
+//! does not rise by more.
+
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::Error;
+use crate::reconstruct::joint::blocks;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, descend};
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::system::{Fit, State};
+use crate::reconstruct::joint::terms::loss;
+
+/// Folds in which every block is held out once.
+const FOLDS: usize = 4;
+/// By how much the variance of a difference is larger than if the fits of the folds had no rows in
+/// common: 1 + K/(K − 1), for K folds (Nadeau and Bengio 2003, the corrected resampled t-test).
+const SHARED_ROWS: f64 = 1.0 + FOLDS as f64 / (FOLDS - 1) as f64;
+/// [`blocks::deal`]'s purpose of these folds.
+const PURPOSE: u64 = 0;
+
+/// A fit and what it makes of blocks that were held out.
+#[derive(Clone)]
+pub struct Validated {
+    pub fitted: Fitted,
+    /// Per row its weight times the robust loss of its prediction, all channels together.
+    pub losses: Vec<f64>,
+}
+
+/// The difference of two models' errors in held-out blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairedCv {
+    /// Roots of the mean losses of the two.
+    pub before: f64,
+    pub after: f64,
+    /// after/before − 1.
+    pub change: f64,
+    /// Of `change`, from the differences of the blocks; infinite where there are fewer than two.
+    pub standard_error: f64,
+}
+
+impl PairedCv {
+    /// Whether the error falls by more than its standard error.
+    pub fn is_better(&self) -> bool {
+        -self.change > self.standard_error
+    }
+
+    /// From weight and the two losses of every block.
+    fn of_blocks(blocks: &[[f64; 3]]) -> Self {
+        let sum = |k: usize| blocks.iter().map(|block| block[k]).sum::<f64>();
+        let weight = sum(0).max(f64::MIN_POSITIVE);
+        let (before, after) = (sum(1) / weight, sum(2) / weight);
+        let fall = before - after;
+        // Of a ratio of sums, blocks being unequal.
+        let squares: f64 =
+            blocks.iter().map(|block| (block[1] - block[2] - fall * block[0]).powi(2)).sum();
+        let count = blocks.len() as f64;
+        let of_fall = (squares * count / (count - 1.0).max(f64::MIN_POSITIVE)).sqrt() / weight;
+        // Fits that share most of their rows err alike.
+        let of_fall = of_fall * SHARED_ROWS.sqrt();
+        let both = (before * after).sqrt();
+        Self {
+            before: before.sqrt(),
+            after: after.sqrt(),
+            change: if before > 0.0 { (after / before).sqrt() - 1.0 } else { 0.0 },
+            standard_error: if blocks.len() < 2 || both <= 0.0 {
+                f64::INFINITY
+            } else {
+                0.5 * of_fall / both
+            },
+        }
+    }
+}
+
+/// Compares two models of one problem.
+pub fn compare(problem: &Problem, before: &Validated, after: &Validated) -> PairedCv {
+    let count = problem.block.iter().max().map_or(0, |last| last + 1);
+    let mut of_block = vec![[0.0; 3]; count];
+    for (row, &weight) in problem.weights.iter().enumerate() {
+        let sums = &mut of_block[problem.block[row]];
+        sums[0] += CHANNELS as f64 * weight;
+        sums[1] += before.losses[row];
+        sums[2] += after.losses[row];
+    }
+    of_block.retain(|block| block[0] > 0.0);
+    PairedCv::of_blocks(&of_block)
+}
+
+/// Fits the rows without one fold at a time, and predicts its rows.
+///
+/// # Errors
+/// If it is cancelled, or if the bounded least squares of a step fails.
+pub fn validate(problem: &Problem, fitted: Fitted) -> Result<Validated, Error> {
+    let count = problem.block.iter().max().map_or(0, |last| last + 1);
+    let fold = blocks::deal(count, FOLDS, PURPOSE);
+    let states: Vec<State> = fitted.channels.iter().map(|fit| fit.state.clone()).collect();
+    let parts: Vec<Vec<(usize, f64)>> = (0..FOLDS)
+        .into_par_iter()
+        .map(|held| {
+            let is_held = |row: usize| fold[problem.block[row]] == held;
+            let fits = without(problem, &fitted, &states, is_held)?;
+            let rows = (0..problem.weights.len()).filter(|&row| is_held(row));
+            Ok(rows.map(|row| (row, row_loss(problem, &fits, row))).collect())
+        })
+        .collect::<Result<_, Error>>()?;
+    let mut losses = vec![0.0; problem.weights.len()];
+    for (row, loss) in parts.into_iter().flatten() {
+        losses[row] = loss;
+    }
+    Ok(Validated { fitted, losses })
+}
+
+/// The fit of a model to the rows that are not held out, predicting all.
+fn without(
+    problem: &Problem,
+    fitted: &Fitted,
+    states: &[State],
+    is_held: impl Fn(usize) -> bool,
+) -> Result<Vec<Fit>, Error> {
+    let weights: Vec<f64> = problem
+        .weights
+        .iter()
+        .enumerate()
+        .map(|(row, &weight)| if is_held(row) { 0.0 } else { weight })
+        .collect();
+    descend(problem, &fitted.model, &fitted.design, &weights, states, ROUGH, |_| Vec::new())
+}
+
+/// Root mean square of log(computed/measured) of rows that are held out of a fit, per channel;
+/// `None` without such rows.
+///
+/// # Errors
+/// As [`validate`].
+pub fn held_out_error(
+    problem: &Problem,
+    fitted: &Fitted,
+    is_held: impl Fn(usize) -> bool,
+) -> Result<Option<Rgb>, Error> {
+    let states: Vec<State> = fitted.channels.iter().map(|fit| fit.state.clone()).collect();
+    let fits = without(problem, fitted, &states, &is_held)?;
+    let (mut sums, mut total) = ([0.0; CHANNELS], 0.0);
+    for row in (0..problem.weights.len()).filter(|&row| is_held(row)) {
+        let weight = problem.weights[row];
+        total += weight;
+        for (sum, fit) in sums.iter_mut().zip(&fits) {
+            *sum += weight * fit.residuals[row].powi(2);
+        }
+    }
+    Ok((total > 0.0).then(|| sums.map(|sum| (sum / total).sqrt())))
+}
+
+fn row_loss(problem: &Problem, fits: &[Fit], row: usize) -> f64 {
+    let weight = problem.weights[row];
+    // Not even an infinity counts where there is no weight.
+    if weight <= 0.0 {
+        return 0.0;
+    }
+    let robust = problem.priors.robust[problem.rows.material[row]];
+    weight * fits.iter().map(|fit| loss(fit.residuals[row], robust)).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_paired_and_their_error_is_that_of_their_mean() {
+        // Equal weights: the fall is the mean of 0.2, 0.4, 0.6, its error 0.2/√3 by hand, times √(7/3)
+        // for four folds.
+        let blocks = [[1.0, 1.0, 0.8], [1.0, 9.0, 8.6], [1.0, 2.0, 1.4]];
+        let change = PairedCv::of_blocks(&blocks);
+        assert!((change.before - 4.0f64.sqrt()).abs() < 1e-12);
+        assert!((change.change - ((3.6f64 / 4.0).sqrt() - 1.0)).abs() < 1e-12);
+        let of_fall = 0.2 / 3.0f64.sqrt() * (7.0f64 / 3.0).sqrt();
+        let of_root = of_fall / (2.0 * (4.0f64 * 3.6).sqrt());
+        assert!((change.standard_error - of_root).abs() < 1e-12, "{change:?}");
+        // However different the blocks are, all of them fell.
+        assert!(change.is_better());
+        let mixed = PairedCv::of_blocks(&[[1.0, 1.0, 0.5], [1.0, 1.0, 1.4], [1.0, 1.0, 1.0]]);
+        assert!(mixed.change < 0.0 && !mixed.is_better(), "{mixed:?}");
+        for few in [&blocks[..1], &[], &[[1.0, 0.0, 0.0]; 3]] {
+            let none = PairedCv::of_blocks(few);
+            assert!(!none.is_better(), "{none:?}");
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! The light that known surfaces send to the samples, I_s: one operator from the reflectances and
+//! the light of a fit to the irradiance of every sample.
+//!
+//! - What photographs show is read there (`Transport::irradiance`).
+//! - Known surfaces that no photograph shows reflect what falls on them: radiosity between patches
+//!   that are spread over them, by form factors. As emitters of unknown strength (Section 4.2) they
+//!   would lie so near to the samples that they imitate what photographed surfaces send, which is
+//!   all that tells the scale of the reflectances.
+//! - Glossy surfaces send to a sample other reflections than to the cameras. Once their lobes and
+//!   the light are known, what was read there is corrected by the ratio of the two.
+
+use faer::Mat;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::geometry::spaced::{Nearest, select_spaced};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::sampling::Random;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
+use crate::reconstruct::joint::glossy::{self, Reflection};
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
+use crate::reconstruct::transport::{
+    self, Gathered, PatchRadiosity, TransportOptions, UnphotographedHit, hemisphere,
+};
+use crate::reconstruct::{Error, Stream};
+use crate::scene::Role;
+use crate::watch::Cancelled;
+
+/// Patches on surfaces that no photograph shows.
+const PATCHES: usize = 400;
+/// Side of the grid of rays of a patch, and rays that find how much of a light it sees.
+const PATCH_SIDE: usize = 16;
+const PATCH_DISC_RAYS: usize = 4;
+/// Light and I_s are found in turn until I_s changes by less than this part of itself, each round
+/// leaving about a tenth of the change before, or for so many rounds.
+const TOLERANCE: f64 = 1e-3;
+const ROUNDS: usize = 8;
+/// Reflections between patches end with this part of the light.
+const LEAST_REFLECTED: f64 = 1e-4;
+
+/// Where the samples see patches and glossy surfaces.
+pub struct Indirect {
+    patches: Option<Patches>,
+    /// Per sample what it sees of glossy surfaces.
+    glossy: Vec<Vec<Reflection>>,
+}
+
+/// Patches of known surfaces that no photograph shows.
+struct Patches {
+    nearest: Nearest,
+    /// The patches, as samples that nothing was measured at.
+    cloud: SampleCloud,
+    /// `None` where the material was not measured.
+    materials: Vec<Option<usize>>,
+    /// Irradiance of every patch from photographed surfaces.
+    photographed: Vec<Rgb>,
+    /// Per patch the patches that it sees and their form factors times π, in sr.
+    form_factors: Vec<Vec<(usize, f64)>>,
+    /// The patch at every point without a photograph that a sample sees.
+    of_point: Vec<usize>,
+}
+
+/// A fit whose I_s agrees with its own light and reflectances.
+pub struct Settled<'a> {
+    pub problem: Problem<'a>,
+    pub fitted: Fitted,
+    /// What the patches send.
+    pub patch_radiosity: PatchRadiosity,
+}
+
+impl Indirect {
+    /// Looks around from every sample. Glossy surfaces are known at the problem's own samples.
+    ///
+    /// # Errors
+    /// If it is cancelled.
+    pub fn new(problem: &Problem) -> Result<Self, Cancelled> {
+        Ok(Self { patches: Patches::find(problem)?, glossy: glossy::reflections(problem)? })
+    }
+
+    /// Whether samples see known surfaces that no photograph shows.
+    pub fn has_patches(&self) -> bool {
+        self.patches.is_some()
+    }
+
+    /// The same without what unphotographed surfaces reflect.
+    pub fn without_patches(self) -> Self {
+        Self { patches: None, ..self }
+    }
+
+    /// Whether I_s depends on a fit at all.
+    fn is_fixed(&self, fitted: &Fitted) -> bool {
+        self.patches.is_none()
+            && (!fitted.model.is_glossy() || self.glossy.iter().all(Vec::is_empty))
+    }
+
+    /// Fits a model and finds I_s from its light in turn, until I_s stays.
+    ///
+    /// # Errors
+    /// As [`fit`].
+    pub fn settle<'a>(&self, problem: &Problem<'a>, fitted: Fitted) -> Result<Settled<'a>, Error> {
+        let mut settled = Settled {
+            problem: problem.clone(),
+            fitted,
+            patch_radiosity: PatchRadiosity::default(),
+        };
+        if self.is_fixed(&settled.fitted) {
+            return Ok(settled);
+        }
+        let coupling =
+            self.patches.as_ref().map(|p| p.couple(problem, &settled.fitted)).transpose()?;
+        for _ in 0..ROUNDS {
+            let Settled { problem, fitted, .. } = &settled;
+            let (irradiance, patch_radiosity) = self.irradiance(problem, fitted, coupling.as_ref());
+            let change = relative_change(&problem.irradiance, &irradiance);
+            let problem = problem.with_irradiance(irradiance);
+            let fitted = fit(&problem, &fitted.model, Some(fitted), ROUGH)?;
+            settled = Settled { problem, fitted, patch_radiosity };
+            if change < TOLERANCE {
+                break;
+            }
+        }
+        Ok(settled)
+    }
+
+    /// I_s of every sample, in the photographs' unit times sr, and what the patches send.
+    fn irradiance(
+        &self,
+        problem: &Problem,
+        fitted: &Fitted,
+        coupling: Option<&Mat<f64>>,
+    ) -> (Vec<Radiance>, PatchRadiosity) {
+        let transport = problem.data.transport;
+        let (mut sums, mut patch_radiosity) = (
+            transport.irradiance.iter().map(|rgb| rgb.map(f64::from)).collect::<Vec<Rgb>>(),
+            PatchRadiosity::default(),
+        );
+        if let (Some(patches), Some(coupling)) = (&self.patches, coupling) {
+            patch_radiosity = patches.light(problem, fitted, coupling);
+            sums.par_iter_mut().enumerate().for_each(|(sample, sum)| {
+                let points = transport.first_unphotographed[sample]
+                    ..transport.first_unphotographed[sample + 1];
+                let seen = points.map(|point| {
+                    (patches.of_point[point], transport.unphotographed[point].projected_sr)
+                });
+                *sum = patch_radiosity.added_from(transport.irradiance[sample], seen);
+            });
+        }
+        if fitted.model.is_glossy() {
+            glossy::correct(problem, fitted, &self.glossy, &mut sums);
+        }
+        (
+            sums.into_iter().map(|sum| sum.map(|value| value.max(0.0) as f32)).collect(),
+            patch_radiosity,
+        )
+    }
+}
+
+/// Root of the summed squared change over that of the values.
+fn relative_change(before: &[Radiance], after: &[Radiance]) -> f64 {
+    let (mut change, mut whole) = (0.0, 0.0);
+    for (before, after) in before.iter().flatten().zip(after.iter().flatten()) {
+        change += f64::from(after - before).powi(2);
+        whole += f64::from(*after).powi(2);
+    }
+    if whole > 0.0 { (change / whole).sqrt() } else { 0.0 }
+}
+
+impl Patches {
+    /// Patches spread over what the samples see of surfaces without a photograph; `None` where
+    /// there are none.
+    fn find(problem: &Problem) -> Result<Option<Self>, Cancelled> {
+        let (views, watch) = (problem.data.views, problem.watch());
+        let unphotographed = &problem.data.transport.unphotographed;
+        let seed = problem.data.options.general.seed as u64;
+        let positions: Vec<Vec3> =
+            unphotographed.iter().map(|unphotographed| unphotographed.point.position).collect();
+        // In the order of the samples, the first ones would decide where all patches are.
+        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+        Random::new(seed, Stream::Unseen as u64, u64::MAX).shuffle(&mut order);
+        let spacing_m = spacing_for(&positions, &order, PATCHES, watch)?;
+        let kept = select_spaced(&positions, &order, spacing_m, watch)?;
+        let places: Vec<UnphotographedHit> =
+            kept.iter().map(|&index| unphotographed[index as usize]).collect();
+        let points: Vec<Vec3> = places.iter().map(|place| place.point.position).collect();
+        let Some(nearest) = Nearest::new(&points) else { return Ok(None) };
+
+        let gathered = places
+            .par_iter()
+            .enumerate()
+            .map(|(index, place)| {
+                watch.check()?;
+                let mut random = Random::new(seed, Stream::Unseen as u64, index as u64);
+                let Gathered { irradiance, unphotographed, .. } =
+                    hemisphere(views, place.point, PATCH_SIDE, &mut random);
+                let factor = |unphotographed: &UnphotographedHit| {
+                    (nearest.to(unphotographed.point.position), unphotographed.projected_sr)
+                };
+                Ok((irradiance.map(f64::from), unphotographed.iter().map(factor).collect()))
+            })
+            .collect::<Result<Vec<(Rgb, Vec<(usize, f64)>)>, Cancelled>>()?;
+        let (photographed, form_factors) = gathered.into_iter().unzip();
+
+        let nothing_measured = |place: &UnphotographedHit| Sample {
+            position: place.point.position,
+            normal: place.point.normal,
+            material: 0,
+            surface: 0,
+            views: 0..0,
+            radiance: [0.0; CHANNELS],
+        };
+        let cloud = SampleCloud {
+            samples: places.iter().map(nothing_measured).collect(),
+            ..SampleCloud::default()
+        };
+        let capture = views.capture;
+        let material = |place: &UnphotographedHit| {
+            let surface = capture.mesh.surface[place.triangle as usize] as usize;
+            match capture.surfaces[surface].role {
+                Role::Material(material) if problem.priors.measured[material] => Some(material),
+                _ => None,
+            }
+        };
+        let materials = places.iter().map(material).collect();
+        let of_point = positions.par_iter().map(|&position| nearest.to(position)).collect();
+        Ok(Some(Self { nearest, cloud, materials, photographed, form_factors, of_point }))
+    }
+
+    /// k_ij, patches × columns of a model.
+    fn couple(&self, problem: &Problem, fitted: &Fitted) -> Result<Mat<f64>, Cancelled> {
+        let options = problem.data.options;
+        let seed = options.general.seed as u64;
+        let options = TransportOptions { disc_rays: PATCH_DISC_RAYS, ..options.transport.clone() };
+        let set = fitted.model.set();
+        let (views, watch) = (problem.data.views, problem.watch());
+        transport::couple(views, &self.cloud, &set.lights, &set.lobes, &options, seed, watch)
+    }
+
+    /// What the patches send under the light and with the reflectances of a fit.
+    fn light(&self, problem: &Problem, fitted: &Fitted, coupling: &Mat<f64>) -> PatchRadiosity {
+        let count = self.materials.len();
+        let mut radiance = vec![[0.0f32; CHANNELS]; count];
+        for (c, fit) in fitted.channels.iter().enumerate() {
+            let emission = &fit.state.emission;
+            let lights = |patch: usize| -> f64 {
+                emission.iter().enumerate().map(|(j, e)| e * coupling[(patch, j)]).sum()
+            };
+            let direct: Vec<f64> =
+                (0..count).map(|patch| self.photographed[patch][c] + lights(patch)).collect();
+            let measured = (0..problem.materials()).filter(|&m| problem.priors.measured[m]);
+            let logs: Vec<f64> = measured.map(|m| fit.state.log_diffuse[m]).collect();
+            let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+            // Of all that arrives, the part that is reflected into any direction; the others'
+            // mean where the material was not measured.
+            let reflectance: Vec<f64> = self
+                .materials
+                .iter()
+                .map(|material| {
+                    material.map_or(mean, |m| {
+                        (fit.state.log_diffuse[m].exp() + fit.state.specular[m]).min(1.0)
+                    })
+                })
+                .collect();
+            let reflect = |irradiance: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                (0..count)
+                    .map(|patch| reflectance[patch] * irradiance(patch) / std::f64::consts::PI)
+                    .collect()
+            };
+            // Neumann series of the radiosity equation.
+            let mut order = reflect(&|patch| direct[patch]);
+            let first: f64 = order.iter().sum();
+            let mut sent = order.clone();
+            while order.iter().sum::<f64>() > LEAST_REFLECTED * first {
+                let before = std::mem::take(&mut order);
+                order = reflect(&|patch| {
+                    self.form_factors[patch].iter().map(|&(other, w)| w * before[other]).sum()
+                });
+                sent.iter_mut().zip(&order).for_each(|(sent, order)| *sent += order);
+                if order.iter().sum::<f64>() >= before.iter().sum::<f64>() {
+                    // Mirrors all around: the series has no end that these patches would know.
+                    break;
+                }
+            }
+            for (radiance, sent) in radiance.iter_mut().zip(sent) {
+                radiance[c] = sent as f32;
+            }
+        }
+        PatchRadiosity::new(self.nearest.clone(), radiance)
+    }
+}

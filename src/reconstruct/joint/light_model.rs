@@ -1,0 +1,339 @@
+//! What the light of a scene is taken to be: a background of lobes or sky cells, a sun, lamps,
+//! the lights that the artist gave, and how glossy each material is.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::joint::background::{Layout, LightSet, World};
+use crate::reconstruct::joint::fit::Fitted;
+use crate::reconstruct::joint::lamps::Lamp;
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::system::Design;
+use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use crate::reconstruct::lobes::Lobe;
+use crate::scene::{Emitter, KnownLight};
+use crate::solve::kernels::{column_of, column_of_mut};
+use crate::watch::Cancelled;
+
+/// One part of a light model, with how it reaches the rows of a problem.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Tells parts of one model apart; a part that is moved keeps it.
+    pub slot: usize,
+    pub kind: PartKind,
+    pub set: Arc<LightSet>,
+    /// k_ij, rows × lobes of `set`, in sr.
+    pub coupling: Arc<Mat<f64>>,
+    /// Per lobe and channel what the ridge draws its emission to.
+    pub centre: Vec<Rgb>,
+    /// Emission that is known, of all lobes.
+    pub held: Option<Rgb>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartKind {
+    Background(Layout),
+    /// A light that the artist gave, by its index among those of the capture.
+    Given(usize),
+    /// Unit direction towards a sun that was found.
+    Sun(Vec3),
+    Lamp(Lamp),
+}
+
+/// The light and the gloss that a fit may use.
+#[derive(Clone, Debug)]
+pub struct LightModel {
+    pub parts: Vec<Part>,
+    /// Exponent n of Eq. 12 per material; `None` where a material is diffuse.
+    pub gloss: Vec<Option<f64>>,
+    /// Ridge on the background's emissions, relative to their columns' norms.
+    pub ridge: f64,
+}
+
+/// Half the angle that the sun subtends, in radians.
+const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
+impl Part {
+    fn new(problem: &Problem, kind: PartKind, set: LightSet) -> Result<Self, Cancelled> {
+        let coupling = Arc::new(problem.couple(&set)?);
+        let centre = vec![[0.0; CHANNELS]; set.lobes.lobes.len()];
+        Ok(Self { slot: 0, kind, set: Arc::new(set), coupling, centre, held: None })
+    }
+
+    pub fn background(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
+        let set = layout.place(problem)?;
+        let mut part = Self::new(problem, PartKind::Background(*layout), set)?;
+        // A light probe says what the sky is likely to send.
+        for light in &problem.capture().lights {
+            let KnownLight::Dome { dome, .. } = light else { continue };
+            for (centre, lobe) in part.centre.iter_mut().zip(&part.set.lobes.lobes) {
+                let light = &part.set.lights.lights[lobe.light];
+                if light.kind == LightKind::Sky {
+                    let radiance = dome.mean_radiance(-light.normal, light.half_angle);
+                    for (centre, value) in centre.iter_mut().zip(radiance) {
+                        *centre += f64::from(value);
+                    }
+                }
+            }
+        }
+        Ok(part)
+    }
+
+    pub fn lamp(problem: &Problem, lamp: Lamp) -> Result<Self, Cancelled> {
+        Self::new(problem, PartKind::Lamp(lamp), lamp.set())
+    }
+
+    /// `towards` is the unit direction towards the sun.
+    pub fn sun(problem: &Problem, towards: Vec3) -> Result<Self, Cancelled> {
+        let mut set = LightSet::default();
+        let sun = VirtualLight::distant(LightKind::Sun, -towards, SUN_HALF_ANGLE);
+        set.push(sun, &[(-towards, 0.0)]);
+        Self::new(problem, PartKind::Sun(towards), set)
+    }
+
+    /// The lights that the artist gave.
+    fn given(problem: &Problem) -> Result<Vec<Self>, Cancelled> {
+        let mut parts = Vec::new();
+        for (index, light) in problem.capture().lights.iter().enumerate() {
+            let KnownLight::Shape { emitter, emission, .. } = light else { continue };
+            let (light, axis) = match *emitter {
+                Emitter::Sun { direction, angular_diameter } => {
+                    let half = 0.5 * angular_diameter;
+                    (VirtualLight::distant(LightKind::Sun, direction, half), direction)
+                }
+                _ => {
+                    let (position, radius_m) = emitter.extent();
+                    let kind = LightKind::Known(index);
+                    (VirtualLight { kind, ..VirtualLight::lamp(position, radius_m) }, Vec3::Z)
+                }
+            };
+            let mut set = LightSet::default();
+            set.push(light, &[(axis, 0.0)]);
+            let part = Self::new(problem, PartKind::Given(index), set)?;
+            parts.push(Self { held: *emission, ..part });
+        }
+        Ok(parts)
+    }
+
+    /// The same part for the rows of another problem.
+    pub fn on(&self, problem: &Problem) -> Result<Self, Cancelled> {
+        Ok(Self { coupling: Arc::new(problem.couple(&self.set)?), ..self.clone() })
+    }
+
+    pub fn columns(&self) -> usize {
+        self.set.lobes.lobes.len()
+    }
+
+    pub fn is_background(&self) -> bool {
+        matches!(self.kind, PartKind::Background(_))
+    }
+
+    pub fn is_lamp(&self) -> bool {
+        matches!(self.kind, PartKind::Lamp(_))
+    }
+}
+
+impl LightModel {
+    /// A background with the lights that the artist gave; every tagged material is glossy.
+    pub fn new(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
+        let exponent = problem.data.options.gloss.start_exponent;
+        let gloss = |material| problem.is_tagged_specular(material).then_some(exponent);
+        let none = Self {
+            parts: Vec::new(),
+            gloss: (0..problem.materials()).map(gloss).collect(),
+            ridge: problem.options().ridge,
+        };
+        let parts = Part::given(problem)?.into_iter();
+        let model = parts.fold(none, |model, part| model.with(part));
+        Ok(model.with(Part::background(problem, layout)?))
+    }
+
+    /// The model with another part.
+    pub fn with(&self, part: Part) -> Self {
+        let slot = self.parts.iter().map(|part| part.slot + 1).max().unwrap_or(0);
+        let mut parts = self.parts.clone();
+        parts.push(Part { slot, ..part });
+        Self { parts, ..self.clone() }
+    }
+
+    pub fn without(&self, slot: usize) -> Self {
+        let mut model = self.clone();
+        model.parts.retain(|part| part.slot != slot);
+        model
+    }
+
+    /// The model with one part in place of another.
+    pub fn replacing(&self, slot: usize, part: Part) -> Self {
+        let mut model = self.clone();
+        for own in model.parts.iter_mut().filter(|own| own.slot == slot) {
+            *own = Part { slot, ..part.clone() };
+        }
+        model
+    }
+
+    pub fn with_gloss(&self, material: usize, exponent: Option<f64>) -> Self {
+        let mut model = self.clone();
+        model.gloss[material] = exponent;
+        model
+    }
+
+    /// The same lights for the rows of another problem.
+    pub fn on(&self, problem: &Problem) -> Result<Self, Cancelled> {
+        let parts = self.parts.iter().map(|part| part.on(problem));
+        Ok(Self { parts: parts.collect::<Result<_, _>>()?, ..self.clone() })
+    }
+
+    pub fn lamps(&self) -> usize {
+        self.parts.iter().filter(|part| part.is_lamp()).count()
+    }
+
+    /// The part with a sun that was found.
+    pub fn sun(&self) -> Option<&Part> {
+        self.parts.iter().find(|part| matches!(part.kind, PartKind::Sun(_)))
+    }
+
+    /// The layout of the first background.
+    pub fn layout(&self) -> Option<&Layout> {
+        self.parts.iter().find_map(|part| match &part.kind {
+            PartKind::Background(layout) => Some(layout),
+            _ => None,
+        })
+    }
+
+    pub fn is_glossy(&self) -> bool {
+        self.gloss.iter().any(Option::is_some)
+    }
+
+    pub fn columns(&self) -> usize {
+        self.parts.iter().map(Part::columns).sum()
+    }
+
+    /// The columns of a part, by its slot.
+    pub fn columns_of(&self, slot: usize) -> std::ops::Range<usize> {
+        let place = self.parts.iter().position(|part| part.slot == slot);
+        let place = place.unwrap_or(self.parts.len());
+        let first = self.parts[..place].iter().map(Part::columns).sum();
+        first..first + self.parts.get(place).map_or(0, Part::columns)
+    }
+
+    /// All lights, in the order of the columns.
+    pub fn set(&self) -> LightSet {
+        let mut set = LightSet::default();
+        for part in &self.parts {
+            if part.is_background() && set.lights.spacing_m == 0.0 {
+                let lights = std::mem::take(&mut set.lights.lights);
+                set.lights = VirtualLights { lights, ..part.set.lights.clone() };
+            }
+            set.append(&part.set);
+        }
+        set
+    }
+
+    /// Whether any light of the model is unknown.
+    pub fn has_unknown_light(&self) -> bool {
+        self.parts.iter().any(|part| {
+            part.held.is_none() && part.columns() > 0 && !matches!(part.kind, PartKind::Given(_))
+        })
+    }
+
+    /// Whether the background's ridge draws emissions to a value of their own choice: rooms are
+    /// dark but for their lamps, skies bright all over, and a probe says how bright.
+    pub fn is_floating(&self) -> bool {
+        let aimed = self.parts.iter().flat_map(|part| &part.centre).flatten().any(|&c| c > 0.0);
+        self.layout().is_some_and(|layout| layout.world == World::Open) && !aimed
+    }
+
+    /// The ridge per column: on backgrounds, but not on known surfaces that shine, which are few
+    /// and in a known place.
+    pub fn ridges(&self) -> Vec<f64> {
+        let of_part = |part: &Part| -> Vec<f64> {
+            let of_lobe = |lobe: &Lobe| {
+                let on_surface = part.set.lights.lights[lobe.light].kind == LightKind::Surface;
+                if part.is_background() && !on_surface { self.ridge } else { 0.0 }
+            };
+            part.set.lobes.lobes.iter().map(of_lobe).collect()
+        };
+        self.parts.iter().flat_map(of_part).collect()
+    }
+
+    pub fn centres(&self, channel: usize) -> Vec<f64> {
+        self.parts.iter().flat_map(|part| &part.centre).map(|centre| centre[channel]).collect()
+    }
+
+    /// Emissions that are known, per column.
+    pub fn held(&self, channel: usize) -> Vec<Option<f64>> {
+        let of = |part: &Part| vec![part.held.map(|held| held[channel]); part.columns()];
+        self.parts.iter().flat_map(of).collect()
+    }
+
+    /// The emissions of a fit of a model with some of the same parts, in this one's columns.
+    pub fn carry(&self, from: &Fitted, channel: usize) -> Vec<f64> {
+        let emission = &from.channels[channel].state.emission;
+        let of = |part: &Part| {
+            let columns = from.model.columns_of(part.slot);
+            if columns.len() == part.columns() {
+                emission[columns].to_vec()
+            } else {
+                vec![0.0; part.columns()]
+            }
+        };
+        self.parts.iter().flat_map(of).collect()
+    }
+
+    /// How the light reaches the rows.
+    pub fn design(&self, problem: &Problem) -> Design {
+        let (rows, columns) = (problem.rows.sample.len(), self.columns());
+        let mut diffuse = Mat::zeros(rows, columns);
+        let mut next = 0;
+        for part in &self.parts {
+            for column in 0..part.columns() {
+                column_of_mut(&mut diffuse, next)
+                    .copy_from_slice(column_of((*part.coupling).as_ref(), column));
+                next += 1;
+            }
+        }
+        let base = |c: usize| -> Vec<f64> {
+            let of = |&sample: &usize| f64::from(problem.irradiance[sample][c]);
+            problem.rows.sample.iter().map(of).collect()
+        };
+        let base = [base(0), base(1), base(2)];
+        let (specular, specular_base) = self.specular(problem, &diffuse);
+        Design { diffuse, base, specular, specular_base }
+    }
+
+    /// (n+2)/2 cosⁿγ times the coupling, glossy rows × columns, and the same of the radiance
+    /// records, per channel and glossy row. Zero for materials that are diffuse here.
+    fn specular(&self, problem: &Problem, diffuse: &Mat<f64>) -> (Mat<f64>, [Vec<f64>; CHANNELS]) {
+        let set: Vec<&VirtualLight> =
+            self.parts.iter().flat_map(|part| &part.set.lights.lights).collect();
+        let mut light_of = Vec::new();
+        let mut first = 0;
+        for part in &self.parts {
+            light_of.extend(part.set.lobes.lobes.iter().map(|lobe| first + lobe.light));
+            first += part.set.lights.lights.len();
+        }
+        let rows: Vec<usize> = (0..problem.rows.sample.len())
+            .filter(|&row| problem.rows.glossy[row].is_some())
+            .collect();
+        let of_row = |(&row, &glossy): (&usize, &usize)| {
+            let Some(exponent) = self.gloss[problem.rows.material[row]] else {
+                return (Vec::new(), [0.0; CHANNELS]);
+            };
+            let glossy = &problem.data.equations.glossy[glossy];
+            let position = problem.surface_point(row).position;
+            let lobes =
+                set.iter().map(|light| light.lobe(position, glossy.mirror, exponent)).collect();
+            (lobes, glossy.records(exponent).map(|value| value * 0.5 * (exponent + 2.0)))
+        };
+        let found: Vec<(Vec<f64>, Rgb)> =
+            rows.par_iter().zip(problem.glossy.par_iter()).map(of_row).collect();
+        let specular = Mat::from_fn(rows.len(), light_of.len(), |row, column| {
+            let lobe = found[row].0.get(light_of[column]).copied().unwrap_or(0.0);
+            lobe * diffuse[(rows[row], column)]
+        });
+        (specular, std::array::from_fn(|c| found.iter().map(|(_, records)| records[c]).collect()))
+    }
+}

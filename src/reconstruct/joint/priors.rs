@@ -1,0 +1,88 @@
+//! What is known of the reflectances before the light is.
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::joint::options::JointOptions;
+use crate::scene::Capture;
+
+/// Reflectance of materials that no photograph shows: it has no effect.
+const UNSEEN: f64 = 0.4;
+/// Reflectances below it are told from black by no photograph.
+pub const BLACK: f64 = 1e-3;
+
+/// Relative error of a sample's radiance before anything is fitted.
+const TYPICAL_ERROR: f64 = 0.05;
+
+/// What is known of the reflectances before the light is.
+#[derive(Clone, Debug)]
+pub struct Priors {
+    /// Materials with samples.
+    pub measured: Vec<bool>,
+    /// Log reflectances that are known or by Eq. 11, per channel and material, by which the ridge is
+    /// scaled.
+    pub reference: [Vec<f64>; CHANNELS],
+    /// Log reflectances where the first fit starts.
+    pub start: [Vec<f64>; CHANNELS],
+    /// log ρ_d that are known exactly, per channel and material.
+    pub known: [Vec<Option<f64>>; CHANNELS],
+    /// ρ_s that are known, per channel and material.
+    pub known_specular: [Vec<Option<f64>>; CHANNELS],
+    /// Reflectances that are known with a standard deviation: material, ρ_d, sd.
+    pub pins: Vec<(usize, Rgb, Rgb)>,
+    /// Largest log ρ_d, per channel and material.
+    pub upper: [Vec<f64>; CHANNELS],
+    /// Per material the size of a residual beyond which it counts less (Cauchy's loss); infinite
+    /// for least squares.
+    pub robust: Vec<f64>,
+    /// Variance of a row's residual, per channel, as far as a mean over many rows is concerned:
+    /// that of single residuals times how much neighbours repeat each other.
+    pub noise: Rgb,
+}
+
+impl Priors {
+    /// `normalised` has the reflectances of Eq. 11, `start` those to begin with; `None` for
+    /// materials without samples.
+    pub fn new(
+        capture: &Capture,
+        options: &JointOptions,
+        normalised: &[Option<Rgb>],
+        start: &[Option<Rgb>],
+    ) -> Self {
+        let materials = capture.materials.len();
+        let logs = |of: &[Option<Rgb>], c: usize| -> Vec<f64> {
+            let known = capture.materials.iter().map(|material| material.known_diffuse);
+            of.iter()
+                .zip(known)
+                .map(|(rgb, known)| known.or(*rgb).map_or(UNSEEN, |rgb| rgb[c]).max(BLACK).ln())
+                .collect()
+        };
+        let mut known: [Vec<Option<f64>>; CHANNELS] =
+            std::array::from_fn(|_| vec![None; materials]);
+        let mut pins = Vec::new();
+        for (index, material) in capture.materials.iter().enumerate() {
+            let Some(value) = material.known_diffuse else { continue };
+            match material.known_diffuse_sd.filter(|sd| sd.iter().any(|sd| *sd > 0.0)) {
+                Some(sd) => pins.push((index, value, sd)),
+                None => {
+                    for (known, value) in known.iter_mut().zip(value) {
+                        known[index] = Some(value.max(BLACK).ln());
+                    }
+                }
+            }
+        }
+        Self {
+            measured: start.iter().map(Option::is_some).collect(),
+            reference: std::array::from_fn(|c| logs(normalised, c)),
+            start: std::array::from_fn(|c| logs(start, c)),
+            known,
+            known_specular: std::array::from_fn(|_| vec![None; materials]),
+            pins,
+            upper: std::array::from_fn(|_| vec![options.brightest.ln(); materials]),
+            robust: vec![f64::INFINITY; materials],
+            noise: [TYPICAL_ERROR * TYPICAL_ERROR; CHANNELS],
+        }
+    }
+
+    pub fn has_pin(&self) -> bool {
+        !self.pins.is_empty() || self.known[0].iter().any(Option::is_some)
+    }
+}

@@ -1,0 +1,107 @@
+//! What a solve says of itself.
+
+use crate::math::rgb::CHANNELS;
+use crate::reconstruct::joint::average::{Ensemble, Posterior};
+use crate::reconstruct::joint::background::World;
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::search::Found;
+use crate::reconstruct::solution::{Certainty, Selection, Trial, TrialPart};
+
+/// A specular reflectance that nobody sees.
+const NO_HIGHLIGHT: f64 = 0.01;
+
+/// Materials tagged as specular that show no highlight are diffuse.
+pub fn without_highlight(
+    problem: &Problem,
+    ensemble: &Ensemble,
+    certainty: &Certainty,
+    posterior: &mut Posterior,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for material in (0..problem.materials()).filter(|&m| problem.is_tagged_specular(m)) {
+        let Some(certainty) = certainty.materials[material] else { continue };
+        let shows = (0..CHANNELS).any(|c| match certainty.specular[c] {
+            Some([low, _]) => low > 0.0 && posterior.specular[c][material] > NO_HIGHLIGHT,
+            // What only some light sets need is no highlight.
+            None => ensemble
+                .members
+                .iter()
+                .all(|(fitted, _)| fitted.specular(material)[c] > NO_HIGHLIGHT),
+        });
+        if !shows {
+            warnings.push(format!(
+                "\"{}\" is tagged as specular, but the photographs show no highlight on it: it is \
+                 taken to be diffuse",
+                problem.capture().materials[material].name
+            ));
+            for c in 0..CHANNELS {
+                posterior.specular[c][material] = 0.0;
+            }
+        }
+    }
+    warnings
+}
+
+/// What was decided, a sentence each.
+pub fn notes(problem: &Problem, found: &Found, selection: Option<&Selection>) -> Vec<String> {
+    let capture = problem.capture();
+    let mut notes = Vec::new();
+    let Some(selection) = selection else { return notes };
+    let model = &found.best.fitted.model;
+    let is_open = model.layout().is_some_and(|layout| layout.world == World::Open);
+    let lamps = model.lamps();
+    notes.push(format!(
+        "the unseen world is taken to be {}, with {lamps} lamp{}{}; {} of {} lobes that were tried \
+         shine",
+        if is_open { "an open sky" } else { "a room" },
+        if lamps == 1 { "" } else { "s" },
+        if model.sun().is_some() { " and a sun" } else { "" },
+        selection.kept,
+        selection.candidates,
+    ));
+    for found in &found.exponents {
+        notes.push(format!(
+            "\"{}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
+            capture.materials[found.material].name, found.exponent, found.range[0], found.range[1],
+        ));
+    }
+    let told: Vec<String> = selection
+        .trials
+        .iter()
+        .map(|trial| {
+            let part = match trial.part {
+                TrialPart::Sun => "a sun".to_owned(),
+                TrialPart::Room => "a room rather than a sky".to_owned(),
+                TrialPart::Lamp(number) => format!("lamp {number}"),
+                TrialPart::Background(lobes) => {
+                    format!("a background of {lobes} lobes rather than half")
+                }
+                TrialPart::FineLobes => "fine lobes in place of lamps".to_owned(),
+                TrialPart::Beside(lobes) => {
+                    format!("{lobes} fine lobes beside the other lights for pictures")
+                }
+                TrialPart::Gloss(material) => {
+                    format!("gloss of \"{}\"", capture.materials[material].name)
+                }
+            };
+            let verdict = if trial.supported { "kept" } else { "left out" };
+            format!("{part}: {verdict} ({})", error_change(trial))
+        })
+        .collect();
+    if !told.is_empty() {
+        notes.push(format!(
+            "parts, by how the error in held-out blocks changes: {}",
+            told.join("; ")
+        ));
+    }
+    notes
+}
+
+fn error_change(trial: &Trial) -> String {
+    match trial.standard_error {
+        Some(error) => {
+            format!("{:+.1} % ± {:.1} %", 100.0 * trial.change, 100.0 * error).replace('-', "−")
+        }
+        None => "too few samples to tell".to_owned(),
+    }
+}

@@ -1,0 +1,296 @@
+//! How far the reflectances can be trusted: what the photographs determine, and intervals.
+//!
+//! Nothing of this comes from residuals that are taken to be independent: the error is the light
+//! model's, alike for neighbours, and intervals from independent errors cover a third of what they
+//! promise. The variance of a reflectance is the sum of three: of a factor that is common to all
+//! reflectances, of its own with the light and all others free, and between light sets.
+
+use faer::linalg::matmul::matmul;
+use faer::prelude::*;
+use faer::{Accum, Mat, Par, Side};
+
+use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::joint::average::Posterior;
+use crate::reconstruct::joint::fit::Fitted;
+use crate::reconstruct::joint::gloss::Exponents;
+use crate::reconstruct::joint::hessian::gram;
+use crate::reconstruct::joint::linearised::linearise;
+use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::solution::{Certainty, MaterialCertainty, ScaleCertainty};
+
+/// 0.975 quantile of the normal distribution.
+const QUANTILE: f64 = 1.96;
+/// Standard deviation of a log reflectance above which the artist is told: a factor of 1.5 either
+/// way at 95 %.
+const WARN_SD: f64 = 0.2;
+/// Relative to a column's square, what it must keep beyond others to count as independent.
+const INDEPENDENT: f64 = 1e-10;
+
+/// How many times the residuals' size the light model's error is, where it moves reflectances: up
+/// to 2.8 was seen on the captures that set constants, 1.5 is its standard deviation.
+const MODEL_ERROR: f64 = 1.5;
+
+/// Variance of a row's residual per channel, as far as a factor common to all reflectances is
+/// concerned, for rows of weight 1. Errors of the light model are shared by all materials: they do
+/// not average out over them as independent ones would.
+pub fn row_noise(problem: &Problem, fitted: &Fitted) -> Rgb {
+    let materials = problem.priors.measured.iter().filter(|measured| **measured).count();
+    problem.mean_square(fitted).map(|square| materials as f64 * MODEL_ERROR.powi(2) * square)
+}
+
+/// What the light and the reflectances of one channel determine of each other.
+struct Determined {
+    /// Variance of every material's log ρ_d for rows of noise 1; `None` where it is known.
+    log_diffuse: Vec<Option<f64>>,
+    /// The same of ρ_s of glossy materials.
+    specular: Vec<Option<f64>>,
+    /// The same of a factor common to all unknown ρ_d, whose errors all materials share: as many
+    /// times that of a mean of independent errors as there are materials.
+    common: f64,
+    /// Smallest singular value over all measured materials, the light projected out and known
+    /// reflectances taken for unknown.
+    singular_value: f64,
+}
+
+/// Intervals, what is identified, and what to warn of. `rows` have the noise that the problem's
+/// priors say.
+pub fn assess(
+    problem: &Problem,
+    fitted: &Fitted,
+    posterior: &Posterior,
+    light_sets: usize,
+    exponents: &[Exponents],
+    held_out: Option<Rgb>,
+) -> (Certainty, Vec<String>) {
+    let priors = &problem.priors;
+    let mut certainty = Certainty {
+        materials: priors.measured.iter().map(|&m| m.then(MaterialCertainty::default)).collect(),
+        scale: ScaleCertainty {
+            log_rms: problem.mean_square(fitted).map(f64::sqrt),
+            ..Default::default()
+        },
+        held_out,
+        light_sets,
+        selection: None,
+    };
+    let mut open: Vec<Vec<usize>> = vec![Vec::new(); problem.materials()];
+    for channel in 0..CHANNELS {
+        let determined = Determined::of(problem, fitted, channel);
+        let noise = MODEL_ERROR.powi(2) * certainty.scale.log_rms[channel].powi(2);
+        certainty.scale.singular_value[channel] = determined.singular_value;
+        certainty.scale.log_sd[channel] =
+            if priors.has_pin() { 0.0 } else { (noise * determined.common).sqrt() };
+        for (material, entry) in certainty.materials.iter_mut().enumerate() {
+            let Some(entry) = entry else { continue };
+            let log = posterior.log_diffuse[channel][material];
+            let Some(own) = determined.log_diffuse[material] else {
+                entry.identified[channel] = true;
+                entry.diffuse[channel] = (light_sets > 1).then_some([log.exp(); 2]);
+                continue;
+            };
+            let shared = noise * determined.common;
+            let variance = shared + noise * own + posterior.log_diffuse_variance[channel][material];
+            // Beyond that the weak prior says more than the photographs.
+            entry.identified[channel] = variance.sqrt() < problem.options().prior_sd;
+            if variance.sqrt() > WARN_SD {
+                open[material].push(channel);
+            }
+            if light_sets < 2 || !entry.identified[channel] {
+                continue;
+            }
+            entry.diffuse[channel] = Some(interval(log, variance.sqrt()));
+            if let Some(own) = determined.specular[material] {
+                let value = posterior.specular[channel][material];
+                let variance = noise * own + posterior.specular_variance[channel][material];
+                let sd = variance.sqrt();
+                entry.specular[channel] =
+                    Some([(value - QUANTILE * sd).max(0.0), (value + QUANTILE * sd).min(1.0)]);
+            }
+        }
+    }
+    for found in exponents {
+        if let Some(entry) = certainty.materials[found.material].as_mut() {
+            entry.exponent = Some(found.range);
+        }
+    }
+    let mut warnings = undetermined(problem, &open);
+    if light_sets < 2 {
+        warnings.push(
+            "only one set of lights was tried, so there are no intervals: set joint.light_sets \
+             to 6 for them"
+                .to_owned(),
+        );
+    }
+    (certainty, warnings)
+}
+
+/// One warning for all materials that are open in the same channels.
+fn undetermined(problem: &Problem, open: &[Vec<usize>]) -> Vec<String> {
+    let measured = problem.priors.measured.iter().filter(|measured| **measured).count();
+    let mut told: Vec<&[usize]> = Vec::new();
+    let mut warnings = Vec::new();
+    for channels in open.iter().filter(|channels| !channels.is_empty()) {
+        if told.contains(&channels.as_slice()) {
+            continue;
+        }
+        told.push(channels);
+        let names: Vec<&str> = (0..open.len())
+            .filter(|&material| open[material] == *channels)
+            .map(|material| problem.capture().materials[material].name.as_str())
+            .collect();
+        let what = if names.len() == measured {
+            "the overall brightness of the reflectances".to_owned()
+        } else {
+            format!("the brightness of {}", listed(&names))
+        };
+        let channels: Vec<&str> =
+            channels.iter().map(|&channel| ["red", "green", "blue"][channel]).collect();
+        warnings.push(format!(
+            "{what} is hardly determined by these photographs in the {} channel{}: give one \
+             material its known_diffuse in tags.json",
+            listed(&channels),
+            if channels.len() > 1 { "s" } else { "" },
+        ));
+    }
+    warnings
+}
+
+fn interval(log: f64, sd: f64) -> [f64; 2] {
+    [(log - QUANTILE * sd).exp(), (log + QUANTILE * sd).exp().min(1.0)]
+}
+
+fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+impl Determined {
+    fn of(problem: &Problem, fitted: &Fitted, channel: usize) -> Self {
+        let materials = problem.materials();
+        let normal = linearise(problem, fitted, channel);
+        let products = gram(&normal.jacobian);
+        let lit = normal.lit.len();
+        let all: Vec<usize> = (0..materials).filter(|&m| problem.priors.measured[m]).collect();
+        let known = &problem.priors.known[channel];
+        let unknown: Vec<usize> = all.iter().copied().filter(|&m| known[m].is_none()).collect();
+        let glossy: Vec<usize> = (0..materials)
+            .filter(|&m| {
+                let index = lit + materials + m;
+                fitted.model.gloss[m].is_some() && products[(index, index)] > 0.0
+            })
+            .collect();
+        let light: Vec<usize> = (0..lit).filter(|&j| products[(j, j)] > 0.0).collect();
+        let specular: Vec<usize> = glossy.iter().map(|m| lit + materials + m).collect();
+        let diffuse = |of: &[usize]| of.iter().map(|m| lit + m).collect::<Vec<_>>();
+
+        let mut determined = Self {
+            log_diffuse: known
+                .iter()
+                .map(|known| known.is_none().then_some(f64::INFINITY))
+                .collect(),
+            specular: (0..materials)
+                .map(|m| glossy.contains(&m).then_some(f64::INFINITY))
+                .collect(),
+            common: 0.0,
+            singular_value: 0.0,
+        };
+        let free: Vec<usize> = light.iter().chain(&specular).copied().collect();
+        if let Some(schur) = schur(&products, &diffuse(&all), &free)
+            && let Ok(eigen) = schur.self_adjoint_eigen(Side::Lower)
+            && !all.is_empty()
+        {
+            // Ascending.
+            determined.singular_value = eigen.S()[0].max(0.0).sqrt();
+        }
+        let Some(left) = schur(&products, &diffuse(&unknown), &free) else {
+            determined.common = if unknown.is_empty() { 0.0 } else { f64::INFINITY };
+            return determined;
+        };
+        let Some(variance) = inverse(&left) else { return determined };
+        for (place, &material) in unknown.iter().enumerate() {
+            determined.log_diffuse[material] = Some(variance[(place, place)]);
+        }
+        let sum: f64 = (0..unknown.len()).map(|j| variance.col(j).iter().sum::<f64>()).sum();
+        determined.common = sum / unknown.len() as f64;
+        let free: Vec<usize> = light.iter().copied().chain(diffuse(&unknown)).collect();
+        if let Some(variance) = schur(&products, &specular, &free).and_then(|left| inverse(&left)) {
+            for (place, &material) in glossy.iter().enumerate() {
+                determined.specular[material] = Some(variance[(place, place)]);
+            }
+        }
+        determined
+    }
+}
+
+/// What is left of JᵀJ over some unknowns when others follow freely; `None` without unknowns, or
+/// where the others depend on each other.
+fn schur(products: &Mat<f64>, inner: &[usize], outer: &[usize]) -> Option<Mat<f64>> {
+    if inner.is_empty() {
+        return None;
+    }
+    let block = |rows: &[usize], columns: &[usize]| {
+        Mat::from_fn(rows.len(), columns.len(), |i, j| products[(rows[i], columns[j])])
+    };
+    let mut schur = block(inner, inner);
+    if !outer.is_empty() {
+        let mut light = block(outer, outer);
+        for j in 0..outer.len() {
+            light[(j, j)] *= 1.0 + INDEPENDENT;
+        }
+        let mixed = block(outer, inner);
+        let solved = light.llt(Side::Lower).ok()?.solve(&mixed);
+        matmul(schur.as_mut(), Accum::Add, mixed.transpose(), &solved, -1.0, Par::Seq);
+    }
+    Some(schur)
+}
+
+/// The inverse; what nothing determines has a variance without bounds.
+fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let count = matrix.ncols();
+    let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
+    let (values, vectors) = (eigen.S(), eigen.U());
+    let least = INDEPENDENT * values[count - 1].max(f64::MIN_POSITIVE);
+    Some(Mat::from_fn(count, count, |i, j| {
+        (0..count).map(|k| vectors[(i, k)] * vectors[(j, k)] / values[k].max(least)).sum()
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The smallest eigenvalue of all was once every material's own: one dark pane took the
+    /// intervals of all others.
+    #[test]
+    fn what_is_open_of_one_material_leaves_the_others_determined() {
+        let mut products = Mat::<f64>::identity(4, 4) * Scale(400.0);
+        // The light, which the pane alone depends on.
+        for (i, j) in [(0, 3), (3, 0)] {
+            products[(i, j)] = 400.0;
+        }
+        let left = schur(&products, &[1, 2, 3], &[0]).unwrap();
+        let variance = inverse(&left).unwrap();
+        assert!((variance[(0, 0)] - 1.0 / 400.0).abs() < 1e-9);
+        assert!((variance[(1, 1)] - 1.0 / 400.0).abs() < 1e-9);
+        assert!(variance[(2, 2)] > 1e4, "{}", variance[(2, 2)]);
+    }
+
+    #[test]
+    fn light_that_follows_freely_takes_what_it_shares() {
+        // Two unknowns that share a light: by hand, S = [[2, −1], [−1, 2]] and S⁻¹ = [[2, 1], [1, 2]]/3.
+        let products = Mat::from_fn(3, 3, |i, j| match (i.min(j), i.max(j)) {
+            (0, 0) => 1.0,
+            (0, _) => 1.0,
+            (a, b) if a == b => 3.0,
+            _ => 0.0,
+        });
+        let left = schur(&products, &[1, 2], &[0]).unwrap();
+        let variance = inverse(&left).unwrap();
+        for (at, expected) in [((0, 0), 2.0 / 3.0), ((0, 1), 1.0 / 3.0), ((1, 1), 2.0 / 3.0)] {
+            assert!((variance[at] - expected).abs() < 1e-8, "{at:?}: {}", variance[at]);
+        }
+    }
+}

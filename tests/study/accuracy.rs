@@ -1,0 +1,68 @@
+//! Captures of known truth may come out no worse than 1.5 times what `assets/study/captures.toml`
+//! says of them, each and all together (`LOBELIA_ACCURACY` names the folder of captures).
+
+use std::path::{Path, PathBuf};
+
+use lobelia::io::export::summary;
+use lobelia::io::{capture, truth::Truth};
+use lobelia::reconstruct::{self, Options};
+use lobelia::study::score;
+use lobelia::watch::Watch;
+
+/// By how much an error may grow.
+const LIMIT: f64 = 1.5;
+/// Below it an error is decided by which lamps the search happens to find: a smaller one of today
+/// counts as this.
+const CHANCE: f64 = 0.01;
+
+/// Name, whether it sets constants, and today's error of every capture of the file.
+fn captures() -> Vec<(String, bool, f64)> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/study/captures.toml");
+    let table: toml::Table = std::fs::read_to_string(file).unwrap().parse().unwrap();
+    let entries = table["capture"].as_array().unwrap();
+    let entry = |entry: &toml::Value| {
+        let name = entry["name"].as_str().unwrap().to_owned();
+        let sets = !entry["sets"].as_array().unwrap().is_empty();
+        (name, sets, entry["error"].as_float().unwrap())
+    };
+    entries.iter().map(entry).collect()
+}
+
+#[test]
+fn captures_are_named_once_and_some_only_judge() {
+    let captures = captures();
+    let mut names: Vec<&String> = captures.iter().map(|(name, ..)| name).collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), captures.len());
+    let judging = captures.iter().filter(|(_, sets, _)| !sets).count();
+    assert!(judging >= captures.len() / 2, "{judging} of {} judge", captures.len());
+    let mean = captures.iter().map(|(.., error)| error).sum::<f64>() / captures.len() as f64;
+    assert!(mean <= 0.015, "{mean}");
+}
+
+#[test]
+fn no_capture_comes_out_much_worse_than_today() {
+    let Some(folder) = std::env::var_os("LOBELIA_ACCURACY").map(PathBuf::from) else {
+        println!("skipped: LOBELIA_ACCURACY names no folder of captures");
+        return;
+    };
+    let mut worse = Vec::new();
+    let (mut now, mut before) = (0.0, 0.0);
+    for (name, _, today) in captures() {
+        let folder = folder.join(&name);
+        let capture = capture::load(&folder, &Watch::new()).unwrap();
+        let options = Options::default();
+        let whole = reconstruct::run(&capture, &options, &Watch::new(), &|_| ()).unwrap();
+        let truth = Truth::read(&folder.join("truth.json")).unwrap();
+        let score = score::compare(&summary(&capture, &options, &whole, 0.0), &truth);
+        let error = score.raw.unwrap().mean_diffuse;
+        println!("{name}: {error:.4}, {today:.4} today");
+        (now, before) = (now + error, before + today);
+        if error > LIMIT * today.max(CHANCE) {
+            worse.push((name, error, today));
+        }
+    }
+    assert!(worse.is_empty(), "{worse:?}");
+    assert!(now <= LIMIT * before, "{now} in all, {before} today");
+}
