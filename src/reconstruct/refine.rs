@@ -5,14 +5,13 @@ use std::time::Instant;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options;
 use crate::reconstruct::emission::{self, EmissionOptions};
-use crate::reconstruct::equations::Equations;
+use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::reflectance;
 use crate::reconstruct::solution::{Iteration, Rms, Solution, Stopped};
 use crate::reconstruct::transport::Transport;
-use crate::scene::Brdf;
-use crate::scene::Capture;
+use crate::scene::{Brdf, Capture};
 use crate::solve::bounded::BoundedError;
 use crate::watch::Watch;
 
@@ -104,7 +103,7 @@ pub fn refine(
         );
         let iteration = Iteration {
             index,
-            rms: rms(equations, &solution.computed),
+            rms: rms(equations, equations.rows.iter().zip(&solution.computed)),
             objective: None,
             change: largest_change(&before.reflectances, &solution.reflectances),
             elapsed_secs: began.elapsed().as_secs_f64(),
@@ -144,15 +143,16 @@ pub fn refine(
     Ok(solution)
 }
 
-/// RMS over all equations, each counted by its share.
-pub(super) fn rms(equations: &Equations, computed: &[Rgb]) -> Rms {
-    let shares: f64 = equations.rows.iter().map(|row| row.share).sum();
+/// RMS over equations with the radiance that was computed for each, counted by their shares.
+pub(super) fn rms<'a>(
+    equations: &Equations,
+    rows: impl Iterator<Item = (&'a Equation, &'a Rgb)> + Clone,
+) -> Rms {
+    let shares: f64 = rows.clone().map(|(row, _)| row.share).sum();
     let mean = |difference: &dyn Fn(&Rgb, &Rgb, usize) -> f64| -> Rgb {
         std::array::from_fn(|c| {
-            let sum: f64 = equations
-                .rows
-                .iter()
-                .zip(computed)
+            let sum: f64 = rows
+                .clone()
                 .map(|(row, computed)| row.share * difference(&row.radiance, computed, c).powi(2))
                 .sum();
             (sum / shares).sqrt()

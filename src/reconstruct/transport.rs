@@ -209,20 +209,32 @@ pub fn couple(
     seed: u64,
     watch: &Watch,
 ) -> Result<Mat<f64>, Cancelled> {
-    watch.begin(cloud.samples.len() as u64);
-    let rows: Vec<Vec<f32>> = cloud
-        .samples
+    let all: Vec<usize> = (0..cloud.samples.len()).collect();
+    let rows = couple_some(views, cloud, &all, (lights, lobes), options, seed, watch)?;
+    Ok(Mat::from_fn(rows.len(), lobes.lobes.len(), |row, column| f64::from(rows[row][column])))
+}
+
+/// k_ij of some samples of the cloud, each with a value per lobe, in sr. A sample has the same
+/// values whichever others it is coupled with.
+pub(super) fn couple_some(
+    views: &Views,
+    cloud: &SampleCloud,
+    samples: &[usize],
+    (lights, lobes): (&VirtualLights, &Lobes),
+    options: &TransportOptions,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Vec<Vec<f32>>, Cancelled> {
+    watch.begin(samples.len() as u64);
+    samples
         .par_iter()
-        .enumerate()
-        .map(|(index, sample)| {
+        .map(|&index| {
             watch.tick()?;
             let mut random = Random::new(seed, Stream::Visibility as u64, index as u64);
+            let sample = &cloud.samples[index];
             Ok(couple_sample(views, sample, lights, lobes, options, &mut random))
         })
-        .collect::<Result<_, Cancelled>>()?;
-    Ok(Mat::from_fn(cloud.samples.len(), lobes.lobes.len(), |row, column| {
-        f64::from(rows[row][column])
-    }))
+        .collect()
 }
 
 /// What rays over a surface point's hemisphere found.
@@ -268,7 +280,7 @@ pub fn hemisphere(
 }
 
 /// k_ij of one sample for every lobe.
-pub(super) fn couple_sample(
+fn couple_sample(
     views: &Views,
     sample: &Sample,
     lights: &VirtualLights,

@@ -12,7 +12,7 @@ use crate::reconstruct::Error;
 use crate::reconstruct::joint::blocks;
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, descend};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::system::{Fit, State};
+use crate::reconstruct::joint::system::Fit;
 use crate::reconstruct::joint::terms::loss;
 
 /// Folds in which every block is held out once.
@@ -78,8 +78,7 @@ impl PairedCv {
 
 /// Compares two models of one problem.
 pub fn compare(problem: &Problem, before: &Validated, after: &Validated) -> PairedCv {
-    let count = problem.block.iter().max().map_or(0, |last| last + 1);
-    let mut of_block = vec![[0.0; 3]; count];
+    let mut of_block = vec![[0.0; 3]; problem.block_count()];
     for (row, &weight) in problem.weights.iter().enumerate() {
         let sums = &mut of_block[problem.block[row]];
         sums[0] += CHANNELS as f64 * weight;
@@ -95,14 +94,12 @@ pub fn compare(problem: &Problem, before: &Validated, after: &Validated) -> Pair
 /// # Errors
 /// If it is cancelled, or if the bounded least squares of a step fails.
 pub fn validate(problem: &Problem, fitted: Fitted) -> Result<Validated, Error> {
-    let count = problem.block.iter().max().map_or(0, |last| last + 1);
-    let fold = blocks::deal(count, FOLDS, PURPOSE);
-    let states: Vec<State> = fitted.channels.iter().map(|fit| fit.state.clone()).collect();
+    let fold = blocks::deal(problem.block_count(), FOLDS, PURPOSE);
     let parts: Vec<Vec<(usize, f64)>> = (0..FOLDS)
         .into_par_iter()
         .map(|held| {
             let is_held = |row: usize| fold[problem.block[row]] == held;
-            let fits = without(problem, &fitted, &states, is_held)?;
+            let fits = without(problem, &fitted, is_held)?;
             let rows = (0..problem.weights.len()).filter(|&row| is_held(row));
             Ok(rows.map(|row| (row, row_loss(problem, &fits, row))).collect())
         })
@@ -118,7 +115,6 @@ pub fn validate(problem: &Problem, fitted: Fitted) -> Result<Validated, Error> {
 fn without(
     problem: &Problem,
     fitted: &Fitted,
-    states: &[State],
     is_held: impl Fn(usize) -> bool,
 ) -> Result<Vec<Fit>, Error> {
     let weights: Vec<f64> = problem
@@ -127,7 +123,8 @@ fn without(
         .enumerate()
         .map(|(row, &weight)| if is_held(row) { 0.0 } else { weight })
         .collect();
-    descend(problem, &fitted.model, &fitted.design, &weights, states, ROUGH, |_| Vec::new())
+    let (model, design, states) = (&fitted.model, &fitted.design, fitted.states());
+    descend(problem, model, design, &weights, &states, ROUGH, |_| Vec::new())
 }
 
 /// Root mean square of log(computed/measured) of rows that are held out of a fit, per channel;
@@ -140,8 +137,7 @@ pub fn held_out_error(
     fitted: &Fitted,
     is_held: impl Fn(usize) -> bool,
 ) -> Result<Option<Rgb>, Error> {
-    let states: Vec<State> = fitted.channels.iter().map(|fit| fit.state.clone()).collect();
-    let fits = without(problem, fitted, &states, &is_held)?;
+    let fits = without(problem, fitted, &is_held)?;
     let (mut sums, mut total) = ([0.0; CHANNELS], 0.0);
     for row in (0..problem.weights.len()).filter(|&row| is_held(row)) {
         let weight = problem.weights[row];

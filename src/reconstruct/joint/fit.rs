@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
+use crate::math::statistics::robust_deviation;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::light_model::{LightModel, PartKind};
 use crate::reconstruct::joint::priors::BLACK;
@@ -58,6 +59,18 @@ impl Fitted {
     pub fn specular(&self, material: usize) -> Rgb {
         std::array::from_fn(|c| self.channels[c].state.specular[material])
     }
+
+    /// The unknowns, per channel.
+    pub fn states(&self) -> Vec<State> {
+        self.channels.iter().map(|fit| fit.state.clone()).collect()
+    }
+
+    /// Robust standard deviation of the residuals of some rows, all channels together.
+    pub fn deviation(&self, rows: &[usize]) -> f64 {
+        let residuals =
+            self.channels.iter().flat_map(|fit| rows.iter().map(|&row| fit.residuals[row]));
+        robust_deviation(residuals).max(f64::MIN_POSITIVE)
+    }
 }
 
 /// The minimum for a light model, from an earlier fit of a model with some of the same parts or
@@ -104,8 +117,7 @@ pub fn fit_with_scale_prior(problem: &Problem, mut fitted: Fitted) -> Result<Fit
         |fitted: &Fitted, c: usize| dot(&combination, &fitted.channels[c].state.log_diffuse);
     for _ in 0..PRIOR_ROUNDS {
         let before: Rgb = std::array::from_fn(|c| level(&fitted, c));
-        let states: Vec<State> = fitted.channels.iter().map(|fit| fit.state.clone()).collect();
-        let (model, design) = (&fitted.model, &fitted.design);
+        let (model, design, states) = (&fitted.model, &fitted.design, fitted.states());
         let channels = descend(problem, model, design, &problem.weights, &states, EXACT, |c| {
             let others: f64 = (0..CHANNELS).filter(|o| *o != c).map(|o| before[o] - mean).sum();
             let (target, weight) = (mean + gain * others, problem.priors.noise[c] / variance);

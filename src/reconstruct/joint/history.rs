@@ -6,7 +6,8 @@ use std::time::Instant;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::solution::{Iteration, Rms};
+use crate::reconstruct::refine;
+use crate::reconstruct::solution::Iteration;
 
 /// The fits on the way, as iterations: each with a light model that has grown.
 pub struct History<'a> {
@@ -39,10 +40,13 @@ impl<'a> History<'a> {
                 })
                 .fold(0.0, f64::max)
         });
+        // A search may look at some samples only.
+        let equations = problem.data.equations;
+        let rows = problem.equation.iter().map(|&equation| &equations.rows[equation]);
+        let computed = computed(problem, fitted);
         let iteration = Iteration {
             index: self.iterations.borrow().len() + 1,
-            // A search may look at some samples only.
-            rms: rms(problem, fitted),
+            rms: refine::rms(equations, rows.zip(&computed)),
             objective: Some(std::array::from_fn(|c| fitted.channels[c].value)),
             change,
             elapsed_secs: self.began.elapsed().as_secs_f64(),
@@ -63,23 +67,4 @@ pub fn computed(problem: &Problem, fitted: &Fitted) -> Vec<Rgb> {
         })
     };
     problem.equation.iter().enumerate().map(of).collect()
-}
-
-/// RMS over the problem's rows, each counted by its share of its sample.
-fn rms(problem: &Problem, fitted: &Fitted) -> Rms {
-    let equations = problem.data.equations;
-    let mut rms = Rms::default();
-    let mut shares = 0.0;
-    for (&equation, computed) in problem.equation.iter().zip(computed(problem, fitted)) {
-        let row = &equations.rows[equation];
-        shares += row.share;
-        for (c, computed) in computed.into_iter().enumerate() {
-            let difference = row.radiance[c] - computed;
-            rms.absolute[c] += row.share * difference.powi(2);
-            let relative = difference / row.radiance[c].max(equations.dark(c));
-            rms.relative[c] += row.share * relative.powi(2);
-        }
-    }
-    let root = |sum: f64| (sum / f64::max(shares, f64::MIN_POSITIVE)).sqrt();
-    Rms { absolute: rms.absolute.map(root), relative: rms.relative.map(root) }
 }

@@ -90,7 +90,6 @@ const LAST_STEP: f32 = 0.006;
 pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Cancelled> {
     let (views, watch) = (problem.data.views, problem.watch());
     let seed = problem.data.options.general.seed as u64;
-    let row_samples = &problem.rows.sample;
     let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
     let center = 0.5 * (low + high);
     let half_diagonal = 0.5 * (high - low).length();
@@ -106,8 +105,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
                 .map(|direction| Lamp { position: center + direction * distance, radius_m }),
         );
     }
-    let step = row_samples.len().div_ceil(ROWS).max(1);
-    let rows: Vec<usize> = (0..row_samples.len()).step_by(step).collect();
+    let rows = problem.every(ROWS);
     let points: Vec<SurfacePoint> = rows.iter().map(|&row| problem.surface_point(row)).collect();
     let discs = |index: usize| {
         let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);

@@ -3,8 +3,8 @@
 
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
-use crate::reconstruct::joint::blocks::{Blocks, deal};
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::blocks::deal;
+use crate::reconstruct::joint::compare::{compare, validate};
 use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
@@ -55,7 +55,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
 
 /// Per row whether its block is kept for judging the result.
 fn outer(problem: &Problem) -> Vec<bool> {
-    let blocks = Blocks::of(&problem.capture().mesh, &problem.data.cloud.samples).count;
+    let blocks = problem.block_count();
     if blocks < ENOUGH_BLOCKS {
         return vec![false; problem.block.len()];
     }
@@ -70,13 +70,10 @@ fn reflecting_or_shining<'a>(
     indirect: &Indirect,
 ) -> Result<(Problem<'a>, bool), Error> {
     let room = |shines| Layout::new(search, World::Room, Density::Coarse, shines, 0);
-    let validated = |problem: &Problem, fitted: Fitted| -> Result<Validated, Error> {
-        validate(problem, fitted)
-    };
     let reflecting = fit(search, &LightModel::new(search, &room(false))?, None, EXACT)?;
-    let reflecting = indirect.settle(search, reflecting)?;
+    let Settled { problem, fitted: reflecting, .. } = indirect.settle(search, reflecting)?;
     let shining = fit(search, &LightModel::new(search, &room(true))?, None, EXACT)?;
-    let without = validated(&reflecting.problem, reflecting.fitted.clone())?;
-    let cv = compare(search, &without, &validated(search, shining)?);
-    if cv.is_better() { Ok((search.clone(), true)) } else { Ok((reflecting.problem, false)) }
+    let (reflecting, shining) = (validate(&problem, reflecting)?, validate(search, shining)?);
+    let shines = compare(search, &reflecting, &shining).is_better();
+    Ok((if shines { search.clone() } else { problem }, shines))
 }

@@ -4,11 +4,9 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use crate::math::rgb::{Radiance, Rgb};
-use crate::math::sampling::Random;
-use crate::math::statistics::robust_deviation;
+use crate::reconstruct::Options;
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::blocks::Blocks;
@@ -18,7 +16,6 @@ use crate::reconstruct::joint::priors::Priors;
 use crate::reconstruct::joint::system::Rows;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::transport::{self, Transport};
-use crate::reconstruct::{Options, Stream};
 use crate::scene::{Capture, MaterialKind, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -118,6 +115,17 @@ impl<'a> Problem<'a> {
             .filter(move |&row| self.rows.material[row] == material && self.weights[row] > 0.0)
     }
 
+    /// At most so many rows, evenly chosen.
+    pub fn every(&self, most: usize) -> Vec<usize> {
+        let count = self.rows.sample.len();
+        (0..count).step_by(count.div_ceil(most).max(1)).collect()
+    }
+
+    /// Blocks up to the last that a row is in.
+    pub fn block_count(&self) -> usize {
+        self.block.iter().max().map_or(0, |last| last + 1)
+    }
+
     /// The problem of some of the rows.
     pub fn part(&self, keep: impl Fn(usize) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.rows.sample.len()).filter(|&row| keep(row)).collect();
@@ -180,21 +188,9 @@ impl<'a> Problem<'a> {
         // The rows of one sample follow each other.
         let mut samples = self.rows.sample.clone();
         samples.dedup();
-        let values: Vec<Vec<f32>> = samples
-            .par_iter()
-            .map(|&sample| {
-                self.watch().check()?;
-                let mut random = Random::new(seed, Stream::Visibility as u64, sample as u64);
-                Ok(transport::couple_sample(
-                    views,
-                    &cloud.samples[sample],
-                    &set.lights,
-                    &set.lobes,
-                    &options.transport,
-                    &mut random,
-                ))
-            })
-            .collect::<Result<_, Cancelled>>()?;
+        let (lights, options) = ((&set.lights, &set.lobes), &options.transport);
+        let values =
+            transport::couple_some(views, cloud, &samples, lights, options, seed, self.watch())?;
         let mut place = 0;
         let of_row: Vec<usize> = self
             .rows
@@ -325,15 +321,6 @@ fn spread(
             is_kept
         })
         .collect()
-}
-
-impl Fitted {
-    /// Robust standard deviation of the residuals of some rows, all channels together.
-    pub fn deviation(&self, rows: &[usize]) -> f64 {
-        let residuals =
-            self.channels.iter().flat_map(|fit| rows.iter().map(|&row| fit.residuals[row]));
-        robust_deviation(residuals).max(f64::MIN_POSITIVE)
-    }
 }
 
 #[cfg(test)]

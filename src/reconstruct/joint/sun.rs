@@ -37,7 +37,7 @@ impl Directions {
     /// # Errors
     /// If it is cancelled.
     pub fn new(problem: &Problem, is_wanted: bool) -> Result<Self, Cancelled> {
-        let rows = every(problem, FIRST_ROWS);
+        let rows = problem.every(FIRST_ROWS);
         let points: Vec<SurfacePoint> =
             rows.iter().map(|&row| problem.surface_point(row)).collect();
         let towards: Vec<Vec3> = fibonacci(if is_wanted { DIRECTIONS } else { 0 }, 0.0).collect();
@@ -104,7 +104,7 @@ struct Look<'a> {
 
 impl<'a> Look<'a> {
     fn new(problem: &Problem<'a>, fitted: &Fitted, most: usize, without: Option<usize>) -> Self {
-        let rows = every(problem, most);
+        let rows = problem.every(most);
         Self {
             views: problem.data.views,
             points: rows.iter().map(|&row| problem.surface_point(row)).collect(),
@@ -145,12 +145,6 @@ impl<'a> Look<'a> {
         }
         Ok(best)
     }
-}
-
-/// At most so many rows, evenly chosen.
-fn every(problem: &Problem, most: usize) -> Vec<usize> {
-    let count = problem.rows.sample.len();
-    (0..count).step_by(count.div_ceil(most).max(1)).collect()
 }
 
 /// V cos θ of a sun at some surface points.
