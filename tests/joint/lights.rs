@@ -192,6 +192,24 @@ fn a_given_colour_ties_the_channels() {
     }
 }
 
+/// The strength that goes with a colour is found like any other unknown: what it leaves open of the
+/// reflectances is not hidden by taking it for a fact.
+#[test]
+fn a_colour_leaves_the_scale_open() {
+    let scale_sd = |emission: Option<Rgb>, color: Option<Rgb>| {
+        let result = run(&lit_by_lamp(emission, color), &options()).unwrap();
+        let certainty = result.solution.certainty.expect("a joint solve says how sure it is");
+        certainty.scale.log_sd
+    };
+    let known = scale_sd(Some(INTENSITY), None);
+    let open = scale_sd(None, None);
+    let coloured = scale_sd(None, Some(INTENSITY.map(|value| 0.01 * value)));
+    for c in 0..3 {
+        assert!(open[c] > 2.0 * known[c], "{open:?} open, {known:?} known");
+        assert!(coloured[c] > 0.5 * open[c], "{coloured:?} with a colour, {open:?} open");
+    }
+}
+
 #[test]
 fn an_uncertain_pin_gives_way_and_an_exact_one_does_not() {
     let wrong = FLOOR.map(|value| 1.5 * value);

@@ -7,8 +7,8 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::Layout;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
-use crate::reconstruct::joint::fit::{EXACT, Fitted, ROUGH, fit, fit_with_scale_prior};
-use crate::reconstruct::joint::light_model::Part;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, fit_with_scale_prior};
+use crate::reconstruct::joint::light_model::{LightModel, Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::{Found, regrow};
 
@@ -34,11 +34,16 @@ pub struct Posterior {
 
 impl Ensemble {
     /// Fits the light sets to all rows of a problem; their weights are from the rows that the
-    /// model was chosen with.
+    /// model was chosen with. `main` is the model that was chosen, on all rows.
     ///
     /// # Errors
     /// If it is cancelled, or if the bounded least squares of a fit fails.
-    pub fn new(problem: &Problem, found: &Found, count: usize) -> Result<Self, Error> {
+    pub fn new(
+        problem: &Problem,
+        found: &Found,
+        main: &LightModel,
+        count: usize,
+    ) -> Result<Self, Error> {
         let sets: Vec<Validated> = (0..count)
             .into_par_iter()
             .map(|index| light_set(found, index))
@@ -47,8 +52,12 @@ impl Ensemble {
         let members = sets
             .into_par_iter()
             .zip(weights)
-            .map(|(set, weight)| {
-                let model = set.fitted.model.on(problem)?;
+            .enumerate()
+            .map(|(index, (set, weight))| {
+                let model = match index {
+                    0 => main.clone(),
+                    _ => set.fitted.model.on(problem)?,
+                };
                 let fitted = fit(problem, &model, Some(&set.fitted), ROUGH)?;
                 Ok((fit_with_scale_prior(problem, fitted)?, weight))
             })
@@ -81,7 +90,7 @@ impl Ensemble {
                 mean.iter_mut().zip(value).for_each(|(mean, value)| *mean += weight * value);
             }
             let mut variance = vec![0.0; mean.len()];
-            // Few light sets show less than their whole spread.
+            // The variance about the sample's own mean is too small by this factor.
             let unseen: f64 = 1.0 - values.iter().map(|(_, weight)| weight * weight).sum::<f64>();
             for (value, weight) in &values {
                 for ((variance, mean), value) in variance.iter_mut().zip(&mean).zip(value) {
@@ -103,7 +112,7 @@ impl Ensemble {
     }
 }
 
-/// A spread is taken to be no more than this part of what it is.
+/// The variance that few light sets show is enlarged at most by the inverse of this.
 const LEAST_UNSEEN: f64 = 0.1;
 
 impl Posterior {
@@ -115,12 +124,12 @@ impl Posterior {
         std::array::from_fn(|c| self.specular[c][material])
     }
 
-    /// The light that goes with these reflectances, for a model of the problem.
-    ///
-    /// # Errors
-    /// As [`fit`].
-    pub fn relight(&self, problem: &Problem, fitted: &Fitted) -> Result<Fitted, Error> {
-        fit(&self.known_to(problem), &fitted.model, Some(fitted), EXACT)
+    /// The same with some materials taken to be diffuse.
+    pub fn without_gloss(mut self, materials: &[usize]) -> Self {
+        for specular in &mut self.specular {
+            materials.iter().for_each(|&material| specular[material] = 0.0);
+        }
+        self
     }
 
     /// The problem with these reflectances for known.
@@ -141,9 +150,8 @@ fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
     }
     let (problem, fitted) = (&found.problem, &found.best.fitted);
     let mut model = fitted.model.clone();
-    for part in fitted.model.parts.iter().filter(|part| part.is_background()) {
-        if let Some(layout) = fitted.model.layout() {
-            let Layout { world, surfaces, .. } = *layout;
+    for part in &fitted.model.parts {
+        if let PartKind::Background(Layout { world, surfaces, .. }) = part.kind {
             let layout = Layout::new(problem, world, found.density, surfaces, index);
             model = model.replacing(part.slot, Part::background(problem, &layout)?);
         }

@@ -7,11 +7,10 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::statistics::robust_deviation;
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::light_model::{LightModel, PartKind};
+use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::priors::BLACK;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, State, Terms};
-use crate::scene::KnownLight;
 use crate::solve::kernels::dot;
 
 /// How near to the minimum a fit comes: it ends where a step lowers the cost by less than this
@@ -89,8 +88,7 @@ pub fn fit(
         (0..CHANNELS).map(|channel| start(problem, model, from, channel)).collect();
     let channels =
         descend(problem, model, &design, &problem.weights, &states, tolerance, |_| Vec::new())?;
-    let fitted = Fitted { model: model.clone(), design, channels };
-    share_strengths(problem, fitted, tolerance)
+    Ok(Fitted { model: model.clone(), design, channels })
 }
 
 /// The same minimum with the weak prior on the common scale: the mean log reflectance a + b of a
@@ -163,7 +161,8 @@ fn start(problem: &Problem, model: &LightModel, from: Option<&Fitted>, channel: 
     }
 }
 
-/// The channels' minima from given states, with other weights or further anchors.
+/// The channels' minima from given states, with other weights or further anchors. A light of known
+/// colour has one strength in all channels: the one at which the sum of the costs is least.
 ///
 /// # Errors
 /// As [`fit`].
@@ -176,19 +175,80 @@ pub fn descend(
     tolerance: Tolerance,
     anchors: impl Fn(usize) -> Vec<Anchor> + Sync,
 ) -> Result<Vec<Fit>, Error> {
-    (0..CHANNELS)
-        .into_par_iter()
-        .map(|channel| {
-            with_terms(problem, model, weights, channel, tolerance, |terms| {
-                let mut all = anchors(channel);
-                all.extend(pin_anchors(problem, channel));
-                let terms = Terms { anchors: &all, ..*terms };
-                let system = Channel { rows: &problem.rows, design, channel };
-                Ok(system.fit(&terms, &states[channel], problem.watch())?)
+    type Held = [Vec<Option<f64>>; CHANNELS];
+    let minima = |held: &Held, start: &dyn Fn(usize) -> State| -> Result<Vec<Fit>, Error> {
+        let starts: [State; CHANNELS] = std::array::from_fn(start);
+        (0..CHANNELS)
+            .into_par_iter()
+            .map(|channel| {
+                with_terms(problem, model, weights, channel, tolerance, |terms| {
+                    let mut all = anchors(channel);
+                    all.extend(pin_anchors(problem, channel));
+                    let terms = Terms { anchors: &all, held: &held[channel], ..*terms };
+                    let system = Channel { rows: &problem.rows, design, channel };
+                    Ok(system.fit(&terms, &starts[channel], problem.watch())?)
+                })
             })
-        })
-        .collect()
+            .collect()
+    };
+    let mut held: Held = std::array::from_fn(|channel| model.held(channel));
+    let mut fits = minima(&held, &|channel| states[channel].clone())?;
+    for part in &model.parts {
+        let Some(colour) = part.colour else { continue };
+        let column = model.columns_of(part.slot).start;
+        let with_strength = |log: f64| -> Held {
+            let mut held = held.clone();
+            for (held, colour) in held.iter_mut().zip(colour) {
+                held[column] = Some(colour * log.exp());
+            }
+            held
+        };
+        // Separate strengths, each about as uncertain as the others, bracket the common one.
+        let strengths = fits.iter().zip(colour).map(|(fit, c)| fit.state.emission[column] / c);
+        let logs: Vec<f64> = strengths.filter(|s| *s > 0.0 && s.is_finite()).map(f64::ln).collect();
+        let Some(bracket) =
+            logs.iter().copied().reduce(f64::min).zip(logs.iter().copied().reduce(f64::max))
+        else {
+            continue;
+        };
+        let cost = |fits: &Vec<Fit>| fits.iter().map(|fit| fit.value).sum::<f64>();
+        let at = |log: f64, from: &Vec<Fit>| {
+            minima(&with_strength(log), &|channel| from[channel].state.clone())
+        };
+        let (log, best) = golden_section(bracket, STRENGTH_TOLERANCE, fits, at, cost)?;
+        (held, fits) = (with_strength(log), best);
+    }
+    Ok(fits)
 }
+
+/// Where a cost with one minimum within a bracket is least, and what has that cost. `at` makes it
+/// from a place and from what was made nearby.
+fn golden_section<T>(
+    (mut low, mut high): (f64, f64),
+    tolerance: f64,
+    first: T,
+    at: impl Fn(f64, &T) -> Result<T, Error>,
+    cost: impl Fn(&T) -> f64,
+) -> Result<(f64, T), Error> {
+    let golden = 0.5 * (5.0f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_a, mut at_b) = (at(a, &first)?, at(b, &first)?);
+    while high - low > tolerance {
+        if cost(&at_a) < cost(&at_b) {
+            (high, b, at_b) = (b, a, at_a);
+            a = high - golden * (high - low);
+            at_a = at(a, &at_b)?;
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = low + golden * (high - low);
+            at_b = at(b, &at_a)?;
+        }
+    }
+    Ok(if cost(&at_a) < cost(&at_b) { (a, at_a) } else { (b, at_b) })
+}
+
+/// Of the logarithm of a light's strength.
+const STRENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Makes use of the terms of one channel: loss, ridge and bounds, without anchors.
 pub fn with_terms<T>(
@@ -238,72 +298,3 @@ fn pin_anchors(problem: &Problem, channel: usize) -> Vec<Anchor> {
 
 /// A known reflectance is taken to be no more certain than a thousandth.
 const LEAST_RELATIVE_SD: f64 = 1e-3;
-
-/// Lights that the artist gave with a colour but without a strength have one strength in all
-/// channels: the one at which the sum of the channels' costs is least.
-fn share_strengths(
-    problem: &Problem,
-    mut fitted: Fitted,
-    tolerance: Tolerance,
-) -> Result<Fitted, Error> {
-    let colour = |kind: &PartKind| match kind {
-        PartKind::Given(index) => match &problem.capture().lights[*index] {
-            KnownLight::Shape { color: Some(color), emission: None, .. } => Some(*color),
-            _ => None,
-        },
-        _ => None,
-    };
-    let coloured: Vec<(usize, Rgb)> = fitted
-        .model
-        .parts
-        .iter()
-        .filter(|part| part.held.is_none())
-        .filter_map(|part| Some((part.slot, colour(&part.kind)?)))
-        .collect();
-    for (slot, colour) in coloured {
-        let column = fitted.model.columns_of(slot).start;
-        // Separate strengths, each about as uncertain as the others, bracket the common one.
-        let logs: Vec<f64> = (0..CHANNELS)
-            .map(|c| fitted.channels[c].state.emission[column] / colour[c])
-            .filter(|strength| *strength > 0.0 && strength.is_finite())
-            .map(f64::ln)
-            .collect();
-        if logs.is_empty() {
-            continue;
-        }
-        let at = |from: &Fitted, log: f64| -> Result<Fitted, Error> {
-            let mut model = from.model.clone();
-            for part in model.parts.iter_mut().filter(|part| part.slot == slot) {
-                part.held = Some(colour.map(|value| value * log.exp()));
-            }
-            let states: Vec<State> =
-                (0..CHANNELS).map(|c| start(problem, &model, Some(from), c)).collect();
-            let (design, weights) = (&from.design, &problem.weights);
-            let channels =
-                descend(problem, &model, design, weights, &states, tolerance, |_| Vec::new())?;
-            Ok(Fitted { model, design: design.clone(), channels })
-        };
-        let (mut low, mut high) =
-            logs.iter().fold((logs[0], logs[0]), |(low, high), &log| (low.min(log), high.max(log)));
-        // Golden section: the cost falls towards the common strength from both ends.
-        let golden = 0.5 * (5.0f64.sqrt() - 1.0);
-        let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-        let (mut at_a, mut at_b) = (at(&fitted, a)?, at(&fitted, b)?);
-        while high - low > STRENGTH_TOLERANCE {
-            if at_a.cost() < at_b.cost() {
-                (high, b, at_b) = (b, a, at_a);
-                a = high - golden * (high - low);
-                at_a = at(&at_b, a)?;
-            } else {
-                (low, a, at_a) = (a, b, at_b);
-                b = low + golden * (high - low);
-                at_b = at(&at_a, b)?;
-            }
-        }
-        fitted = if at_a.cost() < at_b.cost() { at_a } else { at_b };
-    }
-    Ok(fitted)
-}
-
-/// Of the logarithm of a light's strength.
-const STRENGTH_TOLERANCE: f64 = 1e-3;

@@ -173,8 +173,7 @@ impl Patches {
         let (views, watch) = (problem.data.views, problem.watch());
         let unphotographed = &problem.data.transport.unphotographed;
         let seed = problem.data.options.general.seed as u64;
-        let positions: Vec<Vec3> =
-            unphotographed.iter().map(|unphotographed| unphotographed.point.position).collect();
+        let positions: Vec<Vec3> = unphotographed.iter().map(|hit| hit.point.position).collect();
         // In the order of the samples, the first ones would decide where all patches are.
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         Random::new(seed, Stream::Unseen as u64, u64::MAX).shuffle(&mut order);

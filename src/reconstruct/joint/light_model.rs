@@ -32,6 +32,8 @@ pub struct Part {
     pub centre: Vec<Rgb>,
     /// Emission that is known, of all lobes.
     pub held: Option<Rgb>,
+    /// Its channels' emissions are this times one strength, which is not known.
+    pub colour: Option<Rgb>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +58,12 @@ pub struct LightModel {
 
 /// Half the angle that the sun subtends, in radians.
 const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
+
 impl Part {
     fn new(problem: &Problem, kind: PartKind, set: LightSet) -> Result<Self, Cancelled> {
         let coupling = Arc::new(problem.couple(&set)?);
         let centre = vec![[0.0; CHANNELS]; set.lobes.lobes.len()];
-        Ok(Self { slot: 0, kind, set: Arc::new(set), coupling, centre, held: None })
+        Ok(Self { slot: 0, kind, set: Arc::new(set), coupling, centre, held: None, colour: None })
     }
 
     pub fn background(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
@@ -98,7 +101,7 @@ impl Part {
     fn given(problem: &Problem) -> Result<Vec<Self>, Cancelled> {
         let mut parts = Vec::new();
         for (index, light) in problem.capture().lights.iter().enumerate() {
-            let KnownLight::Shape { emitter, emission, .. } = light else { continue };
+            let KnownLight::Shape { emitter, emission, color, .. } = light else { continue };
             let (light, axis) = match *emitter {
                 Emitter::Sun { direction, angular_diameter } => {
                     let half = 0.5 * angular_diameter;
@@ -113,7 +116,8 @@ impl Part {
             let mut set = LightSet::default();
             set.push(light, &[(axis, 0.0)]);
             let part = Self::new(problem, PartKind::Given(index), set)?;
-            parts.push(Self { held: *emission, ..part });
+            let colour = color.filter(|_| emission.is_none());
+            parts.push(Self { held: *emission, colour, ..part });
         }
         Ok(parts)
     }
@@ -154,9 +158,9 @@ impl LightModel {
     /// The model with another part.
     pub fn with(&self, part: Part) -> Self {
         let slot = self.parts.iter().map(|part| part.slot + 1).max().unwrap_or(0);
-        let mut parts = self.parts.clone();
-        parts.push(Part { slot, ..part });
-        Self { parts, ..self.clone() }
+        let mut model = self.clone();
+        model.parts.push(Part { slot, ..part });
+        model
     }
 
     pub fn without(&self, slot: usize) -> Self {

@@ -45,9 +45,9 @@ use faer::Mat;
 use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::average::{Ensemble, Posterior};
-use crate::reconstruct::joint::background::{Density, Layout, World};
+use crate::reconstruct::joint::background::{Density, Layout};
 use crate::reconstruct::joint::compare::{compare, held_out_error, validate};
-use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
+use crate::reconstruct::joint::fit::{EXACT, Fitted, ROUGH, fit};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::indirect::Settled;
 use crate::reconstruct::joint::light_model::Part;
@@ -56,7 +56,7 @@ use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::{Found, aim_sun, search, trial};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
-use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, TrialPart};
+use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
 use crate::reconstruct::transport::PatchRadiosity;
 use crate::scene::Brdf;
 
@@ -109,19 +109,22 @@ pub fn solve(
     let Prepared { all, search: some, is_outer, fine, indirect, surfaces } = prepared;
     let found = search(&some, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
-    let mut found = aim_sun(found, &all)?;
+    let (found, fitted) = aim_sun(found, &all)?;
     watch.tick()?;
 
-    let fitted = fit(&all, &found.best.fitted.model.on(&all)?, Some(&found.best.fitted), ROUGH)?;
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);
     let all = with_noise(&all, &fit(&all, &fitted.model, Some(&fitted), ROUGH)?);
-    let ensemble = Ensemble::new(&all, &found, data.options.joint.light_sets)?;
+    let ensemble = Ensemble::new(&all, &found, &fitted.model, data.options.joint.light_sets)?;
     history.push(&all, ensemble.main());
     watch.tick()?;
 
-    let mut posterior = ensemble.posterior();
-    let finer = finer_light(&mut found, &posterior)?;
-    let held_out = delivered_error(&all, &found, &finer, &ensemble, &is_outer)?;
+    let posterior = ensemble.posterior();
+    let finer = finer_light(&found, &posterior)?;
+    let beside = match &finer {
+        Some(Finer { part, trial }) if trial.supported => Some(part.on(&all)?),
+        _ => None,
+    };
+    let held_out = delivered_error(&all, &beside, &ensemble, &is_outer)?;
     watch.tick()?;
 
     let (mut certainty, doubts) = uncertainty::assess(
@@ -135,23 +138,27 @@ pub fn solve(
     let mut warnings = emitters;
     warnings.extend(doubts);
     warnings.extend(diagnose::examine(&all, ensemble.main()));
-    warnings.extend(report::without_highlight(&all, &ensemble, &certainty, &mut posterior));
+    let matt = report::without_highlight(&all, &ensemble, &certainty, &posterior);
+    warnings.extend(report::no_highlight(&all, &matt));
+    let posterior = posterior.without_gloss(&matt);
 
-    let fitted = delivered(&all, &found, &finer, &posterior, ensemble.main())?;
-    let Settled { problem: known, fitted, patch_radiosity } =
-        indirect.settle(&posterior.known_to(&all), fitted)?;
-    let fitted = posterior.relight(&known, &fitted)?;
+    let known = posterior.known_to(&all);
+    let fitted = delivered(&known, &beside, ensemble.main())?;
+    let Settled { problem: known, fitted, patch_radiosity } = indirect.settle(&known, fitted)?;
+    let fitted = fit(&known, &fitted.model, Some(&fitted), EXACT)?;
     history.push(&known, &fitted);
     watch.tick()?;
 
     let kkt = ensemble.main().kkt_residual().max(fitted.kkt_residual());
     let emission = fitted.emission();
     let kept = emission.iter().filter(|rgb| rgb.iter().any(|&e| e > 0.0)).count();
-    certainty.selection = Some(Selection {
-        candidates: found.candidates,
+    let selection = Selection {
+        candidates: found.candidates + finer.as_ref().map_or(0, |finer| finer.part.columns()),
         kept,
-        trials: std::mem::take(&mut found.trials),
-    });
+        trials: found.trials.iter().cloned().chain(finer.map(|finer| finer.trial)).collect(),
+    };
+    let notes = report::notes(&all, &found, &selection);
+    certainty.selection = Some(selection);
     let reflectance = |material: usize| {
         all.priors.measured[material].then(|| Brdf {
             diffuse: posterior.diffuse(material),
@@ -160,7 +167,6 @@ pub fn solve(
                 .unwrap_or(data.options.gloss.start_exponent),
         })
     };
-    let notes = report::notes(&all, &found, certainty.selection.as_ref());
     let solution = Solution {
         reflectances: (0..all.materials()).map(reflectance).collect(),
         emission,
@@ -195,14 +201,13 @@ fn with_noise<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
 /// Fine lobes beside the lights that were found, where they predict better; none are tried where
 /// all lights are fine already, or where nothing is unknown. Only for reflectances that are known
 /// by now: free ones would give way to so many lights, which is why they are found with few.
-fn finer_light(found: &mut Found, posterior: &Posterior) -> Result<Option<Part>, Error> {
+fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Error> {
     let Some(layout) = found.best.fitted.model.layout().filter(|_| found.density != Density::Fine)
     else {
         return Ok(None);
     };
-    let world: World = layout.world;
     let problem = posterior.known_to(&found.problem);
-    let fine = Layout::new(&problem, world, Density::Fine, false, 0);
+    let fine = Layout::new(&problem, layout.world, Density::Fine, false, 0);
     let part = Part::background(&problem, &fine)?;
     if part.columns() == 0 {
         return Ok(None);
@@ -210,35 +215,31 @@ fn finer_light(found: &mut Found, posterior: &Posterior) -> Result<Option<Part>,
     let coarse = fit(&problem, &found.best.fitted.model, Some(&found.best.fitted), ROUGH)?;
     let with = fit(&problem, &coarse.model.with(part.clone()), Some(&coarse), ROUGH)?;
     let (coarse, with) = (validate(&problem, coarse)?, validate(&problem, with)?);
-    let cv = compare(&problem, &coarse, &with);
-    found.candidates += part.columns();
-    found.trials.push(trial(TrialPart::Beside(part.columns()), &cv));
-    Ok(cv.is_better().then_some(part))
+    let trial = trial(TrialPart::Beside(part.columns()), &compare(&problem, &coarse, &with));
+    Ok(Some(Finer { part, trial }))
 }
 
-/// The light that goes with the reflectances of an ensemble.
-fn delivered(
-    all: &Problem,
-    found: &Found,
-    finer: &Option<Part>,
-    posterior: &Posterior,
-    main: &Fitted,
-) -> Result<Fitted, Error> {
-    let known = posterior.known_to(all);
-    let mut model = main.model.clone();
-    if let Some(part) = finer {
-        model = model.with(part.on(&known)?);
-    }
-    model.gloss.clone_from(&found.best.fitted.model.gloss);
-    fit(&known, &model, Some(main), ROUGH)
+/// Fine lobes beside the lights that were found.
+struct Finer {
+    /// On the rows that were searched.
+    part: Part,
+    trial: Trial,
+}
+
+/// The light that goes with known reflectances.
+fn delivered(known: &Problem, beside: &Option<Part>, main: &Fitted) -> Result<Fitted, Error> {
+    let model = match beside {
+        Some(part) => main.model.with(part.clone()),
+        None => main.model.clone(),
+    };
+    fit(known, &model, Some(main), ROUGH)
 }
 
 /// The error of the model that is delivered in rows that neither chose nor fitted it, but for the
 /// direction of a sun, which all rows find together.
 fn delivered_error(
     all: &Problem,
-    found: &Found,
-    finer: &Option<Part>,
+    beside: &Option<Part>,
     ensemble: &Ensemble,
     is_outer: &[bool],
 ) -> Result<Option<Rgb>, Error> {
@@ -249,7 +250,7 @@ fn delivered_error(
     let blind = all.with_weights((0..is_outer.len()).map(inside).collect());
     let ensemble = ensemble.refit(&blind)?;
     let posterior = ensemble.posterior();
-    let fitted = delivered(&blind, found, finer, &posterior, ensemble.main())?;
+    let fitted = delivered(&posterior.known_to(&blind), beside, ensemble.main())?;
     held_out_error(&posterior.known_to(all), &fitted, |row| is_outer[row])
 }
 

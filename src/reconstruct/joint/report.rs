@@ -10,43 +10,45 @@ use crate::reconstruct::solution::{Certainty, Selection, Trial, TrialPart};
 /// A specular reflectance that nobody sees.
 const NO_HIGHLIGHT: f64 = 0.01;
 
-/// Materials tagged as specular that show no highlight are diffuse.
+/// Materials that are tagged as specular but show no highlight.
 pub fn without_highlight(
     problem: &Problem,
     ensemble: &Ensemble,
     certainty: &Certainty,
-    posterior: &mut Posterior,
-) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for material in (0..problem.materials()).filter(|&m| problem.is_tagged_specular(m)) {
-        let Some(certainty) = certainty.materials[material] else { continue };
-        let shows = (0..CHANNELS).any(|c| match certainty.specular[c] {
-            Some([low, _]) => low > 0.0 && posterior.specular[c][material] > NO_HIGHLIGHT,
+    posterior: &Posterior,
+) -> Vec<usize> {
+    let shows = |material: usize, channel: usize| {
+        let interval = certainty.materials[material]?.specular[channel];
+        Some(match interval {
+            Some([low, _]) => low > 0.0 && posterior.specular[channel][material] > NO_HIGHLIGHT,
             // What only some light sets need is no highlight.
             None => ensemble
                 .members
                 .iter()
-                .all(|(fitted, _)| fitted.specular(material)[c] > NO_HIGHLIGHT),
-        });
-        if !shows {
-            warnings.push(format!(
-                "\"{}\" is tagged as specular, but the photographs show no highlight on it: it is \
-                 taken to be diffuse",
-                problem.capture().materials[material].name
-            ));
-            for c in 0..CHANNELS {
-                posterior.specular[c][material] = 0.0;
-            }
-        }
-    }
-    warnings
+                .all(|(fitted, _)| fitted.specular(material)[channel] > NO_HIGHLIGHT),
+        })
+    };
+    (0..problem.materials())
+        .filter(|&m| problem.is_tagged_specular(m))
+        .filter(|&m| (0..CHANNELS).all(|c| shows(m, c) == Some(false)))
+        .collect()
+}
+
+/// A warning for each of these materials.
+pub fn no_highlight(problem: &Problem, materials: &[usize]) -> impl Iterator<Item = String> {
+    materials.iter().map(|&material| {
+        format!(
+            "\"{}\" is tagged as specular, but the photographs show no highlight on it: it is \
+             taken to be diffuse",
+            problem.capture().materials[material].name
+        )
+    })
 }
 
 /// What was decided, a sentence each.
-pub fn notes(problem: &Problem, found: &Found, selection: Option<&Selection>) -> Vec<String> {
+pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<String> {
     let capture = problem.capture();
     let mut notes = Vec::new();
-    let Some(selection) = selection else { return notes };
     let model = &found.best.fitted.model;
     let is_open = model.layout().is_some_and(|layout| layout.world == World::Open);
     let lamps = model.lamps();

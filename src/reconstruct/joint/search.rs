@@ -66,10 +66,10 @@ pub fn search<'a>(
     report: &dyn Fn(&Problem, &Fitted),
 ) -> Result<Found<'a>, Error> {
     let options = problem.options();
-    let is_given = |light: &&KnownLight| {
+    let is_sun = |light: &KnownLight| {
         matches!(light, KnownLight::Shape { emitter: Emitter::Sun { .. }, .. })
     };
-    let has_sun = problem.capture().lights.iter().any(|light| is_given(&light));
+    let has_sun = problem.capture().lights.iter().any(is_sun);
     // Where no light is unknown every ray meets a photographed surface: a lamp in between would
     // only take the place of what these send.
     let is_open = fine.model.has_unknown_light();
@@ -81,15 +81,14 @@ pub fn search<'a>(
     let room = layout(World::Room, Density::Coarse);
     let sky = layout(World::Open, Density::Coarse);
 
-    let (mut problem, mut exponents) = (problem.clone(), Vec::new());
+    let mut problem = problem.clone();
     let mut first = LightModel::new(&problem, &room)?;
     let mut chosen = lights(&problem, &places, &first, &fine, (environment, sky))?;
     if first.is_glossy() {
         // Lamps stand better where highlights have their true sharpness, and I_s its part from
         // glossy surfaces.
-        let (sharp, found) = find_exponents(&problem, chosen.best.fitted)?;
+        let (sharp, _) = find_exponents(&problem, chosen.best.fitted)?;
         let gloss = choose_gloss(&problem, sharp)?;
-        exponents = found;
         let Settled { problem: settled, fitted, .. } =
             indirect.settle(&problem, gloss.best.fitted)?;
         problem = settled;
@@ -105,14 +104,13 @@ pub fn search<'a>(
     let lobes: usize = chosen.trials.iter().map(of_lights).sum();
     let candidates = lobes + first.columns() + fine.model.columns();
     let (step, density) = choose_density(&problem, &places, chosen, fine)?;
-    let Step { best, trials } = step;
-    let mut found = Found { lamps, suns, problem, best, density, trials, candidates, exponents };
-    if found.best.fitted.model.is_glossy() {
-        let (sharp, exponents) = find_exponents(&found.problem, found.best.fitted)?;
-        found.best = validate(&found.problem, sharp)?;
-        found.exponents = exponents;
+    let Step { mut best, trials } = step;
+    let mut exponents = Vec::new();
+    if best.fitted.model.is_glossy() {
+        let (sharp, found) = find_exponents(&problem, best.fitted)?;
+        (best, exponents) = (validate(&problem, sharp)?, found);
     }
-    Ok(found)
+    Ok(Found { lamps, suns, problem, best, density, trials, candidates, exponents })
 }
 
 pub fn trial(part: TrialPart, cv: &PairedCv) -> Trial {
@@ -251,7 +249,7 @@ fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     let slots: Vec<usize> =
         step.best.fitted.model.parts.iter().filter(found).map(|part| part.slot).collect();
     if slots.len() < 2 {
-        // It has just come in.
+        // The only one has just been compared with none.
         return Ok(step);
     }
     for slot in slots {
@@ -322,21 +320,19 @@ fn choose_density(
 const FIRST_AIM: f32 = 0.01;
 const LAST_AIM: f32 = 0.0009;
 
-/// The model with its sun aimed by all rows of a problem: the edge of a shadow is known as well as
-/// samples are dense.
+/// The model with its sun aimed by all rows of a problem, and its fit there: the edge of a shadow is
+/// known as well as samples are dense.
 ///
 /// # Errors
 /// As [`search`].
-pub fn aim_sun<'a>(found: Found<'a>, all: &Problem) -> Result<Found<'a>, Error> {
-    let Some((slot, towards)) =
-        found.best.fitted.model.parts.iter().find_map(|part| match part.kind {
-            PartKind::Sun(towards) => Some((part.slot, towards)),
-            _ => None,
-        })
-    else {
-        return Ok(found);
-    };
-    let mut fitted = fit(all, &found.best.fitted.model.on(all)?, Some(&found.best.fitted), ROUGH)?;
+pub fn aim_sun<'a>(found: Found<'a>, all: &Problem) -> Result<(Found<'a>, Fitted), Error> {
+    let chosen = &found.best.fitted;
+    let mut fitted = fit(all, &chosen.model.on(all)?, Some(chosen), ROUGH)?;
+    let sun = chosen.model.parts.iter().find_map(|part| match part.kind {
+        PartKind::Sun(towards) => Some((part.slot, towards)),
+        _ => None,
+    });
+    let Some((slot, towards)) = sun else { return Ok((found, fitted)) };
     // By the cost itself: linearised, the samples that are shadowed wrongly hardly count.
     let (mut aimed, mut step) = (towards, FIRST_AIM);
     while step > LAST_AIM {
@@ -356,13 +352,12 @@ pub fn aim_sun<'a>(found: Found<'a>, all: &Problem) -> Result<Found<'a>, Error> 
         }
     }
     if aimed == towards {
-        return Ok(found);
+        return Ok((found, fitted));
     }
-    let towards = aimed;
-    let (problem, best) = (&found.problem, &found.best.fitted);
-    let model = best.model.replacing(slot, Part::sun(problem, towards)?);
-    let best = validate(problem, fit(problem, &model, Some(best), ROUGH)?)?;
-    Ok(Found { best, ..found })
+    let problem = &found.problem;
+    let model = chosen.model.replacing(slot, Part::sun(problem, aimed)?);
+    let best = validate(problem, fit(problem, &model, Some(chosen), ROUGH)?)?;
+    Ok((Found { best, ..found }, fitted))
 }
 
 /// A model over other backgrounds, with as many lamps, each looked for anew: which places explain
