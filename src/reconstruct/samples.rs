@@ -4,11 +4,11 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::spaced::{TooManyPoints, indices, select_spaced};
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::Radiance;
 use crate::math::sampling::Random;
 use crate::options;
 use crate::reconstruct::{Error, Stream};
-use crate::scene::{Role, SurfacePoint, Views};
+use crate::scene::{Role, SurfacePoint, Views, agreed};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -56,7 +56,7 @@ pub struct Sample {
     pub surface: usize,
     /// The first of this sample's entries in `SampleCloud::views`, and one past the last.
     pub views: std::ops::Range<usize>,
-    /// Mean radiance over the views: L of a diffuse sample.
+    /// Of the views, see [`agreed`]: L of a diffuse sample.
     pub radiance: Radiance,
 }
 
@@ -323,19 +323,14 @@ fn read(
     if seen.is_empty() {
         return None;
     }
-    let mut radiance = [0.0f32; CHANNELS];
-    for view in &seen {
-        for (sum, value) in radiance.iter_mut().zip(view.radiance) {
-            *sum += value / seen.len() as f32;
-        }
-    }
+    let measured: Vec<Radiance> = seen.iter().map(|view| view.radiance).collect();
     let sample = Sample {
         position,
         normal,
         material: material_of(views, candidate),
         surface: views.capture.mesh.surface[triangle as usize] as usize,
         views: 0..0,
-        radiance,
+        radiance: agreed(&measured),
     };
     Some((sample, seen))
 }

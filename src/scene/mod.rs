@@ -17,4 +17,4 @@ pub use capture::{
 pub use dome::Dome;
 pub use emitter::Emitter;
 pub use image::Image;
-pub use views::{Seen, SurfacePoint, Views, VisibilityCache};
+pub use views::{Seen, SurfacePoint, Views, VisibilityCache, agreed, agreeing};

@@ -13,7 +13,7 @@ use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::lights::VirtualLight;
 use crate::reconstruct::samples::Sample;
-use crate::scene::Role;
+use crate::scene::{Role, agreeing};
 use crate::watch::Cancelled;
 
 /// Side of the grid of rays of a sample that find glossy surfaces; what is corrected is a small
@@ -109,7 +109,7 @@ struct GlossySample {
     irradiance: Rgb,
     /// From each light.
     lights: Vec<(usize, Rgb)>,
-    /// Mean of π L̂ over the photographs.
+    /// Mean of π L̂ over the photographs that [`Views::radiance`] asks.
     seen: Rgb,
     shapes: Arc<Vec<VirtualLight>>,
 }
@@ -129,13 +129,19 @@ impl GlossySample {
             let range = row..end.unwrap_or(rows.sample.len());
             let material = rows.material[row];
             if let Some(exponent) = fitted.model.gloss[material] {
-                let mut seen = [0.0; CHANNELS];
-                for (c, seen) in seen.iter_mut().enumerate() {
-                    for r in range.clone() {
-                        let log = rows.log_radiance[c][r] + fitted.channels[c].residuals[r];
-                        *seen += log.exp() / range.len() as f64;
-                    }
-                }
+                let computed = |r: usize| -> Rgb {
+                    std::array::from_fn(|c| {
+                        (rows.log_radiance[c][r] + fitted.channels[c].residuals[r]).exp()
+                    })
+                };
+                // In the photographs from which the reflected radiance was taken.
+                let brightness =
+                    range.clone().map(|r| rows.log_radiance.iter().map(|log| log[r].exp()).sum());
+                let asked = range.clone().zip(agreeing(brightness)).filter(|(_, is_near)| *is_near);
+                let asked: Vec<Rgb> = asked.map(|(r, _)| computed(r)).collect();
+                let seen = std::array::from_fn(|c| {
+                    asked.iter().map(|rgb| rgb[c]).sum::<f64>() / asked.len() as f64
+                });
                 let mut lights: Vec<(usize, Rgb)> = Vec::new();
                 let mut irradiance: Rgb = std::array::from_fn(|c| fitted.design.base[c][row]);
                 for (column, lobe) in set.lobes.lobes.iter().enumerate() {
