@@ -39,8 +39,19 @@ pub struct SampleCloud {
     pub samples: Vec<Sample>,
     /// The photographs of all samples, one after the other; see `Sample::views`.
     pub views: Vec<View>,
+    /// Per material the area that one of its samples stands for, in units of that of samples at the
+    /// common distance; 1 for materials beyond its end.
+    pub relative_area: Vec<f64>,
     /// What is odd about the samples, a sentence each.
     pub warnings: Vec<String>,
+}
+
+impl SampleCloud {
+    /// The area that a sample of a material stands for, in units of that of samples at the common
+    /// distance.
+    pub fn relative_area(&self, material: usize) -> f64 {
+        self.relative_area.get(material).copied().unwrap_or(1.0)
+    }
 }
 
 /// A point on a known surface with the radiance seen there.
@@ -161,7 +172,8 @@ pub fn place(
     let mut kept = select_spaced(&positions, &order, spacing_m, watch)?;
     watch.tick()?;
 
-    densify(views, options, &candidates, (&positions, &order), spacing_m, &mut kept, watch)?;
+    let relative_area =
+        densify(views, options, &candidates, (&positions, &order), spacing_m, &mut kept, watch)?;
     let read: Vec<Option<(Sample, Vec<View>)>> = kept
         .par_iter()
         .map(|&index| {
@@ -169,7 +181,7 @@ pub fn place(
             Ok(read(views, options, candidates[index as usize]))
         })
         .collect::<Result<_, Cancelled>>()?;
-    let mut cloud = SampleCloud { spacing_m, warnings, ..SampleCloud::default() };
+    let mut cloud = SampleCloud { spacing_m, relative_area, warnings, ..SampleCloud::default() };
     for (mut sample, seen) in read.into_iter().flatten() {
         sample.views = cloud.views.len()..cloud.views.len() + seen.len();
         cloud.views.extend(seen);
@@ -251,7 +263,8 @@ pub fn spacing_for(
     Ok(spacing)
 }
 
-/// Replaces the samples of materials that have too few by more closely spaced ones.
+/// Replaces the samples of materials that have too few by more closely spaced ones. Returns the area
+/// that a sample of each material stands for then ([`SampleCloud::relative_area`]).
 fn densify(
     views: &Views,
     options: &SampleOptions,
@@ -260,13 +273,14 @@ fn densify(
     spacing_m: f32,
     kept: &mut Vec<u32>,
     watch: &Watch,
-) -> Result<(), Cancelled> {
+) -> Result<Vec<f64>, Cancelled> {
     let mut counts = vec![0usize; views.capture.materials.len()];
+    let mut relative_area = vec![1.0; counts.len()];
     for &index in kept.iter() {
         counts[material_of(views, candidates[index as usize])] += 1;
     }
     if counts.iter().all(|&count| count == 0 || count >= options.min_per_material) {
-        return Ok(());
+        return Ok(relative_area);
     }
     let materials = materials(views, candidates);
     for (material, &count) in counts.iter().enumerate() {
@@ -280,9 +294,11 @@ fn densify(
             .collect();
         let closer = spacing_m * (count as f32 / options.min_per_material as f32).sqrt();
         kept.retain(|&index| materials[index as usize] as usize != material);
-        kept.extend(select_spaced(positions, &own, closer, watch)?);
+        let more = select_spaced(positions, &own, closer, watch)?;
+        relative_area[material] = count as f64 / more.len() as f64;
+        kept.extend(more);
     }
-    Ok(())
+    Ok(relative_area)
 }
 
 /// Reads a sample's radiance in every photograph that sees it.

@@ -380,7 +380,7 @@ pub fn bare_sample(position: Vec3, normal: Vec3, material: usize, radiance: Radi
 }
 
 pub fn cloud(samples: Vec<Sample>) -> SampleCloud {
-    SampleCloud { spacing_m: 0.1, samples, views: Vec::new(), warnings: Vec::new() }
+    SampleCloud { spacing_m: 0.1, samples, ..SampleCloud::default() }
 }
 
 /// Options for a whole reconstruction with the paper's own method.

@@ -7,7 +7,7 @@ use faer::Mat;
 
 use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::Options;
-use crate::reconstruct::equations::Equations;
+use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::blocks::Blocks;
 use crate::reconstruct::joint::fit::Fitted;
@@ -71,12 +71,14 @@ impl<'a> Problem<'a> {
             materials: capture.materials.len(),
         };
         let blocks = Blocks::of(&capture.mesh, &data.cloud.samples);
+        // By area, so that the light is not decided by many samples on small things.
+        let weight = |row: &Equation| row.share * data.cloud.relative_area(row.material);
         Self {
             equation: Arc::new((0..equations.rows.len()).collect()),
             glossy: Arc::new((0..equations.glossy.len()).collect()),
             block: Arc::new(rows.sample.iter().map(|&sample| blocks.of_sample[sample]).collect()),
             irradiance: Arc::new(data.transport.irradiance.clone()),
-            weights: Arc::new(equations.rows.iter().map(|row| row.share).collect()),
+            weights: Arc::new(equations.rows.iter().map(weight).collect()),
             priors: Arc::new(Priors::new(capture, &data.options.joint, normalised, start)),
             rows: Arc::new(rows),
             data,
