@@ -147,6 +147,8 @@ pub struct Trial {
 pub enum TrialPart {
     /// A sun.
     Sun,
+    /// The sky as photographs show it, in so many cells.
+    SeenSky(usize),
     /// The lights of a room in place of those of an open sky.
     Room,
     /// The lamp of this number, from 1, with any before it that are not supported alone.

@@ -1,5 +1,6 @@
 //! What the artist brings: geometry, cameras, photographs and tags.
 
+pub mod agreement;
 pub mod brdf;
 pub mod camera;
 pub mod capture;
@@ -9,6 +10,7 @@ pub mod image;
 pub mod views;
 pub mod wireframe;
 
+pub use agreement::{agreed, agreeing};
 pub use brdf::Brdf;
 pub use camera::{Camera, Distortion};
 pub use capture::{
@@ -17,4 +19,4 @@ pub use capture::{
 pub use dome::Dome;
 pub use emitter::Emitter;
 pub use image::Image;
-pub use views::{Seen, SurfacePoint, Views, VisibilityCache, agreed, agreeing};
+pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
 use crate::math::rgb::{CHANNELS, Radiance};
+use crate::scene::agreement::{agreed, agreeing, brightness};
 use crate::scene::{Camera, Capture, Image};
 use crate::watch::{Cancelled, Watch};
 
@@ -84,14 +85,9 @@ impl PixelHit {
     }
 }
 
-/// Photographs that are asked for the radiance of a point that a gathering ray hits, where they
-/// agree and where they do not. Hundreds of such points are summed for each sample.
+/// Photographs asked for the radiance of a point that a ray hits, if they agree and at most.
 const ENOUGH_VIEWS: usize = 3;
 const MOST_VIEWS: usize = 16;
-/// Photographs of a point agree if none is brighter than the darkest by more than this factor: far
-/// beyond noise, while a highlight below it adds at most a quarter to a mean of two. Set on
-/// kitchen-full and kitchen-coarse.
-const AGREEMENT: f64 = 1.5;
 
 /// Neighbouring hits whose normals differ by more belong to different faces (20°).
 const SMOOTH_COSINE: f32 = 0.94;
@@ -260,47 +256,19 @@ impl<'a> Views<'a> {
         let mixed =
             (bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22)).wrapping_mul(0x9e37_79b9);
         let first = (mixed >> 8) as usize % self.buffers.len().max(1);
-        let mut seen = [[0.0; CHANNELS]; MOST_VIEWS];
-        let mut count = 0;
+        let (mut seen, mut count) = ([[0.0; CHANNELS]; MOST_VIEWS], 0);
         for buffer in self.buffers[first..].iter().chain(&self.buffers[..first]) {
-            if count == MOST_VIEWS
-                || count == ENOUGH_VIEWS
-                    && agreeing(seen[..count].iter().map(brightness)).all(|is_near| is_near)
-            {
+            let Some(Seen { x, y, .. }) = self.seen(buffer, point) else { continue };
+            let Some(radiance) = buffer.image.radiance(x, y) else { continue };
+            seen[count] = radiance;
+            count += 1;
+            let agree = || agreeing(seen[..count].iter().map(brightness)).all(|is_near| is_near);
+            if count == MOST_VIEWS || count == ENOUGH_VIEWS && agree() {
                 break;
-            }
-            let pixel = self.seen(buffer, point);
-            if let Some(radiance) = pixel.and_then(|seen| buffer.image.radiance(seen.x, seen.y)) {
-                seen[count] = radiance;
-                count += 1;
             }
         }
         (count > 0).then(|| agreed(&seen[..count]))
     }
-}
-
-/// The radiance of a diffuse surface that was seen in several directions: the mean of what is not
-/// far brighter than the darkest. A highlight, a mirror image or a thing in front of the surface
-/// makes some photographs see it brighter, by any factor, though the surface sends that little
-/// elsewhere. Zero of nothing.
-pub fn agreed(seen: &[Radiance]) -> Radiance {
-    let (mut sum, mut count) = ([0.0; CHANNELS], 0.0);
-    let is_near = agreeing(seen.iter().map(brightness));
-    for (radiance, _) in seen.iter().zip(is_near).filter(|(_, is_near)| *is_near) {
-        sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += value);
-        count += 1.0;
-    }
-    sum.map(|value| value / f32::max(count, 1.0))
-}
-
-/// Which of some brightnesses of one point are not far above the darkest.
-pub fn agreeing(seen: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = bool> {
-    let limit = AGREEMENT * seen.clone().fold(f64::INFINITY, f64::min);
-    seen.map(move |brightness| brightness <= limit)
-}
-
-fn brightness(radiance: &Radiance) -> f64 {
-    radiance.iter().map(|&value| f64::from(value)).sum()
 }
 
 /// Where a photograph sees a surface point.
@@ -464,29 +432,5 @@ fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -
             PixelHit { position, triangle_and_clean: hit.triangle }
         }
         None => NO_HIT,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn photographs_that_agree_are_averaged() {
-        let seen = [[1.0, 2.0, 3.0], [1.2, 2.4, 3.6], [0.8, 1.6, 2.4]];
-        let mean = agreed(&seen);
-        for (value, expected) in mean.into_iter().zip([1.0, 2.0, 3.0]) {
-            assert!((value - expected).abs() < 1e-6, "{mean:?}");
-        }
-        assert_eq!(agreed(&[]), [0.0; CHANNELS]);
-        assert_eq!(agreed(&[[0.0; CHANNELS], [5.0; CHANNELS]]), [0.0; CHANNELS]);
-    }
-
-    /// The glass of a table in kitchen-full, in which some photographs see the window: it was taken
-    /// to send that to the ceiling and made a third of its light.
-    #[test]
-    fn a_mirror_image_in_some_photographs_is_not_sent_all_around() {
-        let glass = [[0.02; CHANNELS], [1.9; CHANNELS], [0.024; CHANNELS], [3.4; CHANNELS]];
-        assert!((agreed(&glass)[0] - 0.022).abs() < 1e-6);
     }
 }

@@ -9,6 +9,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::Reconstruction;
 use lobelia::reconstruct::lights::LightKind;
 use lobelia::reconstruct::options::{Method, Options};
+use lobelia::reconstruct::solution::TrialPart;
 use lobelia::scene::{Emitter, KnownLight, MaterialKind};
 
 use crate::rooms::{Room, Tracer, camera, quick, run};
@@ -115,6 +116,32 @@ fn a_sun_is_found_where_it_stands() {
     }
 }
 
+/// Photographs that look past the geometry show what shines there: it sets the scale.
+#[test]
+fn a_sky_that_photographs_show_sets_the_scale() {
+    let mut room = scene(|tracer, p, normal| [1.2, 1.0, 0.8].map(|c| c * sky(tracer, p, normal)));
+    let shown = [1.2, 1.0, 0.8].map(|c: f32| c / std::f32::consts::PI);
+    // All of the upper hemisphere, by eight photographs around and one to the zenith.
+    let from = DVec3::new(0.0, 0.0, 3.0);
+    let around = (0..8).map(|k| (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos());
+    let around = around.map(|(y, x)| from + DVec3::new(x, y, 0.45));
+    for target in around.chain([from + DVec3::new(0.05, 0.0, 1.0)]) {
+        let camera = camera((120, 90), 1.5, from, target);
+        let pixels = vec![shown; camera.width * camera.height];
+        room.photograph_of(camera, pixels, None);
+    }
+    let result = run(&room, &options()).unwrap();
+    let certainty = result.solution.certainty.as_ref().unwrap();
+    let trials = &certainty.selection.as_ref().unwrap().trials;
+    let seen = trials.iter().find(|trial| matches!(trial.part, TrialPart::SeenSky(_)));
+    assert!(seen.is_some_and(|trial| trial.supported), "{trials:?}");
+    for c in 0..3 {
+        let (floor, sides) = (diffuse(&result, 0)[c], diffuse(&result, 1)[c]);
+        assert!((floor / FLOOR[c] - 1.0).abs() < 0.08, "floor {floor} for {}", FLOOR[c]);
+        assert!((sides / BOX[c] - 1.0).abs() < 0.08, "box {sides} for {}", BOX[c]);
+    }
+}
+
 /// A lamp that the artist knows, close to a point: its irradiance is I cos θ / d².
 fn lamp(tracer: &Tracer, p: DVec3, normal: DVec3) -> f64 {
     let offset = LAMP - p;
@@ -198,8 +225,8 @@ fn a_given_colour_ties_the_channels() {
 fn a_colour_leaves_the_scale_open() {
     let scale_sd = |emission: Option<Rgb>, color: Option<Rgb>| {
         let result = run(&lit_by_lamp(emission, color), &options()).unwrap();
-        let certainty = result.solution.certainty.expect("a joint solve says how sure it is");
-        certainty.scale.log_sd
+        let certainty = result.solution.certainty.as_ref();
+        certainty.expect("a joint solve says how sure it is").scale.log_sd
     };
     let known = scale_sd(Some(INTENSITY), None);
     let open = scale_sd(None, None);

@@ -28,6 +28,7 @@ pub fn selection(capture: &Capture, selection: &solution::Selection) -> Selectio
     let trial = |trial: &solution::Trial| {
         let (part, number, material) = match trial.part {
             TrialPart::Sun => ("sun", None, None),
+            TrialPart::SeenSky(cells) => ("photographed sky", Some(cells), None),
             TrialPart::Room => ("room", None, None),
             TrialPart::Lamp(number) => ("lamp", Some(number), None),
             TrialPart::Background(lobes) => ("background", Some(lobes), None),

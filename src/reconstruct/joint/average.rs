@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::background::Layout;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, fit_with_scale_prior};
 use crate::reconstruct::joint::light_model::{LightModel, Part, PartKind};
@@ -151,9 +150,9 @@ fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
     let (problem, fitted) = (&found.problem, &found.best.fitted);
     let mut model = fitted.model.clone();
     for part in &fitted.model.parts {
-        if let PartKind::Background(Layout { world, surfaces, .. }) = part.kind {
-            let layout = Layout::new(problem, world, found.density, surfaces, index);
-            model = model.replacing(part.slot, Part::background(problem, &layout)?);
+        if let PartKind::Background(layout) = part.kind {
+            let background = Part::background(problem, &layout.varied(index))?;
+            model = model.replacing(part.slot, background);
         }
     }
     model.ridge = problem.options().ridge * RIDGES[index % RIDGES.len()];

@@ -34,11 +34,12 @@ pub enum World {
     Open,
 }
 
+/// What a background is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Density {
-    /// About half as many lights as the options ask for.
-    Sparse,
+    /// Few lights beside lamps and a sun.
     Coarse,
+    /// Many, which imitate almost any light.
     Fine,
 }
 
@@ -51,8 +52,6 @@ pub struct LightSet {
 
 /// Pixels along the side of a coverage mask; its grid has at most a quarter of that.
 const MASK_PX: usize = 48;
-/// The distance between lights of a sparse background: half as many.
-const SPARSE: f64 = std::f64::consts::SQRT_2;
 /// Backgrounds that are spread over the ranges of the options; prime, so that steps of any length
 /// run through all of them.
 const VARIATIONS: usize = 7;
@@ -90,36 +89,35 @@ impl LightSet {
 }
 
 impl Layout {
-    /// The background of one light set; that of index 0 is what the options say.
-    pub fn new(
-        problem: &Problem,
-        world: World,
-        density: Density,
-        surfaces: bool,
-        index: usize,
-    ) -> Self {
+    /// The background that the options ask for.
+    pub fn new(problem: &Problem, world: World, density: Density, surfaces: bool) -> Self {
         let options = problem.options();
         let (spacing, grid, exponent) = match density {
-            Density::Sparse => {
-                (SPARSE * options.coarse_spacing, options.coarse_grid, options.coarse_exponent)
-            }
             Density::Coarse => {
                 (options.coarse_spacing, options.coarse_grid, options.coarse_exponent)
             }
             Density::Fine => (options.fine_spacing, options.fine_grid, options.fine_exponent),
         };
+        Self { world, radius: options.radius_factor, spacing, grid, exponent, seed: 1, surfaces }
+    }
+
+    /// This many times as many lights.
+    pub fn with_lights(&self, factor: f64) -> Self {
+        Self { spacing: self.spacing / factor.sqrt(), ..*self }
+    }
+
+    /// The same for one light set, laid out differently but for that of index 0.
+    pub fn varied(&self, index: usize) -> Self {
         // Spread in different orders, so that no two go together; at its own value for index 0.
         let part = |step: usize| ((index * step) % VARIATIONS) as f64 / (VARIATIONS - 1) as f64;
         let vary =
             |low: f64, range: f64, step| if index == 0 { 1.0 } else { low + range * part(step) };
         Self {
-            world,
-            radius: options.radius_factor * vary(1.0, 0.35, 5),
-            spacing: spacing * vary(0.7, 0.45, 3),
-            grid,
-            exponent: exponent * vary(0.8, 0.4, 2),
+            radius: self.radius * vary(1.0, 0.35, 5),
+            spacing: self.spacing * vary(0.7, 0.45, 3),
+            exponent: self.exponent * vary(0.8, 0.4, 2),
             seed: 1 + index as u64,
-            surfaces,
+            ..*self
         }
     }
 

@@ -30,8 +30,8 @@ pub struct Part {
     pub coupling: Arc<Mat<f64>>,
     /// Per lobe and channel what the ridge draws its emission to.
     pub centre: Vec<Rgb>,
-    /// Emission that is known, of all lobes.
-    pub held: Option<Rgb>,
+    /// Emission per lobe where it is known.
+    pub held: Option<Vec<Rgb>>,
     /// Its channels' emissions are this times one strength, which is not known.
     pub colour: Option<Rgb>,
 }
@@ -41,6 +41,8 @@ pub enum PartKind {
     Background(Layout),
     /// A light that the artist gave, by its index among those of the capture.
     Given(usize),
+    /// Cells of the sky that photographs show.
+    SeenSky,
     /// Unit direction towards a sun that was found.
     Sun(Vec3),
     Lamp(Lamp),
@@ -97,6 +99,13 @@ impl Part {
         Self::new(problem, PartKind::Sun(towards), set)
     }
 
+    /// The sky that photographs show, if the problem has one.
+    fn seen_sky(problem: &Problem) -> Result<Option<Self>, Cancelled> {
+        let Some(sky) = &problem.sky else { return Ok(None) };
+        let part = Self::new(problem, PartKind::SeenSky, sky.set.clone())?;
+        Ok(Some(Self { held: Some(sky.radiance.clone()), ..part }))
+    }
+
     /// The lights that the artist gave.
     fn given(problem: &Problem) -> Result<Vec<Self>, Cancelled> {
         let mut parts = Vec::new();
@@ -117,7 +126,8 @@ impl Part {
             set.push(light, &[(axis, 0.0)]);
             let part = Self::new(problem, PartKind::Given(index), set)?;
             let colour = color.filter(|_| emission.is_none());
-            parts.push(Self { held: *emission, colour, ..part });
+            let held = emission.map(|emission| vec![emission]);
+            parts.push(Self { held, colour, ..part });
         }
         Ok(parts)
     }
@@ -141,7 +151,8 @@ impl Part {
 }
 
 impl LightModel {
-    /// A background with the lights that the artist gave; every tagged material is glossy.
+    /// A background with the lights that the artist gave and the sky that photographs show; every
+    /// tagged material is glossy.
     pub fn new(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
         let exponent = problem.data.options.gloss.start_exponent;
         let gloss = |material| problem.is_tagged_specular(material).then_some(exponent);
@@ -150,7 +161,7 @@ impl LightModel {
             gloss: (0..problem.materials()).map(gloss).collect(),
             ridge: problem.options().ridge,
         };
-        let parts = Part::given(problem)?.into_iter();
+        let parts = Part::given(problem)?.into_iter().chain(Part::seen_sky(problem)?);
         let model = parts.fold(none, |model, part| model.with(part));
         Ok(model.with(Part::background(problem, layout)?))
     }
@@ -197,6 +208,11 @@ impl LightModel {
     /// The part with a sun that was found.
     pub fn sun(&self) -> Option<&Part> {
         self.parts.iter().find(|part| matches!(part.kind, PartKind::Sun(_)))
+    }
+
+    /// The first background that has lights.
+    pub fn background(&self) -> Option<&Part> {
+        self.parts.iter().find(|part| part.is_background() && part.columns() > 0)
     }
 
     /// The layout of the first background.
@@ -269,7 +285,12 @@ impl LightModel {
 
     /// Emissions that are known, per column.
     pub fn held(&self, channel: usize) -> Vec<Option<f64>> {
-        let of = |part: &Part| vec![part.held.map(|held| held[channel]); part.columns()];
+        let of = |part: &Part| -> Vec<Option<f64>> {
+            match &part.held {
+                Some(held) => held.iter().map(|held| Some(held[channel])).collect(),
+                None => vec![None; part.columns()],
+            }
+        };
         self.parts.iter().flat_map(of).collect()
     }
 

@@ -35,6 +35,7 @@ mod priors;
 mod problem;
 mod report;
 mod search;
+mod seen_sky;
 mod sun;
 pub mod system;
 mod terms;
@@ -106,7 +107,7 @@ pub fn solve(
     watch.tick()?;
 
     let report = |problem: &Problem, fitted: &Fitted| history.push(problem, fitted);
-    let Prepared { all, search: some, is_outer, fine, indirect, surfaces } = prepared;
+    let Prepared { all, search: some, is_outer, fine, indirect, surfaces, seen_sky } = prepared;
     let found = search(&some, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
     let (found, fitted) = aim_sun(found, &all)?;
@@ -155,7 +156,11 @@ pub fn solve(
     let selection = Selection {
         candidates: found.candidates + finer.as_ref().map_or(0, |finer| finer.part.columns()),
         kept,
-        trials: found.trials.iter().cloned().chain(finer.map(|finer| finer.trial)).collect(),
+        trials: seen_sky
+            .into_iter()
+            .chain(found.trials.iter().cloned())
+            .chain(finer.map(|finer| finer.trial))
+            .collect(),
     };
     let notes = report::notes(&all, &found, &selection);
     certainty.selection = Some(selection);
@@ -202,12 +207,11 @@ fn with_noise<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
 /// all lights are fine already, or where nothing is unknown. Only for reflectances that are known
 /// by now: free ones would give way to so many lights, which is why they are found with few.
 fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Error> {
-    let Some(layout) = found.best.fitted.model.layout().filter(|_| found.density != Density::Fine)
-    else {
+    let Some(layout) = found.best.fitted.model.layout().filter(|_| !found.is_fine) else {
         return Ok(None);
     };
     let problem = posterior.known_to(&found.problem);
-    let fine = Layout::new(&problem, layout.world, Density::Fine, false, 0);
+    let fine = Layout::new(&problem, layout.world, Density::Fine, false);
     let part = Part::background(&problem, &fine)?;
     if part.columns() == 0 {
         return Ok(None);

@@ -1,6 +1,8 @@
 //! What is settled before the light is looked for: what surfaces without a photograph send, how
 //! much each material's residuals count, and which samples only judge the result.
 
+use std::sync::Arc;
+
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::blocks::deal;
@@ -9,6 +11,10 @@ use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::search::trial;
+use crate::reconstruct::joint::seen_sky::SeenSky;
+use crate::reconstruct::solution::{Trial, TrialPart};
+use crate::scene::Environment;
 
 /// Blocks in one of so many parts are kept for judging the result.
 const OUTER_FOLDS: usize = 5;
@@ -31,6 +37,8 @@ pub struct Prepared<'a> {
     pub indirect: Indirect,
     /// Whether known surfaces that no photograph shows may shine.
     pub surfaces: bool,
+    /// What came of the sky that photographs show, if they show any.
+    pub seen_sky: Option<Trial>,
 }
 
 pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
@@ -38,6 +46,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let is_outer = outer(problem);
     let search = problem.part(|row| !is_outer[row]).subsample(SEARCHED, least);
     let indirect = Indirect::new(&search)?;
+    let (search, seen_sky) = with_seen_sky(&search)?;
     let (search, surfaces) = if indirect.has_patches() {
         reflecting_or_shining(&search, &indirect)?
     } else {
@@ -45,12 +54,15 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     };
     let indirect = if surfaces { indirect.without_patches() } else { indirect };
 
-    let layout = Layout::new(&search, World::Room, Density::Fine, surfaces, 0);
+    let layout = Layout::new(&search, World::Room, Density::Fine, surfaces);
     let fine = fit(&search, &LightModel::new(&search, &layout)?, None, EXACT)?;
     let Settled { problem: search, fitted: fine, .. } = indirect.settle(&search, fine)?;
-    let all = problem.with_irradiance((*search.irradiance).clone()).informed_by(&search, &fine);
+    let all = problem
+        .with_sky(search.sky.clone())
+        .with_irradiance((*search.irradiance).clone())
+        .informed_by(&search, &fine);
     let search = search.informed_by(&search, &fine);
-    Ok(Prepared { all, search, is_outer, fine, indirect, surfaces })
+    Ok(Prepared { all, search, is_outer, fine, indirect, surfaces, seen_sky })
 }
 
 /// Per row whether its block is kept for judging the result.
@@ -63,13 +75,31 @@ fn outer(problem: &Problem) -> Vec<bool> {
     problem.block.iter().map(|&block| fold[block] == 0).collect()
 }
 
+/// The light of the sky is what photographs show of it, where that predicts better: what they see
+/// beyond the known geometry may as well be near.
+fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Option<Trial>), Error> {
+    if search.capture().environment == Environment::Room {
+        return Ok((search.clone(), None));
+    }
+    let Some(sky) = SeenSky::find(search.data.views) else { return Ok((search.clone(), None)) };
+    let cells = sky.radiance.len();
+    let seen = search.with_sky(Some(Arc::new(sky)));
+    let validated = |problem: &Problem| {
+        let layout = Layout::new(problem, World::Room, Density::Coarse, false);
+        validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
+    };
+    let cv = compare(search, &validated(search)?, &validated(&seen)?);
+    let trial = trial(TrialPart::SeenSky(cells), &cv);
+    Ok((if cv.is_better() { seen } else { search.clone() }, Some(trial)))
+}
+
 /// Known surfaces that no photograph shows reflect, unless a model in which they shine predicts
 /// better: in a room that is known all around, the lamps are there.
 fn reflecting_or_shining<'a>(
     search: &Problem<'a>,
     indirect: &Indirect,
 ) -> Result<(Problem<'a>, bool), Error> {
-    let room = |shines| Layout::new(search, World::Room, Density::Coarse, shines, 0);
+    let room = |shines| Layout::new(search, World::Room, Density::Coarse, shines);
     let reflecting = fit(search, &LightModel::new(search, &room(false))?, None, EXACT)?;
     let Settled { problem, fitted: reflecting, .. } = indirect.settle(search, reflecting)?;
     let shining = fit(search, &LightModel::new(search, &room(true))?, None, EXACT)?;

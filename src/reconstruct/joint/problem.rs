@@ -13,6 +13,7 @@ use crate::reconstruct::joint::blocks::Blocks;
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::priors::Priors;
+use crate::reconstruct::joint::seen_sky::SeenSky;
 use crate::reconstruct::joint::system::Rows;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::transport::{self, Transport};
@@ -52,6 +53,8 @@ pub struct Problem<'a> {
     /// Per row: how much its squared residual counts; 0 for rows that are left out.
     pub weights: Arc<Vec<f64>>,
     pub priors: Arc<Priors>,
+    /// The sky that photographs show, if its light is taken to be what they show.
+    pub sky: Option<Arc<SeenSky>>,
 }
 
 impl<'a> Problem<'a> {
@@ -81,6 +84,7 @@ impl<'a> Problem<'a> {
             weights: Arc::new(equations.rows.iter().map(weight).collect()),
             priors: Arc::new(Priors::new(capture, &data.options.joint, normalised, start)),
             rows: Arc::new(rows),
+            sky: None,
             data,
         }
     }
@@ -115,6 +119,16 @@ impl<'a> Problem<'a> {
     pub fn rows_of(&self, material: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.rows.sample.len())
             .filter(move |&row| self.rows.material[row] == material && self.weights[row] > 0.0)
+    }
+
+    /// The part of all weight that some materials' rows have each, of these materials together.
+    pub fn shares(&self, materials: &[usize]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.materials()];
+        for (&material, weight) in self.rows.material.iter().zip(&*self.weights) {
+            sums[material] += weight;
+        }
+        let total: f64 = materials.iter().map(|&material| sums[material]).sum();
+        materials.iter().map(|&material| sums[material] / total.max(f64::MIN_POSITIVE)).collect()
     }
 
     /// At most so many rows, evenly chosen.
@@ -158,6 +172,7 @@ impl<'a> Problem<'a> {
             weights: Arc::new(kept.iter().map(|&row| self.weights[row]).collect()),
             irradiance: self.irradiance.clone(),
             priors: self.priors.clone(),
+            sky: self.sky.clone(),
             data: self.data,
         }
     }
@@ -172,6 +187,10 @@ impl<'a> Problem<'a> {
 
     pub fn with_irradiance(&self, irradiance: Vec<Radiance>) -> Self {
         Self { irradiance: Arc::new(irradiance), ..self.clone() }
+    }
+
+    pub fn with_sky(&self, sky: Option<Arc<SeenSky>>) -> Self {
+        Self { sky, ..self.clone() }
     }
 
     pub fn with_weights(&self, weights: Vec<f64>) -> Self {

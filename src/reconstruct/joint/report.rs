@@ -73,6 +73,9 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
         .map(|trial| {
             let part = match trial.part {
                 TrialPart::Sun => "a sun".to_owned(),
+                TrialPart::SeenSky(cells) => {
+                    format!("the sky that photographs show in {cells} cells")
+                }
                 TrialPart::Room => "a room rather than a sky".to_owned(),
                 TrialPart::Lamp(number) => format!("lamp {number}"),
                 TrialPart::Background(lobes) => {

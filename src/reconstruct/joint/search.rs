@@ -34,7 +34,8 @@ pub struct Found<'a> {
     suns: Directions,
     pub problem: Problem<'a>,
     pub best: Validated,
-    pub density: Density,
+    /// Whether fine lobes are taken in place of lamps.
+    pub is_fine: bool,
     pub trials: Vec<Trial>,
     /// Lobes that were tried.
     pub candidates: usize,
@@ -52,6 +53,15 @@ struct Step {
     best: Validated,
     trials: Vec<Trial>,
 }
+
+impl Step {
+    fn new(best: Validated) -> Self {
+        Self { best, trials: Vec::new() }
+    }
+}
+
+/// Times that the cells of a sky are doubled at most: to about 10° across.
+const DOUBLINGS: usize = 3;
 
 /// Chooses the light and the gloss. `fine` is a fit of many fine lobes without lamps, `surfaces`
 /// whether known surfaces that no photograph shows may shine.
@@ -77,9 +87,8 @@ pub fn search<'a>(
     let suns = Directions::new(problem, is_open && options.find_sun && !has_sun)?;
     let places = Places { lamps: &lamps, suns: &suns, report };
     let environment = problem.capture().environment;
-    let layout = |world, density| Layout::new(problem, world, density, surfaces, 0);
-    let room = layout(World::Room, Density::Coarse);
-    let sky = layout(World::Open, Density::Coarse);
+    let layout = |world| Layout::new(problem, world, Density::Coarse, surfaces);
+    let (room, sky) = (layout(World::Room), layout(World::Open));
 
     let mut problem = problem.clone();
     let mut first = LightModel::new(&problem, &room)?;
@@ -103,14 +112,14 @@ pub fn search<'a>(
     };
     let lobes: usize = chosen.trials.iter().map(of_lights).sum();
     let candidates = lobes + first.columns() + fine.model.columns();
-    let (step, density) = choose_density(&problem, &places, chosen, fine)?;
+    let (step, is_fine) = choose_density(&problem, &places, chosen, fine)?;
     let Step { mut best, trials } = step;
     let mut exponents = Vec::new();
     if best.fitted.model.is_glossy() {
         let (sharp, found) = find_exponents(&problem, best.fitted)?;
         (best, exponents) = (validate(&problem, sharp)?, found);
     }
-    Ok(Found { lamps, suns, problem, best, density, trials, candidates, exponents })
+    Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, exponents })
 }
 
 pub fn trial(part: TrialPart, cv: &PairedCv) -> Trial {
@@ -124,8 +133,8 @@ pub fn trial(part: TrialPart, cv: &PairedCv) -> Trial {
     }
 }
 
-/// The lights of a room or of the open sky. The sky, which has fewer unknowns, is left where a room
-/// with its lamps predicts better.
+/// The lights of a room or of the open sky. The sky, which has fewer unknowns or is photographed, is
+/// left where a room with its lamps predicts better.
 fn lights(
     problem: &Problem,
     places: &Places,
@@ -135,24 +144,34 @@ fn lights(
 ) -> Result<Step, Error> {
     // From one fit, so that where that one started has no effect.
     let start = |model: &LightModel| validate(problem, fit(problem, model, Some(from), ROUGH)?);
-    let grown = |start: Validated| -> Result<Step, Error> {
+    let grown = |start: Step| -> Result<Step, Error> {
         prune(problem, grow(problem, places, start, problem.options().max_lamps)?)
     };
     if environment == Environment::Room || !room.has_unknown_light() {
-        return grown(start(room)?);
+        return grown(Step::new(start(room)?));
     }
     let slot = room.parts.iter().find(|part| part.is_background()).map_or(0, |part| part.slot);
     let sky = start(&room.replacing(slot, Part::background(problem, &sky)?))?;
+    let of_sky = |start: Validated| -> Result<Step, Error> {
+        // A sun first, which many cells would imitate.
+        let sky = grow(problem, places, Step::new(start), 0)?;
+        if problem.sky.is_none() {
+            return Ok(sky);
+        }
+        // Where photographs show the sky it is drawn as finely as openings need, and may shine into a
+        // room with lamps.
+        grown(denser(problem, sky)?)
+    };
     if environment == Environment::Open {
-        return grown(sky);
+        return if problem.sky.is_some() { of_sky(sky) } else { grown(Step::new(sky)) };
     }
-    let mut room = grown(start(room)?)?;
+    let mut room = grown(Step::new(start(room)?))?;
     // A sky that explains as much as a room with its lamps needs none.
     let sky = match room.best.fitted.model.sun() {
         Some(sun) => start(&sky.fitted.model.with(sun.clone()))?,
         None => sky,
     };
-    let sky = grow(problem, places, sky, 0)?;
+    let sky = of_sky(sky)?;
     let cv = compare(problem, &sky.best, &room.best);
     if !cv.is_better() {
         room = sky;
@@ -161,10 +180,37 @@ fn lights(
     Ok(room)
 }
 
+/// Twice as many cells of the sky while they predict better.
+fn denser(problem: &Problem, mut step: Step) -> Result<Step, Error> {
+    for _ in 0..DOUBLINGS {
+        let Some(next) = with_lights(problem, &step.best.fitted, 2.0)? else { break };
+        let columns = next.fitted.model.background().map_or(0, Part::columns);
+        let cv = compare(problem, &step.best, &next);
+        step.trials.push(trial(TrialPart::Background(columns), &cv));
+        if !cv.is_better() {
+            break;
+        }
+        step.best = next;
+    }
+    Ok(step)
+}
+
+/// The model with this many times as many lights of the background; `None` without a background.
+fn with_lights(
+    problem: &Problem,
+    fitted: &Fitted,
+    factor: f64,
+) -> Result<Option<Validated>, Error> {
+    let model = &fitted.model;
+    let Some((part, layout)) = model.background().zip(model.layout()) else { return Ok(None) };
+    let background = Part::background(problem, &layout.with_lights(factor))?;
+    let model = model.replacing(part.slot, background);
+    Ok(Some(validate(problem, fit(problem, &model, Some(fitted), ROUGH)?)?))
+}
+
 /// Adds lamps and a sun while they are needed. Two may be needed of which neither is alone.
-fn grow(problem: &Problem, places: &Places, start: Validated, most: usize) -> Result<Step, Error> {
-    (places.report)(problem, &start.fitted);
-    let mut step = Step { best: start, trials: Vec::new() };
+fn grow(problem: &Problem, places: &Places, mut step: Step, most: usize) -> Result<Step, Error> {
+    (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
     loop {
         let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
@@ -264,7 +310,7 @@ fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
 
 /// Takes every specular material to be diffuse whose gloss does not predict better.
 fn choose_gloss(problem: &Problem, fitted: Fitted) -> Result<Step, Error> {
-    let mut step = Step { best: validate(problem, fitted)?, trials: Vec::new() };
+    let mut step = Step::new(validate(problem, fitted)?);
     for material in 0..problem.materials() {
         if step.best.fitted.model.gloss[material].is_none() {
             continue;
@@ -287,18 +333,14 @@ fn choose_density(
     places: &Places,
     mut step: Step,
     fine: Fitted,
-) -> Result<(Step, Density), Error> {
-    let mut density = Density::Coarse;
-    let model = &step.best.fitted.model;
-    let background = model.parts.iter().find(|part| part.is_background() && part.columns() > 0);
-    if let Some((part, layout)) = background.zip(model.layout()) {
-        let sparse = Layout::new(problem, layout.world, Density::Sparse, layout.surfaces, 0);
-        let model = model.replacing(part.slot, Part::background(problem, &sparse)?);
-        let sparse = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;
+) -> Result<(Step, bool), Error> {
+    let mut is_fine = false;
+    if let Some(sparse) = with_lights(problem, &step.best.fitted, 0.5)? {
+        let columns = step.best.fitted.model.background().map_or(0, Part::columns);
         let cv = compare(problem, &sparse, &step.best);
-        step.trials.push(trial(TrialPart::Background(part.columns()), &cv));
+        step.trials.push(trial(TrialPart::Background(columns), &cv));
         if !cv.is_better() {
-            (step.best, density) = (sparse, Density::Sparse);
+            step.best = sparse;
         }
     }
     if problem.capture().environment != Environment::Open && fine.model.columns() > 0 {
@@ -308,11 +350,11 @@ fn choose_density(
         let cv = compare(problem, &step.best, &fine);
         step.trials.push(trial(TrialPart::FineLobes, &cv));
         if cv.is_better() {
-            (step.best, density) = (fine, Density::Fine);
+            (step.best, is_fine) = (fine, true);
         }
     }
     (places.report)(problem, &step.best.fitted);
-    Ok((step, density))
+    Ok((step, is_fine))
 }
 
 /// First and last step by which a sun is aimed, in radians; the last is less than a tenth of its

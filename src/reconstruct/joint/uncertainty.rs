@@ -34,8 +34,16 @@ const MODEL_ERROR: f64 = 1.5;
 /// concerned, for rows of weight 1. Errors of the light model are shared by all materials: they do
 /// not average out over them as independent ones would.
 pub fn row_noise(problem: &Problem, fitted: &Fitted) -> Rgb {
-    let materials = problem.priors.measured.iter().filter(|measured| **measured).count();
-    problem.mean_square(fitted).map(|square| materials as f64 * MODEL_ERROR.powi(2) * square)
+    let measured: Vec<usize> =
+        (0..problem.materials()).filter(|&m| problem.priors.measured[m]).collect();
+    let count = effective_count(&problem.shares(&measured));
+    problem.mean_square(fitted).map(|square| count * MODEL_ERROR.powi(2) * square)
+}
+
+/// As many materials of equal shares tell as much of their mean as materials of these shares.
+fn effective_count(shares: &[f64]) -> f64 {
+    let squares: f64 = shares.iter().map(|share| share * share).sum();
+    if squares > 0.0 { squares.recip() } else { 0.0 }
 }
 
 /// What the light and the reflectances of one channel determine of each other.
@@ -44,8 +52,8 @@ struct Determined {
     log_diffuse: Vec<Option<f64>>,
     /// The same of ρ_s of glossy materials.
     specular: Vec<Option<f64>>,
-    /// The same of a factor common to all unknown ρ_d, whose errors all materials share: as many
-    /// times that of a mean of independent errors as there are materials.
+    /// The same of a factor common to all unknown ρ_d, by area, whose errors all materials share: as
+    /// many times that of a mean of independent errors as there are materials.
     common: f64,
     /// Smallest singular value over all measured materials, the light projected out and known
     /// reflectances taken for unknown.
@@ -213,8 +221,12 @@ impl Determined {
         for (place, &material) in unknown.iter().enumerate() {
             determined.log_diffuse[material] = Some(variance[(place, place)]);
         }
-        let sum: f64 = (0..unknown.len()).map(|j| variance.col(j).iter().sum::<f64>()).sum();
-        determined.common = sum / unknown.len() as f64;
+        let shares = problem.shares(&unknown);
+        let mean: f64 = (0..unknown.len())
+            .flat_map(|i| (0..unknown.len()).map(move |j| (i, j)))
+            .map(|(i, j)| shares[i] * shares[j] * variance[(i, j)])
+            .sum();
+        determined.common = effective_count(&shares) * mean;
         let free: Vec<usize> = light.iter().copied().chain(diffuse(&unknown)).collect();
         if let Some(variance) = schur(&products, &specular, &free).and_then(|left| inverse(&left)) {
             for (place, &material) in glossy.iter().enumerate() {
