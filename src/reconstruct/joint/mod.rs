@@ -6,7 +6,8 @@
 //! once ([`system`]), and the light model is kept so small that it cannot imitate the light of
 //! photographed surfaces, which is all that tells the scale:
 //!
-//! 1. `prepare`: the rows, the light of known surfaces (`indirect`), how much each material counts;
+//! 1. `prepare`: the rows, the light of known surfaces (`indirect`), the sky that photographs show
+//!    (`seen_sky`), how much each material counts;
 //! 2. `search`: a background of coarse lobes or sky cells, lamps, a sun, gloss, each kept only
 //!    where it predicts held-out blocks better (`compare`, the one rule);
 //! 3. `average`: the same over backgrounds that are laid out differently;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use crate::math::rgb::{Radiance, Rgb};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Options;
 use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::joint::background::LightSet;
@@ -234,6 +234,25 @@ impl<'a> Problem<'a> {
             let residuals = &fitted.channels[c].residuals;
             let squares = residuals.iter().zip(&*self.weights).map(|(r, w)| w * r * r);
             squares.sum::<f64>() / total
+        })
+    }
+
+    /// Mean square of the blocks' mean residuals of one material, per channel: of light that is wrong,
+    /// which changes between blocks, and not of a pattern on the surface, which changes within them.
+    pub fn mean_square_of_blocks(&self, fitted: &Fitted, material: usize) -> Rgb {
+        let mut sums = vec![([0.0; CHANNELS], 0.0); self.block_count()];
+        for row in self.rows_of(material) {
+            let (sum, weight) = &mut sums[self.block[row]];
+            for (sum, fit) in sum.iter_mut().zip(&fitted.channels) {
+                *sum += self.weights[row] * fit.residuals[row];
+            }
+            *weight += self.weights[row];
+        }
+        let blocks = || sums.iter().filter(|(_, weight)| *weight > 0.0);
+        let total: f64 = blocks().map(|(_, weight)| weight).sum();
+        std::array::from_fn(|c| {
+            let squares = blocks().map(|(sum, weight)| sum[c].powi(2) / weight);
+            squares.sum::<f64>() / total.max(f64::MIN_POSITIVE)
         })
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
-use crate::math::rgb::{CHANNELS, Rgb};
+use crate::math::rgb::Rgb;
 use crate::math::sampling::fibonacci;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
@@ -26,8 +26,14 @@ pub struct SeenSky {
     pub radiance: Vec<Rgb>,
 }
 
-/// Sum and number of some pixels.
-type Sum = (Rgb, usize);
+/// What a photograph shows of a cell.
+#[derive(Default)]
+struct Shown {
+    sum: Rgb,
+    pixels: usize,
+    /// Pixels without a valid value: where some are clipped the others are the darker ones.
+    invalid: usize,
+}
 
 impl SeenSky {
     /// The cells in which all photographs that look there beyond the known geometry see about the
@@ -35,13 +41,13 @@ impl SeenSky {
     /// `None` where there are none.
     pub fn find(views: &Views) -> Option<Self> {
         let directions: Vec<Vec3> = fibonacci(CELLS, 0.0).collect();
-        let of_photograph: Vec<BTreeMap<usize, Sum>> =
-            (0..views.buffers.len()).map(|index| sums(views, index, &directions)).collect();
         let mut of_cell: BTreeMap<usize, Vec<Rgb>> = BTreeMap::new();
-        for (cell, (sum, count)) in of_photograph.into_iter().flatten() {
-            if count >= ENOUGH_PIXELS {
-                let mean = sum.map(|value| value / count as f64);
-                of_cell.entry(cell).or_default().push(mean);
+        for index in 0..views.buffers.len() {
+            for (cell, shown) in shown(views, index, &directions) {
+                if shown.pixels >= ENOUGH_PIXELS && shown.invalid == 0 {
+                    let mean = shown.sum.map(|value| value / shown.pixels as f64);
+                    of_cell.entry(cell).or_default().push(mean);
+                }
             }
         }
         // A cone with a cell's share of the sphere.
@@ -65,20 +71,22 @@ impl SeenSky {
 }
 
 /// The pixels of one photograph that see no geometry, nor any beside them, by cell.
-fn sums(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Sum> {
+fn shown(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Shown> {
     let buffer = &views.buffers[index];
     let camera = buffer.camera;
     let beyond = |x: usize, y: usize| {
         (y - 1..=y + 1).all(|y| (x - 1..=x + 1).all(|x| buffer.hit(x, y).is_none()))
     };
     let pixel = |x: usize, y: usize| {
-        let radiance = buffer.image.radiance(x, y).filter(|_| beyond(x, y))?;
+        if !beyond(x, y) {
+            return None;
+        }
         let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let towards = camera.direction(center)?.as_vec3();
         let nearest = |a: &usize, b: &usize| {
             directions[*a].dot(towards).total_cmp(&directions[*b].dot(towards))
         };
-        Some(((0..directions.len()).max_by(nearest)?, radiance))
+        Some(((0..directions.len()).max_by(nearest)?, buffer.image.radiance(x, y)))
     };
     let lines: Vec<usize> = (1..camera.height.saturating_sub(1)).step_by(STRIDE).collect();
     let found: Vec<Vec<_>> = lines
@@ -88,11 +96,16 @@ fn sums(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Sum
             line.filter_map(|x| pixel(x, y)).collect()
         })
         .collect();
-    let mut sums: BTreeMap<usize, Sum> = BTreeMap::new();
+    let mut cells: BTreeMap<usize, Shown> = BTreeMap::new();
     for (cell, radiance) in found.into_iter().flatten() {
-        let (sum, count) = sums.entry(cell).or_insert(([0.0; CHANNELS], 0));
-        sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += f64::from(value));
-        *count += 1;
+        let shown = cells.entry(cell).or_default();
+        match radiance {
+            Some(radiance) => {
+                shown.sum.iter_mut().zip(radiance).for_each(|(sum, v)| *sum += f64::from(v));
+                shown.pixels += 1;
+            }
+            None => shown.invalid += 1,
+        }
     }
-    sums
+    cells
 }
