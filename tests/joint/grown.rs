@@ -8,7 +8,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::solution::{Selection, Trial, TrialPart};
 use lobelia::reconstruct::{Reconstruction, Update};
-use lobelia::scene::MaterialKind;
+use lobelia::scene::{Environment, MaterialKind};
 use lobelia::watch::Watch;
 
 use crate::lights;
@@ -27,7 +27,9 @@ const EXPONENT: f64 = 30.0;
 /// A floor with a box under one lamp and nothing else; the floor has the modified Phong lobe of
 /// Eq. 12 with ρ_s `gloss`. The box is tagged as specular and is not.
 fn scene(gloss: f64) -> Room {
-    lit_by(&[(LAMP, INTENSITY)], gloss)
+    let mut room = lit_by(&[(LAMP, INTENSITY)], gloss);
+    room.capture.environment = Environment::Room;
+    room
 }
 
 /// The same under point lights of these intensities.
