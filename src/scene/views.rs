@@ -249,7 +249,7 @@ impl<'a> Views<'a> {
 
     /// The radiance that a surface point sends all around ([`agreed`] of the photographs that measure
     /// it); `None` where none does. Of many, a few are asked, beginning with one that depends on the
-    /// surface point, so that a mean over surface points is one over all photographs; all are asked
+    /// surface point, so that a mean over surface points is one over all photographs; more are asked
     /// where those few do not agree.
     pub fn radiance(&self, point: SurfacePoint) -> Option<Radiance> {
         let bits = point.position.to_array().map(f32::to_bits);

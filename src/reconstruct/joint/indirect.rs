@@ -246,8 +246,8 @@ impl Patches {
             };
             let direct: Vec<f64> =
                 (0..count).map(|patch| self.photographed[patch][c] + lights(patch)).collect();
-            let measured = (0..problem.materials()).filter(|&m| problem.priors.measured[m]);
-            let logs: Vec<f64> = measured.map(|m| fit.state.log_diffuse[m]).collect();
+            let logs: Vec<f64> =
+                problem.measured().into_iter().map(|m| fit.state.log_diffuse[m]).collect();
             let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
             // Of all that arrives, the part that is reflected into any direction; the others'
             // mean where the material was not measured.

@@ -121,6 +121,11 @@ impl<'a> Problem<'a> {
             .filter(move |&row| self.rows.material[row] == material && self.weights[row] > 0.0)
     }
 
+    /// Materials with samples.
+    pub fn measured(&self) -> Vec<usize> {
+        (0..self.materials()).filter(|&material| self.priors.measured[material]).collect()
+    }
+
     /// The part of all weight that some materials' rows have each, of these materials together.
     pub fn shares(&self, materials: &[usize]) -> Vec<f64> {
         let mut sums = vec![0.0; self.materials()];

@@ -5,7 +5,7 @@ use crate::reconstruct::joint::average::{Ensemble, Posterior};
 use crate::reconstruct::joint::background::World;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::Found;
-use crate::reconstruct::solution::{Certainty, Selection, Trial, TrialPart};
+use crate::reconstruct::solution::{Certainty, MaterialCertainty, Selection, Trial, TrialPart};
 
 /// A specular reflectance that nobody sees.
 const NO_HIGHLIGHT: f64 = 0.01;
@@ -17,21 +17,21 @@ pub fn without_highlight(
     certainty: &Certainty,
     posterior: &Posterior,
 ) -> Vec<usize> {
-    let shows = |material: usize, channel: usize| {
-        let interval = certainty.materials[material]?.specular[channel];
-        Some(match interval {
+    let shows =
+        |own: &MaterialCertainty, material: usize, channel: usize| match own.specular[channel] {
             Some([low, _]) => low > 0.0 && posterior.specular[channel][material] > NO_HIGHLIGHT,
             // What only some light sets need is no highlight.
             None => ensemble
                 .members
                 .iter()
                 .all(|(fitted, _)| fitted.specular(material)[channel] > NO_HIGHLIGHT),
-        })
+        };
+    let is_matt = |material: &usize| {
+        certainty.materials[*material]
+            .as_ref()
+            .is_some_and(|own| !(0..CHANNELS).any(|channel| shows(own, *material, channel)))
     };
-    (0..problem.materials())
-        .filter(|&m| problem.is_tagged_specular(m))
-        .filter(|&m| (0..CHANNELS).all(|c| shows(m, c) == Some(false)))
-        .collect()
+    (0..problem.materials()).filter(|&m| problem.is_tagged_specular(m)).filter(is_matt).collect()
 }
 
 /// A warning for each of these materials.

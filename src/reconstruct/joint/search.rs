@@ -60,7 +60,7 @@ impl Step {
     }
 }
 
-/// Times that the cells of a sky are doubled at most: to about 10° across.
+/// Times that the cells of a sky are doubled at most: to about 14° across.
 const DOUBLINGS: usize = 3;
 
 /// Chooses the light and the gloss. `fine` is a fit of many fine lobes without lamps, `surfaces`

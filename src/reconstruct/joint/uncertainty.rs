@@ -41,9 +41,7 @@ const WHOLE_SURFACE: f64 = 0.5;
 /// concerned, for rows of weight 1. Errors of the light model are shared by all materials: they do
 /// not average out over them as independent ones would.
 pub fn row_noise(problem: &Problem, fitted: &Fitted) -> Rgb {
-    let measured: Vec<usize> =
-        (0..problem.materials()).filter(|&m| problem.priors.measured[m]).collect();
-    let count = effective_count(&problem.shares(&measured));
+    let count = effective_count(&problem.shares(&problem.measured()));
     problem.mean_square(fitted).map(|square| count * MODEL_ERROR.powi(2) * square)
 }
 
@@ -89,6 +87,8 @@ pub fn assess(
         selection: None,
     };
     let mut open: Vec<Vec<usize>> = vec![Vec::new(); problem.materials()];
+    let of_blocks: Vec<Rgb> =
+        (0..problem.materials()).map(|m| problem.mean_square_of_blocks(fitted, m)).collect();
     for channel in 0..CHANNELS {
         let determined = Determined::of(problem, fitted, channel);
         let noise = MODEL_ERROR.powi(2) * certainty.scale.log_rms[channel].powi(2);
@@ -104,8 +104,7 @@ pub fn assess(
                 continue;
             };
             let shared = noise * determined.common;
-            let whole =
-                WHOLE_SURFACE.powi(2) * problem.mean_square_of_blocks(fitted, material)[channel];
+            let whole = WHOLE_SURFACE.powi(2) * of_blocks[material][channel];
             let between = posterior.log_diffuse_variance[channel][material];
             let variance = shared + noise * own + between + whole;
             // Beyond that the weak prior says more than the photographs.
@@ -191,7 +190,7 @@ impl Determined {
         let normal = linearise(problem, fitted, channel);
         let products = gram(&normal.jacobian);
         let lit = normal.lit.len();
-        let all: Vec<usize> = (0..materials).filter(|&m| problem.priors.measured[m]).collect();
+        let all = problem.measured();
         let known = &problem.priors.known[channel];
         let unknown: Vec<usize> = all.iter().copied().filter(|&m| known[m].is_none()).collect();
         let glossy: Vec<usize> = (0..materials)
