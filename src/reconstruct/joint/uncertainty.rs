@@ -95,7 +95,9 @@ pub fn assess(
         certainty.scale.singular_value[channel] = determined.singular_value;
         certainty.scale.log_sd[channel] =
             if priors.has_pin() { 0.0 } else { (noise * determined.common).sqrt() };
-        for (material, entry) in certainty.materials.iter_mut().enumerate() {
+        for (material, (entry, of_blocks)) in
+            certainty.materials.iter_mut().zip(&of_blocks).enumerate()
+        {
             let Some(entry) = entry else { continue };
             let log = posterior.log_diffuse[channel][material];
             let Some(own) = determined.log_diffuse[material] else {
@@ -104,7 +106,7 @@ pub fn assess(
                 continue;
             };
             let shared = noise * determined.common;
-            let whole = WHOLE_SURFACE.powi(2) * of_blocks[material][channel];
+            let whole = WHOLE_SURFACE.powi(2) * of_blocks[channel];
             let between = posterior.log_diffuse_variance[channel][material];
             let variance = shared + noise * own + between + whole;
             // Beyond that the weak prior says more than the photographs.
