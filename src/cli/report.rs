@@ -93,8 +93,8 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
         };
         let certainty = solution.certainty.as_ref();
         let certainty = certainty.and_then(|c| c.materials.get(index).copied()).flatten();
-        let MaterialCertainty { diffuse, specular, exponent, identified } =
-            certainty.unwrap_or(MaterialCertainty {
+        let MaterialCertainty { diffuse, specular, exponent, roughness, identified } = certainty
+            .unwrap_or(MaterialCertainty {
                 identified: [true; CHANNELS],
                 ..MaterialCertainty::default()
             });
@@ -104,6 +104,12 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
         };
         rows.push((name, "diffuse", cells(reflectance.diffuse, diffuse)));
         if material.kind == MaterialKind::Specular {
+            if let Some(coat) = reflectance.coat {
+                let interval =
+                    roughness.map_or(String::new(), |[a, b]| format!(" [{a:.2}, {b:.2}]"));
+                rows.push(("", "coat of roughness", vec![format!("{coat:.2}{interval}")]));
+                continue;
+            }
             rows.push(("", "specular", cells(reflectance.specular, specular)));
             let interval = exponent.map_or(String::new(), |[a, b]| format!(" [{a:.1}, {b:.1}]"));
             rows.push(("", "exponent", vec![format!("{:.1}{interval}", reflectance.exponent)]));

@@ -65,6 +65,15 @@ pub struct Material {
     pub specular_interval: Option<Intervals>,
     pub exponent: Option<f64>,
     pub exponent_interval: Option<[f64; 2]>,
+    /// How a specular material was found to shine: `phong` by a lobe of its own strength, `coated` by
+    /// a dielectric coat; `None` of a diffuse one.
+    #[serde(default)]
+    pub model: Option<String>,
+    /// GGX roughness α of a coat.
+    #[serde(default)]
+    pub roughness: Option<f64>,
+    #[serde(default)]
+    pub roughness_interval: Option<[f64; 2]>,
     /// For each channel, whether the photographs determine the value.
     pub identified: Option<[bool; CHANNELS]>,
     /// 0 where no photograph sees the material.
@@ -253,8 +262,10 @@ impl Solution {
             let intervals = material.diffuse_interval.iter().chain(&material.specular_interval);
             let exponents =
                 material.exponent.iter().chain(material.exponent_interval.iter().flatten());
+            let roughnesses =
+                material.roughness.iter().chain(material.roughness_interval.iter().flatten());
             let intervals = intervals.flatten().flatten().flatten();
-            let numbers = numbers.chain(intervals).chain(exponents);
+            let numbers = numbers.chain(intervals).chain(exponents).chain(roughnesses);
             check_finite(file, || format!("material \"{}\"", material.name), numbers)?;
         }
         let rms = [self.rms.initial, self.rms.final_, self.rms.relative_final, self.rms.held_out];

@@ -38,11 +38,13 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
             diffuse,
             specular: found.specular.unwrap_or_default(),
             exponent: found.exponent.unwrap_or(1.0),
+            coat: found.roughness,
         }));
         solved.certainty.push(found.identified.map(|identified| MaterialCertainty {
             diffuse: found.diffuse_interval.unwrap_or_default(),
             specular: found.specular_interval.unwrap_or_default(),
             exponent: found.exponent_interval,
+            roughness: found.roughness_interval,
             identified,
         }));
     }

@@ -9,11 +9,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::math::sampling::mirrored;
 use crate::reconstruct::lights::{VirtualLight, VirtualLights};
 use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::transport::Transport;
-use crate::scene::{Brdf, Capture, MaterialKind};
+use crate::scene::{Brdf, Capture, MaterialKind, Viewing};
 
 /// One equation: a sample as a diffuse surface or as one photograph sees it.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +32,9 @@ pub struct Equation {
 /// What a specular sample's equation needs beyond a diffuse one's.
 #[derive(Clone, Debug)]
 pub struct Glossy {
-    /// Unit direction in which a mirror would see, from the sample.
-    pub mirror: Vec3,
+    /// How the photograph sees the sample: γ between the mirrored direction and ω_i equals γ of
+    /// Eq. 12.
+    pub viewing: Viewing,
     /// log₂ cos γ for each virtual light, −∞ where the light is not in front of the mirror.
     light_log_cosine: Vec<f32>,
     /// Radiance records within the mirror's hemisphere: log₂ cos γ, and radiance × projected
@@ -159,17 +159,16 @@ impl Glossy {
         towards_camera: Vec3,
     ) -> Self {
         let point = &cloud.samples[sample];
-        // The ideal specular direction: γ between it and ω_i equals γ of Eq. 12.
-        let mirror = mirrored(towards_camera, point.normal);
+        let viewing = Viewing::from(towards_camera, point.normal);
         let mut glossy = Self {
-            mirror,
+            viewing,
             light_log_cosine: Vec::new(),
             record_log_cosine: Vec::new(),
             record_irradiance: Default::default(),
         };
         glossy.set_lights(point, lights);
         for record in transport.records_of(sample) {
-            let log = log_cosine(mirror, record.direction);
+            let log = log_cosine(viewing.mirror, record.direction);
             if log > f32::NEG_INFINITY {
                 glossy.record_log_cosine.push(log);
                 for (channel, radiance) in record.radiance.iter().enumerate() {
@@ -185,7 +184,7 @@ impl Glossy {
         let towards = |light: &VirtualLight| light.direction_from(sample.position);
         let lights = lights.lights.iter();
         self.light_log_cosine =
-            lights.map(|light| log_cosine(self.mirror, towards(light))).collect();
+            lights.map(|light| log_cosine(self.viewing.mirror, towards(light))).collect();
     }
 
     /// Σ_j L_j cosⁿγ_j cos θ_j ω_j over the radiance records, per channel.

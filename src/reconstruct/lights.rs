@@ -10,7 +10,7 @@ use crate::math::sampling::{
 use crate::options;
 use crate::reconstruct::Stream;
 use crate::reconstruct::samples::{SampleCloud, spacing_for};
-use crate::scene::{SurfacePoint, Views};
+use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -121,22 +121,15 @@ impl VirtualLight {
         }
     }
 
-    /// (n+2)/2 cosⁿγ, the modified Phong lobe of Eq. 12 times π, averaged over the light's
-    /// extent: the lobe is widened by the light's angular size, its integral kept. A lobe's
-    /// variance about its axis is about 1/n, that of a disc of angular radius a is a²/4.
-    pub fn lobe(&self, position: Vec3, mirror: Vec3, exponent: f64) -> f64 {
-        let cosine = f64::from(mirror.dot(self.direction_from(position)));
-        if cosine <= 0.0 {
-            return 0.0;
-        }
+    /// π f/ρ_s of a specular lobe ([`Gloss::value`]), averaged over the light's extent.
+    pub fn lobe(&self, position: Vec3, viewing: Viewing, gloss: Gloss) -> f64 {
         let angle = if self.is_distant() {
             f64::from(self.half_angle)
         } else {
             let distance = self.position.distance(position).max(f32::MIN_POSITIVE);
             f64::from((self.radius_m / distance).min(1.0))
         };
-        let n = 1.0 / (1.0 / exponent + 0.25 * angle * angle);
-        0.5 * (n + 2.0) * cosine.powf(n)
+        gloss.value(viewing, self.direction_from(position), angle)
     }
 
     /// V(x, A_i): the fraction of the light that a surface point sees, by `side`² jittered rays.

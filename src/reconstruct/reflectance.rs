@@ -267,7 +267,7 @@ fn unpack(x: &[f64], known: Option<Rgb>) -> Brdf {
         Some(known) => (known, x),
         None => ([x[0], x[1], x[2]], &x[CHANNELS..]),
     };
-    Brdf { diffuse, specular: [rest[0], rest[1], rest[2]], exponent: rest[3].exp() }
+    Brdf::phong(diffuse, [rest[0], rest[1], rest[2]], rest[3].exp())
 }
 
 /// At most about `count` of the rows, evenly spread.

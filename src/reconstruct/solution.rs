@@ -155,6 +155,9 @@ pub enum TrialPart {
     Lamp(usize),
     /// Gloss of the material of this index.
     Gloss(usize),
+    /// A specular lobe whose strength is unknown (Eq. 12) on the material of this index, in place of
+    /// a coat.
+    Lobe(usize),
     /// Twice the background's lights, to so many lobes or sky cells.
     Background(usize),
     /// Fine lobes in place of lamps and a coarse background.
@@ -172,6 +175,8 @@ pub struct MaterialCertainty {
     pub specular: [Option<[f64; 2]>; CHANNELS],
     /// Exponents that explain the photographs about as well.
     pub exponent: Option<[f64; 2]>,
+    /// The same of the roughness of a coat.
+    pub roughness: Option<[f64; 2]>,
     /// Whether the photographs determine the channel's reflectance better than the weak prior
     /// does.
     pub identified: [bool; CHANNELS],
@@ -196,7 +201,8 @@ impl Solution {
         let mut reflectances = self.reflectances.iter().flatten().peekable();
         reflectances.peek().is_some()
             && reflectances.all(|r| {
-                r.diffuse.iter().chain(&r.specular).all(|v| v.is_finite()) && r.exponent.is_finite()
+                let numbers = r.diffuse.iter().chain(&r.specular).chain(&r.coat);
+                numbers.chain([&r.exponent]).all(|value| value.is_finite())
             })
             && self.emission.iter().flatten().all(|v| v.is_finite())
     }

@@ -14,7 +14,7 @@ use crate::reconstruct::Stream;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{KnownLight, MaterialKind, SurfacePoint, Views};
+use crate::scene::{Gloss, KnownLight, MaterialKind, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -117,10 +117,37 @@ pub struct Record {
     pub radiance: Radiance,
 }
 
+/// Logarithm of a part of a specular lobe's height that is nothing.
+const DARK_LOG: f32 = -16.0;
+
 impl Transport {
     /// The radiance records of one sample; none for a diffuse one.
     pub fn records_of(&self, sample: usize) -> &[Record] {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
+    }
+
+    /// ∫ L π f/ρ_s cos θ dω over the radiance records of one sample, per channel.
+    pub fn reflected(&self, sample: usize, viewing: Viewing, gloss: Gloss) -> Rgb {
+        // Of few values that matter many small ones are left out, and single precision is enough.
+        let value = |direction: Vec3| match gloss {
+            Gloss::Phong { exponent } => {
+                let (cosine, exponent) = (viewing.mirror.dot(direction), exponent as f32);
+                // ln x ≤ x − 1.
+                let is_dark = cosine <= 0.0 || exponent * (cosine - 1.0) < DARK_LOG;
+                if is_dark { 0.0 } else { 0.5 * (exponent + 2.0) * cosine.powf(exponent) }
+            }
+            Gloss::Coat { .. } => gloss.value(viewing, direction, 0.0) as f32,
+        };
+        let mut sum = [0.0; CHANNELS];
+        for record in self.records_of(sample) {
+            let factor = value(record.direction);
+            if factor > 0.0 {
+                for (sum, radiance) in sum.iter_mut().zip(record.radiance) {
+                    *sum += f64::from(factor * radiance);
+                }
+            }
+        }
+        sum.map(|sum| sum * self.record_weight)
     }
 
     /// The hits of one sample on surfaces that no photograph shows.

@@ -1,20 +1,22 @@
-//! The lights of a scene: the recovered ones, of which one is asked at a time, and those that
-//! were added.
+//! The recovered lights of a scene, of which one is sampled at a time.
 
-use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::Random;
+use crate::reconstruct::RecoveredLight;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::lobes::Lobe;
 use crate::reconstruct::transport::geometric_factor;
-use crate::render::edits::{AddedLight, Edits, Shape};
+use crate::render::edits::Edits;
 use crate::render::groups;
-use crate::render::scene::{Geometry, Solved};
+use crate::render::scene::Solved;
 use crate::scene::emitter::Arrival;
-use crate::scene::{Capture, Dome, Emitter, KnownLight, SurfacePoint, Views};
+use crate::scene::{Capture, Emitter, KnownLight, SurfacePoint, Views};
 
 /// A recovered light that shines.
 #[derive(Clone, Debug)]
@@ -26,15 +28,25 @@ pub struct Light {
     pub lobes: Vec<(Lobe, Radiance)>,
 }
 
-/// All recovered lights, and how likely each is asked at a place.
+/// All recovered lights, and the probability with which each is sampled at a place.
 pub struct Recovered {
     lights: Vec<Light>,
+    grid: Arc<IrradianceGrid>,
+    /// Per bin of the grid the lights' cumulated probabilities.
+    cumulated: Vec<f32>,
+}
+
+/// Mean irradiance from each recovered light, shadows included, in the bins of a grid over the
+/// capture's geometry. A bin is a cell with one of six sides that surfaces may face.
+pub struct IrradianceGrid {
+    /// Indices into the recovered lights of those that shine.
+    shining: Vec<usize>,
     low: Vec3,
     cell_m: Vec3,
     /// Cells along each axis.
     side: usize,
-    /// Per cell of a grid and side of the axes the lights' cumulated probabilities.
-    cumulated: Vec<f32>,
+    /// Per bin, the sum over the channels for each shining light.
+    irradiance: Vec<f32>,
 }
 
 /// Light that reaches a surface point from one direction, were nothing in the way.
@@ -42,65 +54,67 @@ pub struct Recovered {
 pub struct Arriving {
     /// Irradiance of the surface point.
     pub irradiance: Radiance,
-    /// (n+2)/2 cosⁿγ per mirror direction and exponent is asked of this.
+    /// (n+2)/2 cosⁿγ per mirror direction and exponent is evaluated for this.
     pub direction: Vec3,
 }
 
-/// The most probabilities that are kept, 16 MB.
+/// The most irradiances that a grid holds, 16 MB.
 const MOST: usize = 4 << 20;
 const FINEST: usize = 16;
-/// Part of the choices that is even among all lights, so that a light which does not reach the
-/// middle of a cell is found all the same.
+/// Part of the probability that is even among all lights, so that a light which reaches no point
+/// that a bin was measured at is sampled all the same.
 const EVEN: f32 = 0.15;
-/// The sides of the axes that a grid's cells know lights for.
+/// The sides that surfaces may face.
 const SIDES: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+/// Surface points over the whole geometry, by area; each gives one point per side of the surface.
+const SURFACE_POINTS: usize = 1 << 15;
+/// The most points that one bin is measured at.
+const POINTS_PER_BIN: usize = 8;
+/// Points in the air of a cell, for objects that may be set there.
+const POINTS_IN_AIR: usize = 4;
 
 impl Recovered {
-    /// The grid goes over the box around the geometry.
-    pub fn new(capture: &Capture, solved: &Solved, edits: &Edits, geometry: &Geometry) -> Self {
-        let (low, high) = geometry.bounds();
+    /// The lights with the edits' changes of their groups.
+    pub fn new(
+        grid: Arc<IrradianceGrid>,
+        capture: &Capture,
+        solved: &Solved,
+        edits: &Edits,
+    ) -> Self {
         let (factors, _) = groups::factors(capture, solved, edits);
         let mut lights = Vec::new();
-        for (index, &shape) in solved.light.lights.lights.iter().enumerate() {
-            let lobe = |lobe: usize| {
-                let emission =
-                    solved.light.emission[lobe].map(|value| factors[index] * value as f32);
-                (solved.light.lobes.lobes[lobe], emission)
-            };
-            let lobes: Vec<(Lobe, Radiance)> = solved
-                .light
-                .lobes
-                .of(index)
-                .map(lobe)
-                .filter(|(_, emission)| emission.iter().any(|&value| value > 0.0))
-                .collect();
-            let emitter = match shape.kind {
-                LightKind::Known(known) => match &capture.lights[known] {
-                    KnownLight::Shape { emitter, .. } => Some(*emitter),
-                    _ => continue,
-                },
-                _ => None,
-            };
-            if !lobes.is_empty() {
-                lights.push(Light { shape, emitter, lobes });
+        // Per light its place among those that the grid was measured for, and its factor.
+        let mut columns = Vec::new();
+        for (column, &index) in grid.shining.iter().enumerate() {
+            if let Some(light) = Light::recovered(capture, solved, index, factors[index]) {
+                lights.push(light);
+                columns.push((column, factors[index]));
             }
         }
-        let cells = (MOST / SIDES.len() / lights.len().max(1)) as f32;
-        let side = (cells.cbrt() as usize).clamp(1, FINEST);
-        let cell_m = ((high - low) / side as f32).max(Vec3::splat(1e-6));
-        let least_m = 0.5 * cell_m.length();
-        let mut recovered = Self { lights, low, cell_m, side, cumulated: Vec::new() };
-        recovered.cumulated = (0..side * side * side)
-            .into_par_iter()
-            .flat_map_iter(|cell| {
-                let place = [cell % side, cell / side % side, cell / side / side];
-                let place = Vec3::from(place.map(|index| index as f32 + 0.5));
-                let position = low + place * cell_m;
-                let recovered = &recovered;
-                SIDES.into_iter().flat_map(move |normal| recovered.cell(position, normal, least_m))
+        let count = lights.len() as f32;
+        let bins = grid.irradiance.par_chunks_exact(grid.shining.len().max(1));
+        let cumulated = bins
+            .flat_map_iter(|bin| {
+                let irradiance = |&(column, factor): &(usize, f32)| factor * bin[column];
+                let total: f32 = columns.iter().map(irradiance).sum();
+                let mut sum = 0.0;
+                columns
+                    .iter()
+                    .map(move |column| {
+                        let share =
+                            if total > 0.0 { irradiance(column) / total } else { 1.0 / count };
+                        sum += EVEN / count + (1.0 - EVEN) * share;
+                        sum
+                    })
+                    .collect::<Vec<f32>>()
             })
             .collect();
-        recovered
+        Self { lights, grid, cumulated }
+    }
+
+    /// The same lights with other changes of their groups.
+    pub fn with_groups(&self, capture: &Capture, solved: &Solved, edits: &Edits) -> Self {
+        Self::new(self.grid.clone(), capture, solved, edits)
     }
 
     pub fn is_dark(&self) -> bool {
@@ -109,33 +123,6 @@ impl Recovered {
 
     pub fn lights(&self) -> &[Light] {
         &self.lights
-    }
-
-    /// Cumulated probabilities of the lights about a place.
-    fn cell(&self, position: Vec3, normal: Vec3, least_m: f32) -> Vec<f32> {
-        let strength = |light: &Light| {
-            // A light below the horizon of the middle may be above that of another place.
-            let towards = match &light.emitter {
-                Some(emitter) => emitter.direction_from(position),
-                None => light.shape.direction_from(position),
-            };
-            let tilted = SurfacePoint { position, normal: (normal + towards).normalize_or(normal) };
-            let arriving = light.arriving(tilted, least_m, Vec2::splat(0.5));
-            let facing = towards.dot(normal).max(0.0) + 0.1;
-            arriving.map_or(0.0, |(a, _)| facing * a.irradiance.iter().sum::<f32>())
-        };
-        let strengths: Vec<f32> = self.lights.iter().map(strength).collect();
-        let total: f32 = strengths.iter().sum();
-        let count = strengths.len() as f32;
-        let mut sum = 0.0;
-        strengths
-            .iter()
-            .map(|&strength| {
-                let share = if total > 0.0 { strength / total } else { 1.0 / count };
-                sum += EVEN / count + (1.0 - EVEN) * share;
-                sum
-            })
-            .collect()
     }
 
     /// One of the lights, chosen by a number in [0, 1), divided by its probability.
@@ -150,36 +137,200 @@ impl Recovered {
         if count == 0 {
             return None;
         }
-        let side = self.side;
-        let place = ((point.position - self.low) / self.cell_m).to_array();
-        let [x, y, z] = place.map(|index| (index.max(0.0) as usize).min(side - 1));
-        let facing = point.normal.abs();
-        let axis = facing.max_position();
-        let sign = usize::from(point.normal[axis] < 0.0);
-        let first = (((z * side + y) * side + x) * SIDES.len() + 2 * axis + sign) * count;
+        let first = self.grid.bin(point) * count;
         let cumulated = &self.cumulated[first..first + count];
         let index = cumulated.partition_point(|&sum| sum <= choice).min(count - 1);
         let before = if index > 0 { cumulated[index - 1] } else { 0.0 };
         let probability = cumulated[index] - before;
         let light = &self.lights[index];
         let (arriving, arrival) = light.arriving(point, views.offset_m, square)?;
-        let is_free = match arrival {
-            Some(arrival) => arrival.is_free(views, point),
-            None => light.shape.is_seen(views, point, square),
-        };
         let irradiance = arriving.irradiance.map(|value| value / probability);
-        is_free.then_some((Arriving { irradiance, ..arriving }, &light.shape))
+        light
+            .is_free(views, point, arrival, square)
+            .then_some((Arriving { irradiance, ..arriving }, &light.shape))
     }
 }
 
+impl IrradianceGrid {
+    /// Measured by shadow rays through the capture's own geometry. The seed is fixed: the grid
+    /// changes how fast a picture converges, not what it converges to.
+    pub fn new(views: &Views, solved: &Solved) -> Self {
+        let capture = views.capture;
+        let mut shining = Vec::new();
+        let mut lights = Vec::new();
+        for index in 0..solved.light.lights.lights.len() {
+            if let Some(light) = Light::recovered(capture, solved, index, 1.0) {
+                shining.push(index);
+                lights.push(light);
+            }
+        }
+        let (low, high) = capture.mesh.bounds().unwrap_or_default();
+        let cells = (MOST / SIDES.len() / lights.len().max(1)) as f32;
+        let side = (cells.cbrt() as usize).clamp(1, FINEST);
+        let cell_m = ((high - low) / side as f32).max(Vec3::splat(1e-6));
+        let mut grid = Self { shining, low, cell_m, side, irradiance: Vec::new() };
+        if lights.is_empty() {
+            return grid;
+        }
+        let mut points = vec![Vec::new(); side * side * side * SIDES.len()];
+        for point in surface_points(&capture.mesh) {
+            for normal in [point.normal, -point.normal] {
+                let point = SurfacePoint { normal, ..point };
+                let bin: &mut Vec<SurfacePoint> = &mut points[grid.bin(point)];
+                if bin.len() < POINTS_PER_BIN {
+                    bin.push(point);
+                }
+            }
+        }
+        grid.irradiance = points
+            .par_chunks_exact(SIDES.len())
+            .enumerate()
+            .flat_map_iter(|(cell, points)| grid.cell(views, &lights, cell, points))
+            .collect();
+        grid
+    }
+
+    /// Of the bin that holds a surface point; of the nearest one outside the grid.
+    fn bin(&self, point: SurfacePoint) -> usize {
+        let side = self.side;
+        let place = ((point.position - self.low) / self.cell_m).to_array();
+        let [x, y, z] = place.map(|index| (index.max(0.0) as usize).min(side - 1));
+        let axis = point.normal.abs().max_position();
+        let sign = usize::from(point.normal[axis] < 0.0);
+        ((z * side + y) * side + x) * SIDES.len() + 2 * axis + sign
+    }
+
+    /// The bins of one cell, given the surface points in each.
+    fn cell(
+        &self,
+        views: &Views,
+        lights: &[Light],
+        cell: usize,
+        points: &[Vec<SurfacePoint>],
+    ) -> Vec<f32> {
+        let mut random = Random::new(0, 1, cell as u64);
+        let least_m = 0.5 * self.cell_m.length();
+        let corner = [cell % self.side, cell / self.side % self.side, cell / self.side / self.side];
+        let corner = Vec3::from(corner.map(|index| index as f32));
+        let place = |within: Vec3| self.low + (corner + within) * self.cell_m;
+        let middle = place(Vec3::splat(0.5));
+        let in_air: [Vec3; POINTS_IN_AIR] =
+            std::array::from_fn(|_| place(Vec3::from(std::array::from_fn(|_| random.uniform()))));
+        let squares: [Vec2; POINTS_PER_BIN] = std::array::from_fn(|_| random.point());
+
+        let mut bins = vec![0.0; SIDES.len() * lights.len()];
+        for (index, light) in lights.iter().enumerate() {
+            // A light below the horizon of one point may be above that of another, and an object
+            // in the air may face any way.
+            let irradiance = |position: Vec3, normal: Vec3| {
+                let direction = light.direction_from(position);
+                let normal_tilted = (normal + direction).normalize_or(normal);
+                let tilted = SurfacePoint { position, normal: normal_tilted };
+                let arriving = light.arriving(tilted, least_m, Vec2::splat(0.5));
+                let facing = direction.dot(normal).max(0.0) + 0.1;
+                arriving.map_or(0.0, |(a, _)| facing * a.irradiance.iter().sum::<f32>())
+            };
+            let mut in_air_part = None;
+            for (side, points) in points.iter().enumerate() {
+                let (irradiance, part) = if points.is_empty() {
+                    let part = *in_air_part.get_or_insert_with(|| {
+                        let facing = in_air.map(|position| SurfacePoint {
+                            position,
+                            normal: light.direction_from(position),
+                        });
+                        light.visible_part(views, &facing, &squares)
+                    });
+                    (irradiance(middle, SIDES[side]), part)
+                } else {
+                    let sum: f32 = points.iter().map(|p| irradiance(p.position, p.normal)).sum();
+                    let part = light.visible_part(views, points, &squares);
+                    (sum / points.len() as f32, part)
+                };
+                bins[side * lights.len() + index] = irradiance * part;
+            }
+        }
+        bins
+    }
+}
+
+/// Points on all surfaces, as many as their area asks for, in an order that is random.
+fn surface_points(mesh: &Mesh) -> impl Iterator<Item = SurfacePoint> {
+    let mut cumulated = Vec::with_capacity(mesh.triangles.len());
+    let mut total = 0.0f64;
+    for triangle in 0..mesh.triangles.len() {
+        total += f64::from(mesh.area(triangle));
+        cumulated.push(total);
+    }
+    let mut random = Random::new(0, 0, 0);
+    let count = if total > 0.0 { SURFACE_POINTS } else { 0 };
+    (0..count).map(move |_| {
+        let place = f64::from(random.uniform()) * total;
+        let triangle = cumulated.partition_point(|&sum| sum <= place).min(cumulated.len() - 1);
+        let [a, b, c] = mesh.corners(triangle);
+        // Uniform over the triangle.
+        let (root, across) = (random.uniform().sqrt(), random.uniform());
+        let position = a + root * ((b - a) + across * (c - b));
+        SurfacePoint { position, normal: mesh.normal(triangle) }
+    })
+}
+
 impl Light {
+    /// One of the recovered lights with its emission times a factor; `None` if it is dark.
+    fn recovered(capture: &Capture, solved: &Solved, index: usize, factor: f32) -> Option<Self> {
+        let RecoveredLight { lights, lobes, emission, .. } = &solved.light;
+        let shape = lights.lights[index];
+        let emitter = match shape.kind {
+            LightKind::Known(known) => match &capture.lights[known] {
+                KnownLight::Shape { emitter, .. } => Some(*emitter),
+                _ => return None,
+            },
+            _ => None,
+        };
+        let lobes: Vec<(Lobe, Radiance)> = lobes
+            .of(index)
+            .map(|lobe| (lobes.lobes[lobe], emission[lobe].map(|value| factor * value as f32)))
+            .filter(|(_, emission)| emission.iter().any(|&value| value > 0.0))
+            .collect();
+        (!lobes.is_empty()).then_some(Self { shape, emitter, lobes })
+    }
+
+    /// Unit direction from a position to its middle.
+    fn direction_from(&self, position: Vec3) -> Vec3 {
+        match &self.emitter {
+            Some(emitter) => emitter.direction_from(position),
+            None => self.shape.direction_from(position),
+        }
+    }
+
+    /// Whether nothing is in the way of what [`arriving`](Self::arriving) found.
+    fn is_free(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        arrival: Option<Arrival>,
+        square: Vec2,
+    ) -> bool {
+        match arrival {
+            Some(arrival) => arrival.is_free(views, point),
+            None => self.shape.is_seen(views, point, square),
+        }
+    }
+
+    /// The part of it that a few points see, by Krichevsky's and Trofimov's estimate: what none of
+    /// them sees may be seen from beside them.
+    fn visible_part(&self, views: &Views, points: &[SurfacePoint], squares: &[Vec2]) -> f32 {
+        let is_seen = |(&point, &square): (&SurfacePoint, &Vec2)| {
+            let arriving = self.arriving(point, views.offset_m, square);
+            arriving.is_some_and(|(_, arrival)| self.is_free(views, point, arrival, square))
+        };
+        let seen = points.iter().zip(squares).filter(|&pair| is_seen(pair)).count();
+        (seen as f32 + 0.5) / (points.len() as f32 + 1.0)
+    }
+
     /// Irradiance of a surface at a position that faces the light, were nothing in the way; for a
     /// light that the artist gave the part that comes from its middle.
     pub fn facing(&self, position: Vec3) -> Option<Arriving> {
-        let normal = match &self.emitter {
-            Some(emitter) => emitter.direction_from(position),
-            None => self.shape.direction_from(position),
-        };
+        let normal = self.direction_from(position);
         let arriving = self.arriving(SurfacePoint { position, normal }, 0.0, Vec2::splat(0.5));
         arriving.map(|(arriving, _)| arriving)
     }
@@ -208,222 +359,5 @@ impl Light {
             }
         }
         Some((Arriving { irradiance, direction: geometry.direction }, None))
-    }
-}
-
-/// A light that was added.
-pub struct Added {
-    source: Source,
-    pub emission: Radiance,
-}
-
-enum Source {
-    Emitter(Emitter),
-    Dome(DomeTable),
-}
-
-/// Part of the distance within which a light may lie on a surface.
-const FLUSH: f32 = 1e-3;
-
-/// Light of an added one at a surface point.
-#[derive(Clone, Copy, Debug)]
-pub struct Direct {
-    pub direction: Vec3,
-    pub cosine: f32,
-    /// Radiance divided by the density of its direction; see [`Emitter::arrival`].
-    pub light: Radiance,
-    /// The density by solid angle with which the direction was found; 0 for lights without
-    /// extent, which are found in no other way.
-    pub density: f32,
-}
-
-impl Added {
-    pub fn new(light: &AddedLight) -> Self {
-        let source = match &light.shape {
-            Shape::Emitter(emitter) => Source::Emitter(*emitter),
-            Shape::Dome(dome) => Source::Dome(DomeTable::new(dome.clone())),
-        };
-        Self { source, emission: light.emission.map(|value| value as f32) }
-    }
-
-    /// What it is; `None` for a dome.
-    pub fn emitter(&self) -> Option<Emitter> {
-        match &self.source {
-            Source::Emitter(emitter) => Some(*emitter),
-            Source::Dome(_) => None,
-        }
-    }
-
-    /// Of a dome the radiance from a direction.
-    pub fn dome(&self, direction: Vec3) -> Option<Radiance> {
-        let Source::Dome(table) = &self.source else { return None };
-        let mut radiance = table.dome.radiance(direction);
-        for (radiance, factor) in radiance.iter_mut().zip(self.emission) {
-            *radiance *= factor;
-        }
-        Some(radiance)
-    }
-
-    /// Light from a direction that a point of the unit square stands for, with shadows.
-    pub fn sample(&self, views: &Views, point: SurfacePoint, square: Vec2) -> Option<Direct> {
-        match &self.source {
-            Source::Emitter(emitter) => {
-                let arrival = emitter.arrival(point, views.offset_m, square)?;
-                if !arrival.is_free(views, point) {
-                    return None;
-                }
-                let has_extent =
-                    matches!(emitter, Emitter::Rectangle { .. } | Emitter::Sphere { .. });
-                // So little, seen from its edge, that its inverse is infinite.
-                if arrival.strength < f32::MIN_POSITIVE {
-                    return None;
-                }
-                Some(Direct {
-                    direction: arrival.direction,
-                    cosine: arrival.cosine,
-                    light: self.emission.map(|value| value * arrival.strength),
-                    density: if has_extent { 1.0 / arrival.strength } else { 0.0 },
-                })
-            }
-            Source::Dome(table) => {
-                let (direction, density) = table.sample(square)?;
-                let cosine = direction.dot(point.normal);
-                if cosine <= 0.0 || views.caster.occluded(&views.ray(point, direction)) {
-                    return None;
-                }
-                let mut light = table.dome.radiance(direction);
-                for (light, factor) in light.iter_mut().zip(self.emission) {
-                    *light *= factor / density;
-                }
-                Some(Direct { direction, cosine, light, density })
-            }
-        }
-    }
-
-    /// Radiance that a ray from a surface point meets before `distance_m`, with the density with
-    /// which [`sample`](Self::sample) finds its direction.
-    pub fn met(
-        &self,
-        views: &Views,
-        point: SurfacePoint,
-        direction: Vec3,
-        distance_m: f32,
-    ) -> Option<(Radiance, f32)> {
-        match &self.source {
-            Source::Emitter(emitter) => {
-                let (along, strength) = emitter.met(point, direction)?;
-                // A panel may lie on the surface that the ray met: where light sampling finds it,
-                // it has to be found here, too.
-                let is_flush = || {
-                    along * (1.0 - FLUSH) - 1e2 * views.offset_m < distance_m
-                        && views.is_free(point, point.position + direction * along)
-                };
-                (along < distance_m || is_flush()).then(|| (self.emission, 1.0 / strength))
-            }
-            Source::Dome(table) => {
-                if distance_m < f32::INFINITY {
-                    return None;
-                }
-                let mut radiance = table.dome.radiance(direction);
-                for (radiance, factor) in radiance.iter_mut().zip(self.emission) {
-                    *radiance *= factor;
-                }
-                Some((radiance, table.density(direction)))
-            }
-        }
-    }
-}
-
-/// Directions of a dome, the bright ones more often.
-struct DomeTable {
-    dome: Dome,
-    columns: usize,
-    rows: usize,
-    /// Over all cells, row by row.
-    cumulated: Vec<f32>,
-}
-
-/// The finest table, in rows; columns are twice as many.
-const DOME_ROWS: usize = 256;
-
-impl DomeTable {
-    fn new(dome: Dome) -> Self {
-        let rows = dome.image.height().clamp(1, DOME_ROWS);
-        let columns = 2 * rows;
-        let mut table = Self { dome, columns, rows, cumulated: Vec::new() };
-        let mut sum = 0.0f64;
-        // As fine as the image, so that a sun of a few pixels is not missed.
-        let fine = table.dome.image.height().div_ceil(rows).clamp(1, 32);
-        let power = |row: usize, column: usize| {
-            let within = (0..fine * fine).map(|k| {
-                let part = Vec2::new((k % fine) as f32 + 0.5, (k / fine) as f32 + 0.5);
-                let place = Vec2::new(column as f32, row as f32) + part / fine as f32;
-                let radiance = table.dome.radiance(table.direction(place));
-                radiance.iter().map(|&value| f64::from(value.max(0.0))).sum::<f64>()
-            });
-            within.sum::<f64>() / (fine * fine) as f64
-        };
-        let powers: Vec<f64> = (0..rows * columns)
-            .into_par_iter()
-            .map(|cell| power(cell / columns, cell % columns))
-            .collect();
-        // A little everywhere: between the places that were asked there may be light.
-        let least = 1e-4 * powers.iter().sum::<f64>() / powers.len() as f64;
-        let least = if least > 0.0 { least } else { 1.0 };
-        let mut sums = Vec::with_capacity(rows * columns);
-        for (cell, power) in powers.iter().enumerate() {
-            sum += (power + least) * f64::from(table.solid_angle(cell / columns));
-            sums.push(sum);
-        }
-        table.cumulated = sums.iter().map(|value| (value / sum) as f32).collect();
-        table
-    }
-
-    /// The direction of a place in cells.
-    fn direction(&self, place: Vec2) -> Vec3 {
-        let polar = place.y / self.rows as f32 * PI;
-        let azimuth = place.x / self.columns as f32 * 2.0 * PI;
-        Vec3::new(polar.sin() * azimuth.sin(), polar.sin() * azimuth.cos(), polar.cos())
-    }
-
-    /// The height of a row's upper edge.
-    fn edge(&self, row: usize) -> f32 {
-        (row as f32 / self.rows as f32 * PI).cos()
-    }
-
-    fn solid_angle(&self, row: usize) -> f32 {
-        (self.edge(row) - self.edge(row + 1)) * 2.0 * PI / self.columns as f32
-    }
-
-    fn probability(&self, cell: usize) -> f32 {
-        let before = if cell > 0 { self.cumulated[cell - 1] } else { 0.0 };
-        self.cumulated[cell] - before
-    }
-
-    /// A direction and its density by solid angle.
-    fn sample(&self, square: Vec2) -> Option<(Vec3, f32)> {
-        let last = self.cumulated.len() - 1;
-        let cell = self.cumulated.partition_point(|&sum| sum <= square.x).min(last);
-        let probability = self.probability(cell);
-        if probability <= 0.0 {
-            return None;
-        }
-        // What the choice leaves of the number is even in [0, 1) again.
-        let rest = (square.x - (self.cumulated[cell] - probability)) / probability;
-        let row = cell / self.columns;
-        let height = self.edge(row) + square.y * (self.edge(row + 1) - self.edge(row));
-        let azimuth =
-            ((cell % self.columns) as f32 + rest.clamp(0.0, 1.0)) / self.columns as f32 * 2.0 * PI;
-        let across = (1.0 - height * height).max(0.0).sqrt();
-        let direction = Vec3::new(across * azimuth.sin(), across * azimuth.cos(), height);
-        Some((direction, probability / self.solid_angle(row)))
-    }
-
-    fn density(&self, direction: Vec3) -> f32 {
-        let azimuth = direction.x.atan2(direction.y).rem_euclid(2.0 * PI);
-        let polar = direction.truncate().length().atan2(direction.z);
-        let row = ((polar / PI * self.rows as f32) as usize).min(self.rows - 1);
-        let column = ((azimuth / (2.0 * PI) * self.columns as f32) as usize).min(self.columns - 1);
-        self.probability(row * self.columns + column) / self.solid_angle(row)
     }
 }

@@ -4,8 +4,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::reconstruct::textures::Texture;
 use crate::render::edits::{Edits, GREY};
 use crate::render::scene::Solved;
-use crate::scene::Brdf;
-use crate::scene::{Capture, Role};
+use crate::scene::{Brdf, Capture, Gloss, Role};
 
 /// [`Brdf`] in single precision, as the path tracer evaluates it (Eq. 12).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,6 +12,8 @@ pub struct BrdfF32 {
     pub diffuse: Radiance,
     pub specular: Radiance,
     pub exponent: f32,
+    /// Roughness α of a coat; the specular reflectance is then zero.
+    pub coat: Option<f32>,
 }
 
 impl From<&Brdf> for BrdfF32 {
@@ -21,6 +22,7 @@ impl From<&Brdf> for BrdfF32 {
             diffuse: reflectance.diffuse.map(|value| value as f32),
             specular: reflectance.specular.map(|value| value as f32),
             exponent: reflectance.exponent as f32,
+            coat: reflectance.coat.map(|roughness| roughness as f32),
         }
     }
 }
@@ -48,6 +50,13 @@ pub fn surface_looks<'a>(
         let change = edits.materials.get(&capture.materials[material].name);
         if let Some(change) = change {
             reflectance.diffuse = change.diffuse.unwrap_or(reflectance.diffuse);
+            if let (Some(roughness), true) =
+                (reflectance.coat, change.specular.is_some() || change.exponent.is_some())
+            {
+                // A lobe of the artist's own takes the coat's place, as wide where they say nothing.
+                reflectance.exponent = Gloss::Coat { roughness }.exponent();
+                reflectance.coat = None;
+            }
             reflectance.specular = change.specular.unwrap_or(reflectance.specular);
             reflectance.exponent = change.exponent.unwrap_or(reflectance.exponent);
             // Diffuse and specular reflectance add up to 1 at most: the one that was not changed is

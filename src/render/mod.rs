@@ -1,5 +1,6 @@
 //! Pictures of a recovered scene, as it is and with other light, materials and objects (Section 6).
 
+pub mod added;
 pub mod composite;
 pub mod denoise;
 pub mod edits;

@@ -23,7 +23,8 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
 use crate::render::looks::BrdfF32;
 use crate::render::scene::{Met, Scene};
-use crate::scene::SurfacePoint;
+use crate::scene::gloss::{Reflected, fresnel};
+use crate::scene::{Gloss, SurfacePoint, Viewing};
 
 /// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
 /// the other.
@@ -107,8 +108,7 @@ impl Gathered<'_> {
 struct Place {
     point: SurfacePoint,
     brdf: BrdfF32,
-    /// In which a mirror would send the path on.
-    mirror: Vec3,
+    viewing: Viewing,
     throughput: Radiance,
     depth: usize,
 }
@@ -202,21 +202,21 @@ impl Scene<'_> {
                     };
                     is_counted = true;
                     let grey = [shell.albedo; CHANNELS];
-                    let brdf = BrdfF32 { diffuse: grey, specular: [0.0; CHANNELS], exponent: 1.0 };
+                    let brdf = BrdfF32 { diffuse: grey, ..BrdfF32::default() };
                     (shell.exit(ray.origin, ray.direction), brdf)
                 }
             };
             if depth == most {
                 break;
             }
-            let mirror = mirrored(-ray.direction, point.normal);
-            let place = Place { point, brdf, mirror, throughput, depth };
+            let viewing = Viewing::from(-ray.direction, point.normal);
+            let place = Place { point, brdf, viewing, throughput, depth };
             if !is_counted {
                 self.recovered_at(&place, sequence, &mut gathered);
             }
             self.added_at(&place, sequence, &mut gathered);
 
-            let Some((direction, weight, density)) = scatter(&brdf, point, mirror, sequence) else {
+            let Some((direction, weight, density)) = scatter(&brdf, viewing, sequence) else {
                 break;
             };
             throughput = times(throughput, weight);
@@ -274,31 +274,32 @@ impl Scene<'_> {
         if self.original_light == 0.0 || self.recovered.is_dark() {
             return;
         }
-        let Place { point, brdf, mirror, throughput, depth } = *place;
+        let Place { point, brdf, viewing, throughput, depth } = *place;
         let (choice, square) = (sequence.number(), sequence.point());
         let views = &self.geometry;
         let found = self.recovered.sample(views, point, choice, square);
         let Some((arriving, light)) = found else { return };
-        let lobe = if largest(brdf.specular) > 0.0 {
-            light.lobe(point.position, mirror, f64::from(brdf.exponent)) as f32
+        let lobe = if brdf.is_specular() {
+            light.lobe(point.position, viewing, brdf.gloss()) as f32
         } else {
             0.0
         };
+        let strength = brdf.strength();
         let reflected = std::array::from_fn(|c| {
-            let factor = (brdf.diffuse[c] + brdf.specular[c] * lobe) / PI;
+            let factor = (brdf.diffuse[c] + strength[c] * lobe) / PI;
             self.original_light * factor * arriving.irradiance[c]
         });
         gathered.add(0, depth, times(throughput, reflected));
     }
 
     fn added_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
-        let Place { point, brdf, mirror, throughput, depth } = *place;
+        let Place { point, brdf, viewing, throughput, depth } = *place;
         for (index, added) in self.added.iter().enumerate() {
             let square = sequence.point();
             let Some(direct) = added.sample(&self.geometry, point, square) else { continue };
-            let reflected = brdf.value(mirror, direct.direction);
+            let reflected = brdf.value(viewing, direct.direction);
             let share = if direct.density > 0.0 {
-                let by_surface = brdf.density(mirror, direct.direction, direct.cosine);
+                let by_surface = brdf.density(viewing, direct.direction, direct.cosine);
                 direct.density / (direct.density + by_surface)
             } else {
                 1.0
@@ -310,33 +311,85 @@ impl Scene<'_> {
 }
 
 impl BrdfF32 {
-    fn value(&self, mirror: Vec3, direction: Vec3) -> Radiance {
-        let cosine = mirror.dot(direction);
-        let lobe = if cosine > 0.0 && largest(self.specular) > 0.0 {
-            0.5 * (self.exponent + 2.0) * cosine.powf(self.exponent)
+    fn is_specular(&self) -> bool {
+        self.coat.is_some() || largest(self.specular) > 0.0
+    }
+
+    fn gloss(&self) -> Gloss {
+        match self.coat {
+            Some(roughness) => Gloss::Coat { roughness: roughness.into() },
+            None => Gloss::Phong { exponent: self.exponent.into() },
+        }
+    }
+
+    /// ρ_s; of a coat 1.
+    fn strength(&self) -> Radiance {
+        if self.coat.is_some() { [1.0; CHANNELS] } else { self.specular }
+    }
+
+    /// f in 1/sr.
+    fn value(&self, viewing: Viewing, direction: Vec3) -> Radiance {
+        let lobe = if self.is_specular() {
+            self.gloss().value(viewing, direction, 0.0) as f32
         } else {
             0.0
         };
-        std::array::from_fn(|c| (self.diffuse[c] + self.specular[c] * lobe) / PI)
+        let strength = self.strength();
+        std::array::from_fn(|c| (self.diffuse[c] + strength[c] * lobe) / PI)
     }
 
     /// The part of the paths that the specular lobe sends on.
-    fn specular_part(&self) -> f32 {
-        let [diffuse, specular] = [self.diffuse, self.specular].map(|rho| rho.iter().sum::<f32>());
+    fn specular_part(&self, viewing: Viewing) -> f32 {
+        let diffuse = self.diffuse.iter().sum::<f32>();
+        let specular = match self.coat {
+            Some(_) => {
+                let cosine = viewing.normal.dot(viewing.mirror).clamp(0.0, 1.0);
+                CHANNELS as f32 * fresnel(cosine.into()) as f32
+            }
+            None => self.specular.iter().sum::<f32>(),
+        };
         if specular > 0.0 { specular / (diffuse + specular) } else { 0.0 }
     }
 
     /// Density by solid angle with which [`scatter`] chooses a direction.
-    fn density(&self, mirror: Vec3, direction: Vec3, cosine: f32) -> f32 {
-        let part = self.specular_part();
+    fn density(&self, viewing: Viewing, direction: Vec3, cosine: f32) -> f32 {
+        let part = self.specular_part(viewing);
         let mut density = (1.0 - part) * cosine / PI;
         if part > 0.0 {
-            let along = mirror.dot(direction);
-            // 0⁰ is 1, and an exponent of 0 sends nothing below the mirror direction's horizon.
-            let lobe = if along > 0.0 { along.powf(self.exponent) } else { 0.0 };
-            density += part * (self.exponent + 1.0) / (2.0 * PI) * lobe;
+            density += part
+                * match self.coat {
+                    Some(roughness) => Reflected::new(viewing, direction)
+                        .map_or(0.0, |reflected| reflected.density(roughness.into()) as f32),
+                    None => {
+                        let along = viewing.mirror.dot(direction);
+                        // 0⁰ is 1, and an exponent of 0 sends nothing below the mirror direction's
+                        // horizon.
+                        let lobe = if along > 0.0 { along.powf(self.exponent) } else { 0.0 };
+                        (self.exponent + 1.0) / (2.0 * PI) * lobe
+                    }
+                };
         }
         density
+    }
+
+    /// A direction that the specular lobe sends light from, by a point of the unit square.
+    fn sample_lobe(&self, viewing: Viewing, square: Vec2) -> Vec3 {
+        let angle = 2.0 * PI * square.y;
+        let about = |axis: Vec3, height: f32| {
+            let across = (1.0 - height * height).max(0.0).sqrt();
+            let local = Vec3::new(across * angle.cos(), across * angle.sin(), height);
+            Frame::about(axis).to_world(local)
+        };
+        match self.coat {
+            Some(roughness) => {
+                // The half vector with density D cos θ: tan²θ = α² u/(1−u) (Walter et al. 2007).
+                let tangent2 = roughness * roughness * square.x / (1.0 - square.x).max(1e-7);
+                let half = about(viewing.normal, 1.0 / (1.0 + tangent2).sqrt());
+                let towards = mirrored(viewing.mirror, viewing.normal);
+                mirrored(towards, half)
+            }
+            None => about(viewing.mirror, square.x.powf(1.0 / (self.exponent + 1.0))),
+        }
     }
 }
 
@@ -344,33 +397,29 @@ impl BrdfF32 {
 /// and that density; `None` where the lobe points into the surface, or nothing is reflected.
 fn scatter(
     brdf: &BrdfF32,
-    point: SurfacePoint,
-    mirror: Vec3,
+    viewing: Viewing,
     sequence: &mut Sequence,
 ) -> Option<(Vec3, Radiance, f32)> {
-    let part = brdf.specular_part();
+    let normal = viewing.normal;
+    let part = brdf.specular_part(viewing);
     if part == 0.0 {
         // Reflectance times cosine over density is the reflectance.
         let local = square_to_cosine_hemisphere(sequence.point());
-        let direction = Frame::about(point.normal).to_world(local);
-        let cosine = direction.dot(point.normal);
+        let direction = Frame::about(normal).to_world(local);
+        let cosine = direction.dot(normal);
         return (cosine > 0.0).then_some((direction, brdf.diffuse, cosine / PI));
     }
     let (choice, square) = (sequence.number(), sequence.point());
     let direction = if choice < part {
-        let height = square.x.powf(1.0 / (brdf.exponent + 1.0));
-        let across = (1.0 - height * height).max(0.0).sqrt();
-        let angle = 2.0 * PI * square.y;
-        let local = Vec3::new(across * angle.cos(), across * angle.sin(), height);
-        Frame::about(mirror).to_world(local)
+        brdf.sample_lobe(viewing, square)
     } else {
-        Frame::about(point.normal).to_world(square_to_cosine_hemisphere(square))
+        Frame::about(normal).to_world(square_to_cosine_hemisphere(square))
     };
-    let cosine = direction.dot(point.normal);
+    let cosine = direction.dot(normal);
     if cosine <= 0.0 {
         return None;
     }
-    let density = brdf.density(mirror, direction, cosine);
-    let weight = scaled(brdf.value(mirror, direction), cosine / density.max(f32::MIN_POSITIVE));
+    let density = brdf.density(viewing, direction, cosine);
+    let weight = scaled(brdf.value(viewing, direction), cosine / density.max(f32::MIN_POSITIVE));
     (density > 0.0).then_some((direction, weight, density))
 }

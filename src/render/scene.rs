@@ -11,9 +11,9 @@ use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::{Reconstruction, RecoveredLight};
+use crate::render::added::Added;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
-use crate::render::lights::Added;
-pub use crate::render::lights::Recovered;
+use crate::render::lights::{IrradianceGrid, Recovered};
 use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
 use crate::scene::Brdf;
 use crate::scene::{Capture, Emitter, SurfacePoint, Views};
@@ -140,12 +140,13 @@ impl<'a> Scene<'a> {
         edits: &Edits,
         places: &[Vec3],
     ) -> Self {
-        let recovered = Arc::new(Recovered::new(photographs.capture, solved, edits, geometry));
+        let grid = Arc::new(IrradianceGrid::new(photographs, solved));
+        let recovered = Arc::new(Recovered::new(grid, photographs.capture, solved, edits));
         Self::lit_by(recovered, photographs, geometry, solved, edits, places)
     }
 
-    /// The same with recovered lights that are at hand: they stay as they are while the recovered
-    /// light and the box around the geometry do.
+    /// The same with recovered lights that are at hand: they stay as they are while the edits leave
+    /// their groups alone.
     pub fn lit_by(
         recovered: Arc<Recovered>,
         photographs: &'a Views<'a>,

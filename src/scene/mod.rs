@@ -6,6 +6,7 @@ pub mod camera;
 pub mod capture;
 pub mod dome;
 pub mod emitter;
+pub mod gloss;
 pub mod image;
 pub mod views;
 pub mod wireframe;
@@ -18,5 +19,6 @@ pub use capture::{
 };
 pub use dome::Dome;
 pub use emitter::Emitter;
+pub use gloss::{Gloss, Viewing};
 pub use image::Image;
 pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use glam::{DVec2, Vec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::geometry::bvh::RayCaster;
@@ -14,7 +14,8 @@ use crate::render::composite::compose;
 use crate::render::denoise::denoised;
 use crate::render::edits::{Edits, Object};
 use crate::render::film::Film;
-use crate::render::scene::{Geometry, Recovered, Scene, Solved};
+use crate::render::lights::{IrradianceGrid, Recovered};
+use crate::render::scene::{Geometry, Scene, Solved};
 use crate::render::{RenderOptions, add_paths};
 use crate::scene::{Camera, Capture, Image, Photograph, Views};
 use crate::watch::{Cancelled, Watch};
@@ -165,10 +166,11 @@ fn answer_all(
     let views = Views::new(capture, &caster, watch)?;
     let bare = Edits::default();
     let bare_geometry = Geometry::new(capture, &bare);
-    let bare_lit = Arc::new(Recovered::new(capture, solved, &bare, &bare_geometry));
+    let grid = Arc::new(IrradianceGrid::new(&views, solved));
+    let bare_lit = Arc::new(Recovered::new(grid, capture, solved, &bare));
     let mut placed: Option<(Vec<Object>, Geometry)> = None;
-    let bounds = bare_geometry.bounds();
-    let mut lit = RecoveredLights { groups: BTreeMap::new(), bounds, by: bare_lit.clone() };
+    // The recovered lights with the edits' changes of their groups.
+    let mut lit = (BTreeMap::new(), bare_lit.clone());
     let mut without = BaselineCache::default();
     let mut seen = 0;
     loop {
@@ -182,9 +184,12 @@ fn answer_all(
             let new = || (edits.objects.clone(), Geometry::new(capture, edits));
             &placed.insert(kept.unwrap_or_else(new)).1
         };
-        lit.bring(capture, solved, edits, geometry);
+        if lit.0 != edits.groups {
+            let recovered = bare_lit.with_groups(capture, solved, edits);
+            lit = (edits.groups.clone(), Arc::new(recovered));
+        }
         let places = [camera.position.as_vec3()];
-        let scene = Scene::lit_by(lit.by.clone(), &views, geometry, solved, edits, &places);
+        let scene = Scene::lit_by(lit.1.clone(), &views, geometry, solved, edits, &places);
         let plain = Scene::lit_by(bare_lit.clone(), &views, &bare_geometry, solved, &bare, &places);
         let photograph = photograph.and_then(|index| capture.photographs.get(index));
         without.keep_for(camera);
@@ -251,25 +256,6 @@ fn grow(
 ) -> Result<(), Cancelled> {
     let count = paths.saturating_sub(film.paths);
     add_paths(scene, camera, &RenderOptions::default(), film, count, watch)
-}
-
-/// The recovered lights with the edits' changes of their groups; made anew only where these or the
-/// bounds of the geometry change.
-struct RecoveredLights {
-    groups: BTreeMap<String, f64>,
-    bounds: (Vec3, Vec3),
-    by: Arc<Recovered>,
-}
-
-impl RecoveredLights {
-    /// Makes the lights anew if they depend on what has changed.
-    fn bring(&mut self, capture: &Capture, solved: &Solved, edits: &Edits, geometry: &Geometry) {
-        if self.groups != edits.groups || self.bounds != geometry.bounds() {
-            self.groups.clone_from(&edits.groups);
-            self.bounds = geometry.bounds();
-            self.by = Arc::new(Recovered::new(capture, solved, edits, geometry));
-        }
-    }
 }
 
 /// Pictures of the scene without edits from one camera; they stay valid while lights and objects

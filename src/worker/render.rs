@@ -69,8 +69,10 @@ pub(super) fn perform(
     let composite = files.as_ref().is_some_and(|files| files.composite);
     let bare = Edits::default();
     let bare_geometry = composite.then(|| Geometry::new(capture, &bare));
-    let bare_scene =
-        bare_geometry.as_ref().map(|geometry| Scene::new(&views, geometry, solved, &bare, &places));
+    let bare_scene = bare_geometry.as_ref().map(|geometry| {
+        let recovered = scene.recovered.with_groups(capture, solved, &bare);
+        Scene::lit_by(Arc::new(recovered), &views, geometry, solved, &bare, &places)
+    });
     let lights: Vec<&str> = edits.lights.iter().map(|light| light.name.as_str()).collect();
 
     let mut taken = BTreeSet::new();

@@ -80,7 +80,7 @@ fn capture() -> Capture {
 /// Lights of every kind, all of whose lobes shine.
 fn solution() -> Solved {
     let mut found = Solved::default();
-    let floor = Brdf { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
+    let floor = Brdf::phong([0.5, 0.4, 0.3], [0.05, 0.06, 0.07], 40.0);
     found.reflectances = vec![Some(floor), Some(Brdf::diffuse([0.2, 0.3, 0.4])), None];
     let (place, aside) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.6, 0.0, -0.8));
     let kind = LightKind::Known(0);

@@ -128,7 +128,7 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         first_unphotographed: Vec::new(),
         patch_radiosity: PatchRadiosity::default(),
     };
-    let reflectance = Brdf { diffuse: [0.3, 0.2, 0.1], specular: [0.1, 0.4, 0.0], exponent: 10.0 };
+    let reflectance = Brdf::phong([0.3, 0.2, 0.1], [0.1, 0.4, 0.0], 10.0);
     let lobe = quadrature(10.0, 0.9, RINGS, SPOKES);
     for (channel, &radiance) in radiance.iter().enumerate() {
         let expected = f64::from(radiance)

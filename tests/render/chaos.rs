@@ -151,7 +151,7 @@ fn no_edit_makes_what_is_no_number() {
             stage.solved.light.emission.push(chance.strength());
         }
         if chance.below(2) == 0 {
-            let Brdf { diffuse, specular, exponent } = chance.reflectance();
+            let Brdf { diffuse, specular, exponent, .. } = chance.reflectance();
             let change = Override {
                 diffuse: Some(diffuse),
                 specular: Some(specular),

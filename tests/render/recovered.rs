@@ -6,7 +6,7 @@ use lobelia::math::sampling::Random;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::transport::arriving;
-use lobelia::scene::{Emitter, KnownLight, SurfacePoint, Views};
+use lobelia::scene::{Emitter, Gloss, KnownLight, SurfacePoint, Viewing, Views};
 use lobelia::watch::Watch;
 
 use crate::rooms::{Dice, Room, camera};
@@ -106,7 +106,7 @@ fn coupled(
     let views = Views::new(capture, &caster, &Watch::new()).unwrap();
     let Some(surface) = stage.solved.reflectances[material] else { unreachable!() };
     let towards = (eye - point.position).normalize_or_zero();
-    let mirror = 2.0 * point.normal.dot(towards) * point.normal - towards;
+    let viewing = Viewing::from(towards, point.normal);
     let run = |run: u64| {
         let mut random = Random::new(run, 9, 9);
         let mut sum = 0.0;
@@ -117,7 +117,10 @@ fn coupled(
             arriving(&views, light, lobes, point, 20, &mut random, &mut values);
             let specular = match surface.specular[channel] {
                 0.0 => 0.0,
-                specular => specular * light.lobe(point.position, mirror, surface.exponent),
+                specular => {
+                    let gloss = Gloss::Phong { exponent: surface.exponent };
+                    specular * light.lobe(point.position, viewing, gloss)
+                }
             };
             let factor = (surface.diffuse[channel] + specular) / PI;
             let emissions = &stage.solved.light.emission[range];

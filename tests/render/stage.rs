@@ -115,7 +115,7 @@ pub fn needle(eye: DVec3, target: DVec3) -> Camera {
 }
 
 pub fn reflectance(diffuse: f64, specular: f64, exponent: f64) -> Brdf {
-    Brdf { diffuse: [diffuse; 3], specular: [specular; 3], exponent }
+    Brdf::phong([diffuse; 3], [specular; 3], exponent)
 }
 
 /// A diffuse square of half-side 5 at height 0.

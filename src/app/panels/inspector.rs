@@ -156,11 +156,18 @@ fn material(
             });
         }
         if project.result_capture().materials[result].kind == MaterialKind::Specular {
-            let rows = [
-                ("Specular", rgb(reflectance.specular)),
-                ("Exponent", short(reflectance.exponent)),
-            ];
-            facts(ui, "gloss", &rows);
+            match reflectance.coat {
+                Some(roughness) => {
+                    facts(ui, "gloss", &[("Coat, roughness α", short(roughness))]);
+                }
+                None => {
+                    let rows = [
+                        ("Specular", rgb(reflectance.specular)),
+                        ("Exponent", short(reflectance.exponent)),
+                    ];
+                    facts(ui, "gloss", &rows);
+                }
+            }
         }
     }
     textures_ui(ui, project, result, textures);

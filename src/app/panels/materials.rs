@@ -24,8 +24,12 @@ const HEADS: [Head; 8] = [
         "Diffuse reflectance in green, with its 95 % interval as a bar from 0 to 1",
     ),
     head("Blue", 118.0, "Diffuse reflectance in blue, with its 95 % interval as a bar from 0 to 1"),
-    head("Specular", 120.0, "Specular reflectance, red / green / blue"),
-    head("Exponent", 66.0, "Exponent of the Phong lobe"),
+    head(
+        "Specular",
+        120.0,
+        "Specular reflectance, red / green / blue; a coat reflects as varnish does",
+    ),
+    head("Exponent", 66.0, "Exponent of the Phong lobe, or the roughness α of a coat"),
     head("Identified", 150.0, "Whether the photographs determine it"),
 ];
 
@@ -91,7 +95,10 @@ pub fn materials_ui(
             sum(a).total_cmp(&sum(b))
         }
         6 => {
-            let exponent = |i: usize| all[i].reflectance.map_or(0.0, |r| r.exponent);
+            let exponent = |i: usize| {
+                let gloss = all[i].reflectance.and_then(|r| r.gloss());
+                gloss.map_or(0.0, |(gloss, _)| gloss.exponent())
+            };
             exponent(a).total_cmp(&exponent(b))
         }
         7 => all[a].identified(project, a).cmp(&all[b].identified(project, b)),
@@ -122,10 +129,16 @@ pub fn materials_ui(
                 interval_bar(ui, reflectance.diffuse[channel], interval, channel);
             }
             (5, Some(reflectance)) if specular => {
-                ui.label(super::numbers::rgb(reflectance.specular));
+                ui.label(match reflectance.coat {
+                    Some(_) => "coat".to_owned(),
+                    None => super::numbers::rgb(reflectance.specular),
+                });
             }
             (6, Some(reflectance)) if specular => {
-                ui.label(super::numbers::short(reflectance.exponent));
+                ui.label(match reflectance.coat {
+                    Some(roughness) => format!("α {}", super::numbers::short(roughness)),
+                    None => super::numbers::short(reflectance.exponent),
+                });
             }
             (7, _) => identified_ui(ui, project, index, &all[index]),
             _ => {

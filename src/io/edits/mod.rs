@@ -143,11 +143,11 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
             ));
             Override::default()
         });
-        let reflectance = Brdf {
-            diffuse: change.diffuse.unwrap_or([GREY; 3]),
-            specular: change.specular.unwrap_or_default(),
-            exponent: change.exponent.unwrap_or(1.0),
-        };
+        let reflectance = Brdf::phong(
+            change.diffuse.unwrap_or([GREY; 3]),
+            change.specular.unwrap_or_default(),
+            change.exponent.unwrap_or(1.0),
+        );
         surfaces.push((surface.name.clone(), reflectance));
     }
     let mesh = Arc::new(geometry.mesh);

@@ -86,7 +86,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
         change,
         elapsed_secs: 0.5 * index as f64,
     };
-    let floor = Brdf { diffuse: [0.5, 0.4, 0.3], specular: [0.05, 0.06, 0.07], exponent: 40.0 };
+    let floor = Brdf::phong([0.5, 0.4, 0.3], [0.05, 0.06, 0.07], 40.0);
     Reconstruction {
         samples: Arc::new(SampleCloud {
             samples: vec![sample(0), sample(1)],

@@ -175,10 +175,15 @@ impl Glb {
     }
 
     fn gloss(&mut self, material: &mut Value, brdf: &BrdfF32) {
-        self.extensions.insert("KHR_materials_specular");
         let most = strongest(brdf);
         let surface = &mut material["pbrMetallicRoughness"];
         surface["metallicFactor"] = 0.into();
+        if let Some(coat) = brdf.coat {
+            // glTF's own dielectric has this index; its roughness is the root of α.
+            surface["roughnessFactor"] = coat.sqrt().into();
+            return;
+        }
+        self.extensions.insert("KHR_materials_specular");
         let mut specular = json!({"specularFactor": most});
         if most > 0.0 {
             surface["roughnessFactor"] = roughness(brdf.exponent).into();

@@ -34,6 +34,7 @@ pub fn selection(capture: &Capture, selection: &solution::Selection) -> Selectio
             TrialPart::Background(lobes) => ("background", Some(lobes), None),
             TrialPart::FineLobes => ("fine lobes", None, None),
             TrialPart::Beside(lobes) => ("fine lobes beside", Some(lobes), None),
+            TrialPart::Lobe(index) => ("lobe", None, Some(capture.materials[index].name.clone())),
             TrialPart::Gloss(index) => ("gloss", None, Some(capture.materials[index].name.clone())),
         };
         Trial {

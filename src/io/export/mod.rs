@@ -30,7 +30,7 @@ use crate::options::OptionValue;
 use crate::reconstruct::gain::GainUse;
 use crate::reconstruct::textures::{self, Texture};
 use crate::reconstruct::{Options, Reconstruction, Stage, emission};
-use crate::scene::{Capture, MaterialKind};
+use crate::scene::{Capture, Gloss, MaterialKind};
 use crate::watch::Watch;
 
 /// Whether a solution can be written into `folder`, to be asked before hours of work. Nothing
@@ -119,9 +119,12 @@ pub fn summary(
         let reflectance = result.reflectances[index];
         let is_specular = material.kind == MaterialKind::Specular;
         let textured = textures::mean_reflectance(&reconstruction.textures, index);
-        let exponent = reflectance
-            .filter(|r| is_specular && r.specular.iter().any(|&s| s > 0.0))
-            .map(|r| r.exponent);
+        let gloss = reflectance.filter(|_| is_specular).and_then(|r| r.gloss());
+        let (model, exponent, roughness) = match gloss {
+            Some((Gloss::Phong { exponent }, _)) => (Some("phong"), Some(exponent), None),
+            Some((Gloss::Coat { roughness }, _)) => (Some("coated"), None, Some(roughness)),
+            None => (None, None, None),
+        };
         // What is known is what was given, not the mean of a texture made with it.
         let known = material.known_diffuse.filter(|_| {
             reflectance.is_some()
@@ -138,8 +141,11 @@ pub fn summary(
             kind: if is_specular { "specular" } else { "diffuse" }.to_owned(),
             surfaces: material.surfaces.iter().map(|&s| capture.surfaces[s].name.clone()).collect(),
             diffuse,
-            specular: reflectance.filter(|_| is_specular).map(|r| r.specular),
+            specular: reflectance.filter(|r| is_specular && r.coat.is_none()).map(|r| r.specular),
             exponent,
+            model: model.map(str::to_owned),
+            roughness,
+            roughness_interval: roughness.and(certainty).and_then(|c| c.roughness),
             diffuse_interval: certainty.and_then(|c| match known {
                 Some(known) => intervals(known.map(|value| Some([value; 2]))),
                 None => intervals(about(c.diffuse, solved, diffuse)),

@@ -11,6 +11,8 @@ use super::super::{Error, atomic, exr};
 use super::file_name;
 use crate::render::looks::BrdfF32;
 use crate::render::model::{Model, Part, PartLook};
+use crate::scene::Gloss;
+use crate::scene::gloss::fresnel;
 use crate::watch::Watch;
 
 pub fn write(folder: &Path, model: &Model, watch: &Watch) -> Result<(), Error> {
@@ -72,6 +74,12 @@ pub fn write(folder: &Path, model: &Model, watch: &Watch) -> Result<(), Error> {
 fn write_brdf(out: &mut impl Write, brdf: &BrdfF32) -> std::io::Result<()> {
     let [r, g, b] = brdf.diffuse;
     writeln!(out, "Kd {r} {g} {b}")?;
+    if let Some(roughness) = brdf.coat {
+        // At normal incidence.
+        let [specular, exponent] =
+            [fresnel(1.0), Gloss::Coat { roughness: roughness.into() }.exponent()];
+        return writeln!(out, "Ks {specular} {specular} {specular}\nNs {exponent}\nillum 2");
+    }
     if brdf.specular.iter().any(|&value| value > 0.0) {
         let [r, g, b] = brdf.specular;
         writeln!(out, "Ks {r} {g} {b}\nNs {}\nillum 2", brdf.exponent)

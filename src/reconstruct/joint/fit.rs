@@ -11,6 +11,7 @@ use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::priors::BLACK;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, State, Terms};
+use crate::scene::Gloss;
 use crate::solve::kernels::dot;
 
 /// How near to the minimum a fit comes: it ends where a step lowers the cost by less than this
@@ -83,7 +84,7 @@ pub fn fit(
     from: Option<&Fitted>,
     tolerance: Tolerance,
 ) -> Result<Fitted, Error> {
-    let design = Arc::new(model.design(problem));
+    let design = Arc::new(model.design(problem, from));
     let states: Vec<State> =
         (0..CHANNELS).map(|channel| start(problem, model, from, channel)).collect();
     let channels =
@@ -263,7 +264,8 @@ pub fn with_terms<T>(
     let (ridge, centre, held) = (model.ridges(), model.centres(channel), model.held(channel));
     let known_specular: Vec<Option<f64>> = (0..problem.materials())
         .map(|m| match model.gloss[m] {
-            Some(_) => priors.known_specular[channel][m],
+            Some(Gloss::Phong { .. }) => priors.known_specular[channel][m],
+            Some(Gloss::Coat { .. }) => Some(1.0),
             None => Some(0.0),
         })
         .collect();

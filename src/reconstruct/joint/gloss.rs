@@ -1,80 +1,202 @@
-//! Specular materials: the exponent by a search, everything else solved with it.
+//! Specular materials: the sharpness of a lobe by a search, everything else solved with it.
 //!
-//! For a fixed exponent the problem is smooth in ρ_d, ρ_s and the light; with the light held
+//! For a fixed sharpness the problem is smooth in ρ_d, ρ_s and the light; with the light held
 //! fixed instead, as in the paper's alternation, ρ_s comes out several times too small.
 
+use faer::Mat;
 use rayon::prelude::*;
 
+use crate::math::rgb::Rgb;
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
+use crate::reconstruct::joint::background::LightSet;
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, with_terms};
+use crate::reconstruct::joint::glossy::LightOnRow;
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
+use crate::scene::Gloss;
 
-/// What the search over one material's exponent found.
+/// What the search over the sharpness of one material's lobe found.
 #[derive(Clone, Debug)]
-pub struct Exponents {
+pub struct Sharpness {
     pub material: usize,
-    pub exponent: f64,
-    /// Exponents that explain the material's radiance about as well as the best.
-    pub range: [f64; 2],
+    pub gloss: Gloss,
+    /// Lobes that explain the material's radiance about as well as the best: the least and the most
+    /// sharp.
+    pub range: [Gloss; 2],
 }
 
 /// The exponents tried first; each a little more than half an octave's step in sharpness.
 const TRIED: [f64; 8] = [3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0, 400.0];
-/// An exponent is about as good if the material's own squared residuals are larger by no more
-/// than this part.
+/// A lobe is about as good if the material's own squared residuals are larger by no more than this
+/// part.
 const FLAT: f64 = 0.05;
 /// Times that exponents halfway between the best and its neighbours are tried.
 const HALVINGS: usize = 2;
 
-/// Finds the exponent of every glossy material of a fit in turn, the others' given.
+/// Finds the sharpness of the lobe of every glossy material of a fit in turn, the others' given.
 ///
 /// # Errors
 /// As [`fit`].
-pub fn find_exponents(
-    problem: &Problem,
-    fitted: Fitted,
-) -> Result<(Fitted, Vec<Exponents>), Error> {
-    let most = problem.data.options.gloss.max_exponent;
-    let glossy = (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_some());
+pub fn sharpen(problem: &Problem, fitted: Fitted) -> Result<(Fitted, Vec<Sharpness>), Error> {
+    let glossy: Vec<(usize, Gloss)> = (0..problem.materials())
+        .filter_map(|material| Some((material, fitted.model.gloss[material]?)))
+        .collect();
     let mut found = Vec::new();
-    let mut best = fitted.clone();
-    for material in glossy {
-        let evaluate = |exponents: Vec<f64>| -> Result<Vec<(f64, Fitted)>, Error> {
-            exponents
-                .into_par_iter()
-                .map(|exponent| {
-                    let model = best.model.with_gloss(material, Some(exponent));
-                    Ok((exponent, fit(problem, &model, Some(&best), ROUGH)?))
-                })
-                .collect()
+    let mut best = fitted;
+    for (material, gloss) in glossy {
+        let of_kind = |exponent| match gloss {
+            Gloss::Phong { .. } => Gloss::Phong { exponent },
+            Gloss::Coat { .. } => Gloss::coat_like(exponent),
         };
-        let mut first: Vec<f64> = TRIED.into_iter().filter(|&exponent| exponent <= most).collect();
-        if first.is_empty() {
-            first.push(most);
-        }
-        let mut tried = evaluate(first)?;
-        for _ in 0..HALVINGS {
-            let least = least(&tried);
-            let between = |a: usize, b: usize| (tried[a].0 * tried[b].0).sqrt();
-            let mut next = Vec::new();
-            if least > 0 {
-                next.push(between(least - 1, least));
-            }
-            if least + 1 < tried.len() {
-                next.push(between(least, least + 1));
-            }
-            tried.extend(evaluate(next)?);
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        }
-        let least = least(&tried);
-        found.push(Exponents {
-            material,
-            exponent: tried[least].0,
-            range: range(problem, material, &tried, least),
-        });
-        best = tried.swap_remove(least).1;
+        let (fitted, sharpness) = sharpest(problem, &best, material, of_kind)?;
+        found.push(sharpness);
+        best = fitted;
     }
     Ok((best, found))
+}
+
+/// Finds the best lobe of one material; `of_kind` makes one that is as sharp as a Phong lobe of
+/// some exponent.
+fn sharpest(
+    problem: &Problem,
+    from: &Fitted,
+    material: usize,
+    of_kind: impl Fn(f64) -> Gloss + Sync,
+) -> Result<(Fitted, Sharpness), Error> {
+    let fitted = |exponent| {
+        let model = from.model.with_gloss(material, Some(of_kind(exponent)));
+        fit(problem, &model, Some(from), ROUGH)
+    };
+    let mut tried = try_exponents(problem, fitted, Fitted::cost)?;
+    let least = least(&tried, Fitted::cost);
+    let sharpness = Sharpness {
+        material,
+        gloss: of_kind(tried[least].0),
+        range: range(problem, material, &tried, least).map(of_kind),
+    };
+    Ok((tried.swap_remove(least).1, sharpness))
+}
+
+/// The fit with the lobe of one material that explains it best under the light of the fit before,
+/// until that lobe stays: ten times as fast as to fit the light to each lobe, and good enough to
+/// compare kinds of lobes.
+///
+/// # Errors
+/// As [`fit`].
+pub fn sharpest_in_its_light(
+    problem: &Problem,
+    from: &Fitted,
+    material: usize,
+    of_kind: impl Fn(f64) -> Gloss + Sync,
+) -> Result<Fitted, Error> {
+    let mut fitted = from.clone();
+    for _ in 0..ROUNDS {
+        let lit = LitMaterial::new(problem, &fitted, material);
+        let cost = |exponent| lit.cost(&fitted, of_kind(exponent));
+        let tried = try_exponents(problem, cost, |cost| *cost)?;
+        let gloss = of_kind(tried[least(&tried, |cost| *cost)].0);
+        if fitted.model.gloss[material] == Some(gloss) {
+            break;
+        }
+        let model = fitted.model.with_gloss(material, Some(gloss));
+        fitted = fit(problem, &model, Some(&fitted), ROUGH)?;
+    }
+    Ok(fitted)
+}
+
+/// Times that a lobe is looked for and the light fitted to it.
+const ROUNDS: usize = 3;
+
+/// The rows of one glossy material, and the light on them, which is given.
+struct LitMaterial<'a> {
+    problem: Problem<'a>,
+    material: usize,
+    /// Per row.
+    light: Vec<LightOnRow>,
+    set: LightSet,
+}
+
+impl<'a> LitMaterial<'a> {
+    fn new(problem: &Problem<'a>, fitted: &Fitted, material: usize) -> Self {
+        let is_own = |row: usize| {
+            problem.rows.material[row] == material && problem.rows.glossy[row].is_some()
+        };
+        let set = fitted.model.set();
+        let rows = (0..problem.rows.sample.len()).filter(|&row| is_own(row));
+        let light = rows.map(|row| LightOnRow::of(fitted, &set, row)).collect();
+        let mut priors = (*problem.priors).clone();
+        for (known, fit) in priors.known.iter_mut().zip(&fitted.channels) {
+            for (other, known) in known.iter_mut().enumerate().filter(|(m, _)| *m != material) {
+                *known = Some(fit.state.log_diffuse[other]);
+            }
+        }
+        let problem = problem.part(is_own).with_priors(priors);
+        Self { problem, material, light, set }
+    }
+
+    /// The cost of its rows with its reflectances at their best.
+    fn cost(&self, fitted: &Fitted, gloss: Gloss) -> Result<f64, Error> {
+        let problem = &self.problem;
+        let mirrored = |(row, light): (usize, &LightOnRow)| {
+            let viewing = problem.data.equations.glossy[problem.glossy[row]].viewing;
+            let transport = problem.data.transport;
+            let photographed = transport.reflected(problem.rows.sample[row], viewing, gloss);
+            let position = problem.surface_point(row).position;
+            let lights = light.mirrored(&self.set, position, viewing, gloss);
+            std::array::from_fn(|c| photographed[c] + lights[c])
+        };
+        let specular: Vec<Rgb> = self.light.iter().enumerate().map(mirrored).collect();
+        let rows = self.light.len();
+        let design = Design {
+            diffuse: Mat::zeros(rows, 0),
+            base: std::array::from_fn(|c| self.light.iter().map(|l| l.irradiance[c]).collect()),
+            specular: Mat::zeros(rows, 0),
+            specular_base: std::array::from_fn(|c| specular.iter().map(|rgb| rgb[c]).collect()),
+        };
+        let model = fitted.model.with_gloss(self.material, Some(gloss));
+        let mut sum = 0.0;
+        for (channel, fit) in fitted.channels.iter().enumerate() {
+            let start = State { emission: Vec::new(), ..fit.state.clone() };
+            let fit = with_terms(problem, &model, &problem.weights, channel, ROUGH, |terms| {
+                let system = Channel { rows: &problem.rows, design: &design, channel };
+                let terms = Terms { ridge: &[], centre: &[], held: &[], ..*terms };
+                system.fit(&terms, &start, problem.watch())
+            })?;
+            sum += fit.value;
+        }
+        Ok(sum)
+    }
+}
+
+/// What is found for exponents, the first few and then halfway beside the best, by exponent.
+fn try_exponents<T: Send>(
+    problem: &Problem,
+    evaluate: impl Fn(f64) -> Result<T, Error> + Sync,
+    cost: impl Fn(&T) -> f64,
+) -> Result<Vec<(f64, T)>, Error> {
+    let most = problem.data.options.gloss.max_exponent;
+    let all = |exponents: Vec<f64>| -> Result<Vec<(f64, T)>, Error> {
+        exponents.into_par_iter().map(|exponent| Ok((exponent, evaluate(exponent)?))).collect()
+    };
+    let mut first: Vec<f64> = TRIED.into_iter().filter(|&exponent| exponent <= most).collect();
+    if first.is_empty() {
+        first.push(most);
+    }
+    let mut tried = all(first)?;
+    for _ in 0..HALVINGS {
+        let least = least(&tried, &cost);
+        let between = |a: usize, b: usize| (tried[a].0 * tried[b].0).sqrt();
+        let mut next = Vec::new();
+        if least > 0 {
+            next.push(between(least - 1, least));
+        }
+        if least + 1 < tried.len() {
+            next.push(between(least, least + 1));
+        }
+        tried.extend(all(next)?);
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    Ok(tried)
 }
 
 /// The exponents about the best that are about as good: where the cost crosses the limit, between
@@ -109,12 +231,8 @@ fn range(problem: &Problem, material: usize, tried: &[(f64, Fitted)], least: usi
     ]
 }
 
-fn least(tried: &[(f64, Fitted)]) -> usize {
-    let mut least = 0;
-    for (index, (_, fitted)) in tried.iter().enumerate() {
-        if fitted.cost() < tried[least].1.cost() {
-            least = index;
-        }
-    }
-    least
+/// The place of the least cost.
+fn least<T>(tried: &[(f64, T)], cost: impl Fn(&T) -> f64) -> usize {
+    let costs = tried.iter().map(|(_, value)| cost(value)).enumerate();
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(place, _)| place)
 }

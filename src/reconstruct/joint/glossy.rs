@@ -1,19 +1,17 @@
 //! What glossy surfaces send to the samples, rather than to the cameras.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::spaced::Nearest;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere, stratified};
+use crate::math::sampling::{Frame, Random, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
+use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::fit::Fitted;
-use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::lights::VirtualLight;
+use crate::reconstruct::joint::problem::{Data, Problem};
 use crate::reconstruct::samples::Sample;
-use crate::scene::{Role, agreeing};
+use crate::scene::{Gloss, Role, Viewing, agreeing};
 use crate::watch::Cancelled;
 
 /// Side of the grid of rays of a sample that find glossy surfaces; what is corrected is a small
@@ -35,18 +33,23 @@ pub struct Reflection {
 
 /// Corrects irradiance, per sample, by the ratio of what glossy surfaces send to the sample and to
 /// the cameras.
+///
+/// `photographed` is what [`photographed`] gives for the fit's gloss.
 pub fn correct(
     problem: &Problem,
     fitted: &Fitted,
     reflections: &[Vec<Reflection>],
+    photographed: &[Vec<Rgb>],
     sums: &mut [Rgb],
 ) {
-    let shining = GlossySample::all(problem, fitted);
+    let set = fitted.model.set();
+    let shining = GlossySample::all(problem, fitted, &set);
     let weight = std::f64::consts::PI / (GLOSSY_SIDE * GLOSSY_SIDE) as f64;
-    sums.par_iter_mut().zip(reflections).for_each(|(sum, reflections)| {
-        for reflection in reflections {
+    let of_sample = sums.par_iter_mut().zip(reflections).zip(photographed);
+    of_sample.for_each(|((sum, reflections), photographed)| {
+        for (reflection, &photographed) in reflections.iter().zip(photographed) {
             let Some(near) = &shining[reflection.near] else { continue };
-            let sent = near.towards(problem, fitted, -reflection.direction);
+            let sent = near.towards(problem, fitted, &set, (-reflection.direction, photographed));
             for c in 0..CHANNELS {
                 let ratio = sent[c] / near.seen[c].max(f64::MIN_POSITIVE);
                 let ratio = ratio.clamp(RATIO.0, RATIO.1);
@@ -54,6 +57,23 @@ pub fn correct(
             }
         }
     });
+}
+
+/// Per reflection the light of photographed surfaces that the lobe of the surface there sends to the
+/// sample, π L/ρ_s.
+pub fn photographed(
+    problem: &Problem,
+    gloss: &[Option<Gloss>],
+    reflections: &[Vec<Reflection>],
+) -> Vec<Vec<Rgb>> {
+    let Data { cloud, transport, .. } = problem.data;
+    let of = |reflection: &Reflection| {
+        let near = &cloud.samples[reflection.near];
+        let viewing = Viewing::from(-reflection.direction, near.normal);
+        gloss[near.material]
+            .map_or([0.0; CHANNELS], |gloss| transport.reflected(reflection.near, viewing, gloss))
+    };
+    reflections.par_iter().map(|seen| seen.iter().map(of).collect()).collect()
 }
 
 /// What every sample of the cloud sees of glossy surfaces.
@@ -98,37 +118,76 @@ pub fn reflections(problem: &Problem) -> Result<Vec<Vec<Reflection>>, Cancelled>
     cloud.samples.par_iter().enumerate().map(|(index, sample)| seen(index, sample)).collect()
 }
 
+/// The light on the sample of a row, by where it comes from.
+pub struct LightOnRow {
+    /// g, the irradiance of Eq. 14.
+    pub irradiance: Rgb,
+    /// From each light of the model's set.
+    lights: Vec<(usize, Rgb)>,
+}
+
+impl LightOnRow {
+    /// `set` has the lights of the fit's model.
+    pub fn of(fitted: &Fitted, set: &LightSet, row: usize) -> Self {
+        let mut lights: Vec<(usize, Rgb)> = Vec::new();
+        let mut irradiance: Rgb = std::array::from_fn(|c| fitted.design.base[c][row]);
+        for (column, lobe) in set.lobes.lobes.iter().enumerate() {
+            let coupling = fitted.design.diffuse[(row, column)];
+            let arriving: Rgb =
+                std::array::from_fn(|c| fitted.channels[c].state.emission[column] * coupling);
+            if arriving == [0.0; CHANNELS] {
+                continue;
+            }
+            for c in 0..CHANNELS {
+                irradiance[c] += arriving[c];
+            }
+            match lights.last_mut().filter(|(light, _)| *light == lobe.light) {
+                Some((_, sum)) => {
+                    sum.iter_mut().zip(arriving).for_each(|(sum, value)| *sum += value);
+                }
+                None => lights.push((lobe.light, arriving)),
+            }
+        }
+        Self { irradiance, lights }
+    }
+
+    /// ∫ L π f/ρ_s cos θ dω over the lights: what a specular lobe reflects of them.
+    pub fn mirrored(&self, set: &LightSet, position: Vec3, viewing: Viewing, gloss: Gloss) -> Rgb {
+        let mut sum = [0.0; CHANNELS];
+        for (light, irradiance) in &self.lights {
+            let factor = set.lights.lights[*light].lobe(position, viewing, gloss);
+            for (sum, value) in sum.iter_mut().zip(irradiance) {
+                *sum += factor * value;
+            }
+        }
+        sum
+    }
+}
+
 /// A sample of a glossy surface, with the light on it.
 struct GlossySample {
     material: usize,
-    exponent: f64,
-    normal: Vec3,
-    position: Vec3,
-    sample: usize,
-    /// g, the irradiance of Eq. 14.
-    irradiance: Rgb,
-    /// From each light.
-    lights: Vec<(usize, Rgb)>,
+    gloss: Gloss,
+    /// The first row of the sample.
+    row: usize,
+    light: LightOnRow,
     /// Mean of π L̂ over the photographs that [`Views::radiance`] asks.
     seen: Rgb,
-    shapes: Arc<Vec<VirtualLight>>,
 }
 
 impl GlossySample {
     /// By sample of the cloud; `None` for those that are not glossy in the fit's model.
-    fn all(problem: &Problem, fitted: &Fitted) -> Vec<Option<Self>> {
+    fn all(problem: &Problem, fitted: &Fitted, set: &LightSet) -> Vec<Option<Self>> {
         let rows = &problem.rows;
         let mut found: Vec<Option<Self>> = Vec::new();
         found.resize_with(problem.data.cloud.samples.len(), || None);
-        let set = fitted.model.set();
-        let shapes = Arc::new(set.lights.lights);
         let mut row = 0;
         while row < rows.sample.len() {
             let sample = rows.sample[row];
             let end = (row..rows.sample.len()).find(|&r| rows.sample[r] != sample);
             let range = row..end.unwrap_or(rows.sample.len());
             let material = rows.material[row];
-            if let Some(exponent) = fitted.model.gloss[material] {
+            if let Some(gloss) = fitted.model.gloss[material] {
                 let computed = |r: usize| -> Rgb {
                     std::array::from_fn(|c| {
                         (rows.log_radiance[c][r] + fitted.channels[c].residuals[r]).exp()
@@ -142,71 +201,30 @@ impl GlossySample {
                 let seen = std::array::from_fn(|c| {
                     asked.iter().map(|rgb| rgb[c]).sum::<f64>() / asked.len() as f64
                 });
-                let mut lights: Vec<(usize, Rgb)> = Vec::new();
-                let mut irradiance: Rgb = std::array::from_fn(|c| fitted.design.base[c][row]);
-                for (column, lobe) in set.lobes.lobes.iter().enumerate() {
-                    let coupling = fitted.design.diffuse[(row, column)];
-                    let arriving: Rgb = std::array::from_fn(|c| {
-                        fitted.channels[c].state.emission[column] * coupling
-                    });
-                    if arriving == [0.0; CHANNELS] {
-                        continue;
-                    }
-                    for c in 0..CHANNELS {
-                        irradiance[c] += arriving[c];
-                    }
-                    match lights.last_mut().filter(|(light, _)| *light == lobe.light) {
-                        Some((_, sum)) => {
-                            sum.iter_mut().zip(arriving).for_each(|(sum, value)| *sum += value);
-                        }
-                        None => lights.push((lobe.light, arriving)),
-                    }
-                }
-                let point = &problem.data.cloud.samples[sample];
-                let (normal, position) = (point.normal, point.position);
-                let shapes = shapes.clone();
-                found[sample] = Some(Self {
-                    material,
-                    exponent,
-                    normal,
-                    position,
-                    sample,
-                    irradiance,
-                    lights,
-                    seen,
-                    shapes,
-                });
+                let light = LightOnRow::of(fitted, set, row);
+                found[sample] = Some(Self { material, gloss, row, light, seen });
             }
             row = range.end;
         }
         found
     }
 
-    /// π L̂ in a direction away from the surface.
-    fn towards(&self, problem: &Problem, fitted: &Fitted, direction: Vec3) -> Rgb {
-        let mirror = mirrored(direction, self.normal);
-        let transport = problem.data.transport;
-        let mut lobe = [0.0; CHANNELS];
-        let scale = 0.5 * (self.exponent + 2.0) * transport.record_weight;
-        for record in transport.records_of(self.sample) {
-            let cosine = mirror.dot(record.direction);
-            if cosine > 0.0 {
-                let factor = scale * f64::from(cosine.powf(self.exponent as f32));
-                for (sum, radiance) in lobe.iter_mut().zip(record.radiance) {
-                    *sum += factor * f64::from(radiance);
-                }
-            }
-        }
-        for (light, irradiance) in &self.lights {
-            let factor = self.shapes[*light].lobe(self.position, mirror, self.exponent);
-            for (sum, value) in lobe.iter_mut().zip(irradiance) {
-                *sum += factor * value;
-            }
-        }
+    /// π L̂ in a direction away from the surface, with what [`photographed`] gives for it.
+    fn towards(
+        &self,
+        problem: &Problem,
+        fitted: &Fitted,
+        set: &LightSet,
+        (direction, photographed): (Vec3, Rgb),
+    ) -> Rgb {
+        let point = problem.surface_point(self.row);
+        let viewing = Viewing::from(direction, point.normal);
+        let lights = self.light.mirrored(set, point.position, viewing, self.gloss);
+        let mirrored: Rgb = std::array::from_fn(|c| photographed[c] + lights[c]);
         std::array::from_fn(|c| {
             let state = &fitted.channels[c].state;
-            state.log_diffuse[self.material].exp() * self.irradiance[c]
-                + state.specular[self.material] * lobe[c]
+            state.log_diffuse[self.material].exp() * self.light.irradiance[c]
+                + state.specular[self.material] * mirrored[c]
         })
     }
 }

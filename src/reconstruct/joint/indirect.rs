@@ -109,9 +109,12 @@ impl Indirect {
         }
         let coupling =
             self.patches.as_ref().map(|p| p.couple(problem, &settled.fitted)).transpose()?;
+        let gloss = &settled.fitted.model.gloss;
+        let mirrored = glossy::photographed(problem, gloss, &self.glossy);
         for _ in 0..ROUNDS {
             let Settled { problem, fitted, .. } = &settled;
-            let (irradiance, patch_radiosity) = self.irradiance(problem, fitted, coupling.as_ref());
+            let (irradiance, patch_radiosity) =
+                self.irradiance(problem, fitted, coupling.as_ref(), &mirrored);
             let change = relative_change(&problem.irradiance, &irradiance);
             let problem = problem.with_irradiance(irradiance);
             let fitted = fit(&problem, &fitted.model, Some(fitted), ROUGH)?;
@@ -129,6 +132,7 @@ impl Indirect {
         problem: &Problem,
         fitted: &Fitted,
         coupling: Option<&Mat<f64>>,
+        mirrored: &[Vec<Rgb>],
     ) -> (Vec<Radiance>, PatchRadiosity) {
         let transport = problem.data.transport;
         let (mut sums, mut patch_radiosity) = (
@@ -147,7 +151,7 @@ impl Indirect {
             });
         }
         if fitted.model.is_glossy() {
-            glossy::correct(problem, fitted, &self.glossy, &mut sums);
+            glossy::correct(problem, fitted, &self.glossy, mirrored, &mut sums);
         }
         (
             sums.into_iter().map(|sum| sum.map(|value| value.max(0.0) as f32)).collect(),

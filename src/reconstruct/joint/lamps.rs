@@ -16,7 +16,8 @@ use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::linearised::{Residue, residues};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::lights::VirtualLight;
-use crate::scene::{Emitter, KnownLight, SurfacePoint};
+use crate::scene::agreement::brightness;
+use crate::scene::{Emitter, Gloss, KnownLight, SurfacePoint, Viewing, agreeing};
 use crate::solve::bounded::bounded_quadratic;
 use crate::solve::kernels::{column_of, dot, vectorised};
 use crate::watch::{Cancelled, Watch};
@@ -53,12 +54,14 @@ pub struct Candidates {
     /// lamp is, so that what moves a score is the lamp's place.
     discs: Vec<Vec<Vec2>>,
     /// Of glossy rows the direction in which a mirror would see, and the material.
-    mirrors: Vec<Option<(Vec3, usize)>>,
+    mirrors: Vec<Option<(Viewing, usize)>>,
     /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
     /// Middle and half the diagonal of the geometry's bounds.
     center: Vec3,
     half_diagonal: f32,
+    /// From samples to the cameras that see them: nothing is in between.
+    sight: Vec<[Vec3; 2]>,
     /// Where the artist says that there are lights: no others are looked for beside them, since
     /// one of unknown strength would take the meaning from a given strength.
     given: Vec<Vec3>,
@@ -81,6 +84,9 @@ const SMALLEST_RADIUS: f32 = 0.01;
 const LARGEST_RADIUS: f32 = 0.3;
 /// Distance that a lamp keeps from given lights, in half-diagonals.
 const APART: f32 = 0.3;
+/// Part of a lamp's radius within which no photograph sees a surface through it: a round light that
+/// stands for a luminaire of another shape may be larger than it.
+const CORE: f32 = 0.5;
 /// First and last step of the search for a lamp's place, in half-diagonals.
 const FIRST_STEP: f32 = 0.12;
 const LAST_STEP: f32 = 0.006;
@@ -123,8 +129,9 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
         .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     let mirror = |row: usize| {
         let glossy = problem.glossy[problem.rows.glossy[row]?];
-        Some((problem.data.equations.glossy[glossy].mirror, problem.rows.material[row]))
+        Some((problem.data.equations.glossy[glossy].viewing, problem.rows.material[row]))
     };
+    let sight = rows.iter().flat_map(|&row| sight(problem, row)).collect();
     // Places that light nothing, such as those within the geometry, are no candidates.
     let mut found = Candidates {
         lamps: Vec::new(),
@@ -135,6 +142,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
         coupling: Vec::new(),
         center,
         half_diagonal,
+        sight,
         given: views
             .capture
             .lights
@@ -148,12 +156,27 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
     };
     for (lamp, coupling) in lamps.into_iter().zip(coupling) {
         let lights = coupling.iter().filter(|&&k| k > 0.0).count() * 50 > found.rows.len();
-        if lights && !found.is_beside_given(&lamp) {
+        if lights && found.is_possible(&lamp) {
             found.lamps.push(lamp);
             found.coupling.push(coupling);
         }
     }
     Ok(found)
+}
+
+/// From the sample of a row to every camera whose photograph shows it as the others do: one that sees
+/// something bright instead may see a lamp.
+fn sight(problem: &Problem, row: usize) -> impl Iterator<Item = [Vec3; 2]> {
+    let cloud = problem.data.cloud;
+    let sample = &cloud.samples[problem.rows.sample[row]];
+    let views = &cloud.views[sample.views.clone()];
+    let is_near = agreeing(views.iter().map(|view| brightness(&view.radiance)));
+    let photographs = &problem.capture().photographs;
+    views
+        .iter()
+        .zip(is_near)
+        .filter(|(_, is_near)| *is_near)
+        .map(|(view, _)| [sample.position, photographs[view.photograph].camera.position.as_vec3()])
 }
 
 /// π r² V cos θ / d² of a lamp at a surface point, V being asked for where it matters.
@@ -233,21 +256,29 @@ impl Scaled {
 }
 
 impl Candidates {
-    /// (n+2)/2 cosⁿγ of a lamp at each row; 0 for diffuse ones.
-    fn lobes(&self, lamp: &Lamp, gloss: &[Option<f64>]) -> Vec<f32> {
+    /// π f/ρ_s for the light of a lamp at each row; 0 for diffuse ones.
+    fn lobes(&self, lamp: &Lamp, gloss: &[Option<Gloss>]) -> Vec<f32> {
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let of = |(point, mirror): (&SurfacePoint, &Option<(Vec3, usize)>)| {
-            let lobe = mirror.and_then(|(mirror, material)| {
-                Some(light.lobe(point.position, mirror, gloss[material]?) as f32)
+        let of = |(point, viewing): (&SurfacePoint, &Option<(Viewing, usize)>)| {
+            let lobe = viewing.and_then(|(viewing, material)| {
+                Some(light.lobe(point.position, viewing, gloss[material]?) as f32)
             });
             lobe.unwrap_or(0.0)
         };
         self.points.iter().zip(&self.mirrors).map(of).collect()
     }
 
-    fn is_beside_given(&self, lamp: &Lamp) -> bool {
+    /// Whether a lamp is not beside a given light, and no photograph sees a surface through it.
+    fn is_possible(&self, lamp: &Lamp) -> bool {
         let limit = APART * self.half_diagonal;
-        self.given.iter().any(|given| given.distance(lamp.position) < limit)
+        let is_beside = |given: &Vec3| given.distance(lamp.position) < limit;
+        let core = (CORE * lamp.radius_m).powi(2);
+        let is_through = |&[sample, camera]: &[Vec3; 2]| {
+            let (along, offset) = (camera - sample, lamp.position - sample);
+            let part = (offset.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            (offset - part * along).length_squared() < core
+        };
+        !self.given.iter().any(is_beside) && !self.sight.iter().any(is_through)
     }
 
     /// The place that lowers the objective most.
@@ -302,7 +333,7 @@ impl Candidates {
         let residues = residues(problem, fitted, &self.rows, slot);
         let score = |lamp: &Lamp| -> Result<f64, Cancelled> {
             problem.watch().check()?;
-            if self.is_beside_given(lamp) {
+            if !self.is_possible(lamp) {
                 return Ok(0.0);
             }
             Ok(self.explained(problem, &fitted.model.gloss, lamp, &residues))
@@ -348,7 +379,7 @@ impl Candidates {
     fn explained(
         &self,
         problem: &Problem,
-        gloss: &[Option<f64>],
+        gloss: &[Option<Gloss>],
         lamp: &Lamp,
         residues: &[Residue],
     ) -> f64 {

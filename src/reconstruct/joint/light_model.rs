@@ -15,7 +15,7 @@ use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::Design;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::Lobe;
-use crate::scene::{Emitter, KnownLight};
+use crate::scene::{Emitter, Gloss, KnownLight};
 use crate::solve::kernels::{column_of, column_of_mut};
 use crate::watch::Cancelled;
 
@@ -53,7 +53,7 @@ pub enum PartKind {
 pub struct LightModel {
     pub parts: Vec<Part>,
     /// Exponent n of Eq. 12 per material; `None` where a material is diffuse.
-    pub gloss: Vec<Option<f64>>,
+    pub gloss: Vec<Option<Gloss>>,
     /// Ridge on the background's emissions, relative to their columns' norms.
     pub ridge: f64,
 }
@@ -155,7 +155,8 @@ impl LightModel {
     /// tagged material is glossy.
     pub fn new(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
         let exponent = problem.data.options.gloss.start_exponent;
-        let gloss = |material| problem.is_tagged_specular(material).then_some(exponent);
+        let gloss =
+            |material| problem.is_tagged_specular(material).then_some(Gloss::Phong { exponent });
         let none = Self {
             parts: Vec::new(),
             gloss: (0..problem.materials()).map(gloss).collect(),
@@ -189,9 +190,9 @@ impl LightModel {
         model
     }
 
-    pub fn with_gloss(&self, material: usize, exponent: Option<f64>) -> Self {
+    pub fn with_gloss(&self, material: usize, gloss: Option<Gloss>) -> Self {
         let mut model = self.clone();
-        model.gloss[material] = exponent;
+        model.gloss[material] = gloss;
         model
     }
 
@@ -308,8 +309,9 @@ impl LightModel {
         self.parts.iter().flat_map(of).collect()
     }
 
-    /// How the light reaches the rows.
-    pub fn design(&self, problem: &Problem) -> Design {
+    /// How the light reaches the rows. What an earlier fit of the same lights to the same rows has
+    /// found is taken from there.
+    pub fn design(&self, problem: &Problem, earlier: Option<&Fitted>) -> Design {
         let (rows, columns) = (problem.rows.sample.len(), self.columns());
         let mut diffuse = Mat::zeros(rows, columns);
         let mut next = 0;
@@ -325,13 +327,26 @@ impl LightModel {
             problem.rows.sample.iter().map(of).collect()
         };
         let base = [base(0), base(1), base(2)];
-        let (specular, specular_base) = self.specular(problem, &diffuse);
+        let earlier = earlier.filter(|fitted| self.has_lights_of(&fitted.model));
+        let (specular, specular_base) = self.specular(problem, &diffuse, earlier);
         Design { diffuse, base, specular, specular_base }
     }
 
-    /// (n+2)/2 cosⁿγ times the coupling, glossy rows × columns, and the same of the radiance
-    /// records, per channel and glossy row. Zero for materials that are diffuse here.
-    fn specular(&self, problem: &Problem, diffuse: &Mat<f64>) -> (Mat<f64>, [Vec<f64>; CHANNELS]) {
+    /// Whether the lights are those of another model, for the same rows.
+    fn has_lights_of(&self, other: &Self) -> bool {
+        let pairs = || self.parts.iter().zip(&other.parts);
+        self.parts.len() == other.parts.len()
+            && pairs().all(|(a, b)| Arc::ptr_eq(&a.coupling, &b.coupling))
+    }
+
+    /// π f/ρ_s times the coupling, glossy rows × columns, and the same of the radiance records, per
+    /// channel and glossy row. Zero for materials that are diffuse here.
+    fn specular(
+        &self,
+        problem: &Problem,
+        diffuse: &Mat<f64>,
+        earlier: Option<&Fitted>,
+    ) -> (Mat<f64>, [Vec<f64>; CHANNELS]) {
         let set: Vec<&VirtualLight> =
             self.parts.iter().flat_map(|part| &part.set.lights.lights).collect();
         let mut light_of = Vec::new();
@@ -343,22 +358,48 @@ impl LightModel {
         let rows: Vec<usize> = (0..problem.rows.sample.len())
             .filter(|&row| problem.rows.glossy[row].is_some())
             .collect();
-        let of_row = |(&row, &glossy): (&usize, &usize)| {
-            let Some(exponent) = self.gloss[problem.rows.material[row]] else {
-                return (Vec::new(), [0.0; CHANNELS]);
-            };
-            let glossy = &problem.data.equations.glossy[glossy];
-            let position = problem.surface_point(row).position;
-            let lobes =
-                set.iter().map(|light| light.lobe(position, glossy.mirror, exponent)).collect();
-            (lobes, glossy.records(exponent).map(|value| value * 0.5 * (exponent + 2.0)))
+        let is_same = |material: usize| {
+            earlier.is_some_and(|fitted| fitted.model.gloss[material] == self.gloss[material])
         };
-        let found: Vec<(Vec<f64>, Rgb)> =
+        let of_row = |(&row, &glossy): (&usize, &usize)| {
+            let material = problem.rows.material[row];
+            let gloss = self.gloss[material].filter(|_| !is_same(material))?;
+            let point = problem.surface_point(row);
+            let glossy = &problem.data.equations.glossy[glossy];
+            let lobes: Vec<f64> =
+                set.iter().map(|light| light.lobe(point.position, glossy.viewing, gloss)).collect();
+            let records = match gloss {
+                Gloss::Phong { exponent } => {
+                    glossy.records(exponent).map(|value| value * 0.5 * (exponent + 2.0))
+                }
+                Gloss::Coat { .. } => problem.data.transport.reflected(
+                    problem.rows.sample[row],
+                    glossy.viewing,
+                    gloss,
+                ),
+            };
+            Some((lobes, records))
+        };
+        let found: Vec<Option<(Vec<f64>, Rgb)>> =
             rows.par_iter().zip(problem.glossy.par_iter()).map(of_row).collect();
-        let specular = Mat::from_fn(rows.len(), light_of.len(), |row, column| {
-            let lobe = found[row].0.get(light_of[column]).copied().unwrap_or(0.0);
-            lobe * diffuse[(rows[row], column)]
+        let before = |place: usize| {
+            earlier.filter(|_| is_same(problem.rows.material[rows[place]])).map(|f| &f.design)
+        };
+        let specular = Mat::from_fn(rows.len(), light_of.len(), |place, column| {
+            match (&found[place], before(place)) {
+                (Some((lobes, _)), _) => lobes[light_of[column]] * diffuse[(rows[place], column)],
+                (None, Some(design)) => design.specular[(place, column)],
+                (None, None) => 0.0,
+            }
         });
-        (specular, std::array::from_fn(|c| found.iter().map(|(_, records)| records[c]).collect()))
+        let base = |c: usize| -> Vec<f64> {
+            let of = |place: usize| match (&found[place], before(place)) {
+                (Some((_, records)), _) => records[c],
+                (None, Some(design)) => design.specular_base[c][place],
+                (None, None) => 0.0,
+            };
+            (0..rows.len()).map(of).collect()
+        };
+        (specular, std::array::from_fn(base))
     }
 }

@@ -60,7 +60,7 @@ use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
 use crate::reconstruct::transport::PatchRadiosity;
-use crate::scene::Brdf;
+use crate::scene::{Brdf, Gloss};
 
 pub use options::JointOptions;
 pub use problem::Data;
@@ -134,7 +134,7 @@ pub fn solve(
         ensemble.main(),
         &posterior,
         ensemble.members.len(),
-        &found.exponents,
+        &found.sharpness,
         held_out,
     );
     let mut warnings = emitters;
@@ -166,11 +166,16 @@ pub fn solve(
     let notes = report::notes(&all, &found, &selection);
     certainty.selection = Some(selection);
     let reflectance = |material: usize| {
-        all.priors.measured[material].then(|| Brdf {
-            diffuse: posterior.diffuse(material),
-            specular: posterior.specular(material),
-            exponent: found.best.fitted.model.gloss[material]
-                .unwrap_or(data.options.gloss.start_exponent),
+        let gloss = found.best.fitted.model.gloss[material].filter(|_| !matt.contains(&material));
+        let diffuse = posterior.diffuse(material);
+        all.priors.measured[material].then(|| match gloss {
+            None => Brdf::diffuse(diffuse),
+            Some(Gloss::Phong { exponent }) => {
+                Brdf::phong(diffuse, posterior.specular(material), exponent)
+            }
+            Some(Gloss::Coat { roughness }) => {
+                Brdf { coat: Some(roughness), ..Brdf::diffuse(diffuse) }
+            }
         })
     };
     let solution = Solution {

@@ -6,6 +6,7 @@ use crate::reconstruct::joint::background::World;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::Found;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, Selection, Trial, TrialPart};
+use crate::scene::Gloss;
 
 /// A specular reflectance that nobody sees.
 const NO_HIGHLIGHT: f64 = 0.01;
@@ -61,11 +62,23 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
         selection.kept,
         selection.candidates,
     ));
-    for found in &found.exponents {
-        notes.push(format!(
-            "\"{}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
-            capture.materials[found.material].name, found.exponent, found.range[0], found.range[1],
-        ));
+    for found in &found.sharpness {
+        let name = &capture.materials[found.material].name;
+        notes.push(match (found.gloss, found.range) {
+            (
+                Gloss::Coat { roughness },
+                [Gloss::Coat { roughness: most }, Gloss::Coat { roughness: least }],
+            ) => format!(
+                "\"{name}\": a coat of roughness {roughness:.2}; {least:.2} to {most:.2} explain the \
+                 photographs about as well"
+            ),
+            (gloss, [low, high]) => format!(
+                "\"{name}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
+                gloss.exponent(),
+                low.exponent(),
+                high.exponent(),
+            ),
+        });
     }
     let told: Vec<String> = selection
         .trials
@@ -79,11 +92,15 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
                 TrialPart::Room => "a room rather than a sky".to_owned(),
                 TrialPart::Lamp(number) => format!("lamp {number}"),
                 TrialPart::Background(lobes) => {
-                    format!("a background of {lobes} lobes rather than half")
+                    format!("a background of {lobes} lobes rather than fewer")
                 }
                 TrialPart::FineLobes => "fine lobes in place of lamps".to_owned(),
                 TrialPart::Beside(lobes) => {
                     format!("{lobes} fine lobes beside the other lights for pictures")
+                }
+                TrialPart::Lobe(material) => {
+                    let name = &capture.materials[material].name;
+                    format!("a lobe of its own strength on \"{name}\" rather than a coat")
                 }
                 TrialPart::Gloss(material) => {
                     format!("gloss of \"{}\"", capture.materials[material].name)

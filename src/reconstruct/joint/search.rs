@@ -12,14 +12,14 @@ use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
-use crate::reconstruct::joint::gloss::{Exponents, find_exponents};
+use crate::reconstruct::joint::gloss::{Sharpness, sharpen, sharpest_in_its_light};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::lamps::{self, COLUMNS, Candidates};
 use crate::reconstruct::joint::light_model::{LightModel, Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::sun::{self, Directions};
 use crate::reconstruct::solution::{Trial, TrialPart};
-use crate::scene::{Emitter, Environment, KnownLight};
+use crate::scene::{Emitter, Environment, Gloss, KnownLight};
 
 /// What a search looks for, and where.
 struct Places<'a> {
@@ -39,7 +39,7 @@ pub struct Found<'a> {
     pub trials: Vec<Trial>,
     /// Lobes that were tried.
     pub candidates: usize,
-    pub exponents: Vec<Exponents>,
+    pub sharpness: Vec<Sharpness>,
 }
 
 impl Found<'_> {
@@ -96,8 +96,7 @@ pub fn search<'a>(
     if first.is_glossy() {
         // Lamps stand better where highlights have their true sharpness, and I_s its part from
         // glossy surfaces.
-        let (sharp, _) = find_exponents(&problem, chosen.best.fitted)?;
-        let gloss = choose_gloss(&problem, sharp)?;
+        let gloss = choose_gloss(&problem, chosen.best.fitted)?;
         let Settled { problem: settled, fitted, .. } =
             indirect.settle(&problem, gloss.best.fitted)?;
         problem = settled;
@@ -114,12 +113,12 @@ pub fn search<'a>(
     let candidates = lobes + first.columns() + fine.model.columns();
     let (step, is_fine) = choose_density(&problem, &places, chosen, fine)?;
     let Step { mut best, trials } = step;
-    let mut exponents = Vec::new();
+    let mut sharpness = Vec::new();
     if best.fitted.model.is_glossy() {
-        let (sharp, found) = find_exponents(&problem, best.fitted)?;
-        (best, exponents) = (validate(&problem, sharp)?, found);
+        let (sharp, found) = sharpen(&problem, best.fitted)?;
+        (best, sharpness) = (validate(&problem, sharp)?, found);
     }
-    Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, exponents })
+    Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
 }
 
 pub fn trial(part: TrialPart, cv: &PairedCv) -> Trial {
@@ -180,17 +179,19 @@ fn lights(
     Ok(room)
 }
 
-/// Twice as many cells of the sky while they predict better.
+/// Twice as many cells of the sky, up to [`DOUBLINGS`] times, where they predict better: four times as
+/// many may, though twice as many do not.
 fn denser(problem: &Problem, mut step: Step) -> Result<Step, Error> {
+    let mut from = step.best.fitted.clone();
     for _ in 0..DOUBLINGS {
-        let Some(next) = with_lights(problem, &step.best.fitted, 2.0)? else { break };
+        let Some(next) = with_lights(problem, &from, 2.0)? else { break };
         let columns = next.fitted.model.background().map_or(0, Part::columns);
         let cv = compare(problem, &step.best, &next);
         step.trials.push(trial(TrialPart::Background(columns), &cv));
-        if !cv.is_better() {
-            break;
+        from = next.fitted.clone();
+        if cv.is_better() {
+            step.best = next;
         }
-        step.best = next;
     }
     Ok(step)
 }
@@ -308,12 +309,25 @@ fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     Ok(step)
 }
 
-/// Takes every specular material to be diffuse whose gloss does not predict better.
-fn choose_gloss(problem: &Problem, fitted: Fitted) -> Result<Step, Error> {
+/// Takes every specular material to be the simplest of diffuse, coated and with a lobe of its own
+/// strength that no other predicts better than.
+fn choose_gloss(problem: &Problem, mut fitted: Fitted) -> Result<Step, Error> {
+    let glossy: Vec<usize> =
+        (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_some()).collect();
+    // All of them at their best before any is compared.
+    for &material in &glossy {
+        let phong = |exponent| Gloss::Phong { exponent };
+        fitted = sharpest_in_its_light(problem, &fitted, material, phong)?;
+    }
     let mut step = Step::new(validate(problem, fitted)?);
-    for material in 0..problem.materials() {
-        if step.best.fitted.model.gloss[material].is_none() {
-            continue;
+    for material in glossy {
+        let from = &step.best.fitted;
+        let coated = sharpest_in_its_light(problem, from, material, Gloss::coat_like)?;
+        let coated = validate(problem, coated)?;
+        let cv = compare(problem, &coated, &step.best);
+        step.trials.push(trial(TrialPart::Lobe(material), &cv));
+        if !cv.is_better() {
+            step.best = coated;
         }
         let model = step.best.fitted.model.with_gloss(material, None);
         let matt = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;

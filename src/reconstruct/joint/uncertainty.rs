@@ -13,11 +13,12 @@ use faer::{Accum, Mat, Par, Side};
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::joint::average::Posterior;
 use crate::reconstruct::joint::fit::Fitted;
-use crate::reconstruct::joint::gloss::Exponents;
+use crate::reconstruct::joint::gloss::Sharpness;
 use crate::reconstruct::joint::hessian::gram;
 use crate::reconstruct::joint::linearised::linearise;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, ScaleCertainty};
+use crate::scene::Gloss;
 
 /// 0.975 quantile of the normal distribution.
 const QUANTILE: f64 = 1.96;
@@ -72,7 +73,7 @@ pub fn assess(
     fitted: &Fitted,
     posterior: &Posterior,
     light_sets: usize,
-    exponents: &[Exponents],
+    sharpness: &[Sharpness],
     held_out: Option<Rgb>,
 ) -> (Certainty, Vec<String>) {
     let priors = &problem.priors;
@@ -127,9 +128,14 @@ pub fn assess(
             }
         }
     }
-    for found in exponents {
+    for found in sharpness {
         if let Some(entry) = certainty.materials[found.material].as_mut() {
-            entry.exponent = Some(found.range);
+            match found.range {
+                [Gloss::Coat { roughness: most }, Gloss::Coat { roughness: least }] => {
+                    entry.roughness = Some([least, most]);
+                }
+                range => entry.exponent = Some(range.map(Gloss::exponent)),
+            }
         }
     }
     let mut warnings = undetermined(problem, &open);
@@ -198,7 +204,8 @@ impl Determined {
         let glossy: Vec<usize> = (0..materials)
             .filter(|&m| {
                 let index = lit + materials + m;
-                fitted.model.gloss[m].is_some() && products[(index, index)] > 0.0
+                let is_unknown = matches!(fitted.model.gloss[m], Some(Gloss::Phong { .. }));
+                is_unknown && products[(index, index)] > 0.0
             })
             .collect();
         let light: Vec<usize> = (0..lit).filter(|&j| products[(j, j)] > 0.0).collect();

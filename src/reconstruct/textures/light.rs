@@ -7,13 +7,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::math::sampling::{Random, grid_side, mirrored};
+use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::reconstruct::transport::{Record, arriving, hemisphere};
-use crate::scene::{Brdf, SurfacePoint, Views};
+use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Neighbouring irradiances that differ by less than this are interpolated between: more than
@@ -140,11 +140,12 @@ impl<'a> Light<'a> {
         reflectance: &Brdf,
         options: &TextureOptions,
     ) -> Option<Radiance> {
-        let is_specular = reflectance.specular.iter().any(|&s| s > 0.0);
-        let incident = is_specular.then(|| {
+        let gloss = reflectance.gloss();
+        let incident = gloss.map(|gloss| {
             let side = grid_side(options.rays);
             let records = hemisphere(views, point, side, &mut self.random()).records;
-            (records, PI / (side * side) as f64, self.lights_apart(views, point, options))
+            let lights = self.lights_apart(views, point, options);
+            Incident { gloss, records, record_weight: PI / (side * side) as f64, lights }
         });
         let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
         for buffer in &views.buffers {
@@ -156,13 +157,11 @@ impl<'a> Light<'a> {
             // Beside an edge a pixel shows another surface too: used where there is no other.
             let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
             let mut specular = [0.0; CHANNELS];
-            if let Some((records, record_weight, lights)) = &incident {
-                let mirror = mirrored(seen.direction, point.normal);
-                specular =
-                    self.lobe_light(point, mirror, records, *record_weight, lights, reflectance);
+            if let Some(incident) = &incident {
+                specular = self.reflected(point, seen.direction, incident);
             }
             for c in 0..CHANNELS {
-                let diffuse = f64::from(radiance[c]) - reflectance.lobe_scale(c) * specular[c];
+                let diffuse = f64::from(radiance[c]) - specular[c];
                 sum[c] += weight * diffuse;
             }
             weights += weight;
@@ -181,36 +180,37 @@ impl<'a> Light<'a> {
         Some(texel)
     }
 
-    /// ∫ L cosⁿγ cos θ dω at a surface point about the ideal specular direction.
-    fn lobe_light(
-        &self,
-        point: SurfacePoint,
-        mirror: Vec3,
-        records: &[Record],
-        record_weight: f64,
-        lights: &[(usize, Rgb)],
-        reflectance: &Brdf,
-    ) -> Rgb {
-        let lobe =
-            |direction: Vec3| f64::from(mirror.dot(direction).max(0.0)).powf(reflectance.exponent);
+    /// Radiance that the specular lobe reflects from a surface point in a direction.
+    fn reflected(&self, point: SurfacePoint, towards: Vec3, incident: &Incident) -> Rgb {
+        let (gloss, strength) = incident.gloss;
+        let viewing = Viewing::from(towards, point.normal);
         let mut total = [0.0; CHANNELS];
-        for record in records {
-            let factor = record_weight * lobe(record.direction);
+        for record in &incident.records {
+            let factor = incident.record_weight * gloss.value(viewing, record.direction, 0.0);
             for (total, radiance) in total.iter_mut().zip(record.radiance) {
                 *total += factor * f64::from(radiance);
             }
         }
-        for (index, irradiance) in lights {
+        for (index, irradiance) in &incident.lights {
             let light = &self.recovered.lights.lights[*index];
-            // `Reflectance::lobe_scale` brings the factor (n+2)/2π.
-            let factor = light.lobe(point.position, mirror, reflectance.exponent)
-                / (0.5 * (reflectance.exponent + 2.0));
+            let factor = light.lobe(point.position, viewing, gloss);
             for (total, irradiance) in total.iter_mut().zip(irradiance) {
                 *total += factor * irradiance;
             }
         }
-        total
+        std::array::from_fn(|c| strength[c] * total[c] / PI)
     }
+}
+
+/// The light on a texel of a specular surface, by direction.
+struct Incident {
+    /// The specular lobe, and its strength.
+    gloss: (Gloss, Rgb),
+    records: Vec<Record>,
+    /// The projected solid angle that a record stands for, in sr.
+    record_weight: f64,
+    /// Irradiance from each light, with its index.
+    lights: Vec<(usize, Rgb)>,
 }
 
 /// The texels over which irradiance is mapped.
