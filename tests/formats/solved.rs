@@ -189,6 +189,24 @@ fn what_is_written_reads_back() {
 }
 
 #[test]
+fn a_coat_is_written_by_its_roughness() {
+    let mut written = solution();
+    written.reflectances[0] = Some(Brdf { coat: Some(0.15), ..Brdf::diffuse([0.5, 0.4, 0.3]) });
+    let folder = folder();
+    write(folder.path(), &written);
+    let found = solved::read(folder.path(), &capture()).unwrap();
+    assert_eq!(found.reflectances[0], written.reflectances[0]);
+    let text = std::fs::read_to_string(folder.path().join("solution.json")).unwrap();
+    let solution: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let floor = &solution["materials"][0];
+    assert_eq!(
+        (floor["model"].as_str(), floor["roughness"].as_f64()),
+        (Some("coated"), Some(0.15))
+    );
+    assert!(floor["specular"].is_null() && floor["exponent"].is_null(), "{floor}");
+}
+
+#[test]
 fn dark_lights_are_left_out_without_disorder() {
     let mut written = solution();
     // The lamp and one lobe of the disc.

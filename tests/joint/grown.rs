@@ -1,6 +1,7 @@
 //! How much model a scene gets: one lamp needs few lobes, gloss is kept where it shows and not where
 //! it is only tagged, the same bytes on any number of threads, and a report.
 
+use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use glam::DVec3;
@@ -11,6 +12,7 @@ use lobelia::reconstruct::{Reconstruction, Update};
 use lobelia::scene::{Environment, MaterialKind};
 use lobelia::watch::Watch;
 
+use crate::coats::coat;
 use crate::lights;
 use crate::rooms::{Room, Tracer, camera};
 
@@ -23,19 +25,30 @@ const INTENSITY: Rgb = [9.0, 7.0, 5.0];
 /// Of the floor, where it shines.
 const GLOSS: f64 = 0.06;
 const EXPONENT: f64 = 30.0;
+const ROUGHNESS: f64 = 0.2;
 
-/// A floor with a box under one lamp and nothing else; the floor has the modified Phong lobe of
-/// Eq. 12 with ρ_s `gloss`. The box is tagged as specular and is not.
-fn scene(gloss: f64) -> Room {
-    let mut room = lit_by(&[(LAMP, INTENSITY)], gloss);
+/// What the floor mirrors.
+#[derive(Clone, Copy, PartialEq)]
+enum Shine {
+    Nothing,
+    /// The modified Phong lobe of Eq. 12 with ρ_s [`GLOSS`] and the exponent [`EXPONENT`].
+    Lobe,
+    /// A coat of the roughness [`ROUGHNESS`].
+    Coat,
+}
+
+/// A floor with a box under one lamp and nothing else. The box is tagged as specular and is not.
+fn scene(shine: Shine) -> Room {
+    let mut room = lit_by(&[(LAMP, INTENSITY)], shine);
     room.capture.environment = Environment::Room;
     room
 }
 
 /// The same under point lights of these intensities.
-fn lit_by(lights: &[(DVec3, Rgb)], gloss: f64) -> Room {
+fn lit_by(lights: &[(DVec3, Rgb)], shine: Shine) -> Room {
     let mut room = Room::default();
-    let floor_kind = if gloss > 0.0 { MaterialKind::Specular } else { MaterialKind::Diffuse };
+    let is_matt = shine == Shine::Nothing;
+    let floor_kind = if is_matt { MaterialKind::Diffuse } else { MaterialKind::Specular };
     let floor = room.material("floor", floor_kind);
     let sides = room.material("box", MaterialKind::Specular);
     room.square(floor, 1.5, 0.0);
@@ -67,17 +80,20 @@ fn lit_by(lights: &[(DVec3, Rgb)], gloss: f64) -> Room {
                 }
                 let arriving = cosine / offset.length_squared();
                 let reflected = 2.0 * cosine * normal - direction;
-                let cosine = reflected.dot((eye - p).normalize_or_zero()).max(0.0);
-                let lobe = if is_floor {
-                    gloss * 0.5 * (EXPONENT + 2.0) * cosine.powf(EXPONENT)
-                } else {
-                    0.0
+                let towards = (eye - p).normalize_or_zero();
+                let cosine = reflected.dot(towards).max(0.0);
+                let lobe = match shine {
+                    Shine::Lobe if is_floor => {
+                        GLOSS * 0.5 * (EXPONENT + 2.0) * cosine.powf(EXPONENT)
+                    }
+                    Shine::Coat if is_floor => PI * coat(ROUGHNESS, towards, direction),
+                    _ => 0.0,
                 };
                 for c in 0..3 {
                     radiance[c] += (diffuse[c] + lobe) * intensity[c] * arriving;
                 }
             }
-            radiance.map(|value| (value / std::f64::consts::PI) as f32)
+            radiance.map(|value| (value / PI) as f32)
         });
     }
     // The scale is left to a pin: without light between surfaces nothing else tells it.
@@ -103,7 +119,7 @@ fn reconstruct(room: &Room, options: &Options, threads: usize) -> Reconstruction
 /// The scene with the glossy floor.
 fn glossy() -> &'static Reconstruction {
     static RESULT: OnceLock<Reconstruction> = OnceLock::new();
-    RESULT.get_or_init(|| reconstruct(&scene(GLOSS), &options(), 2))
+    RESULT.get_or_init(|| reconstruct(&scene(Shine::Lobe), &options(), 2))
 }
 
 fn selection(result: &Reconstruction) -> &Selection {
@@ -117,7 +133,7 @@ fn trial(result: &Reconstruction, part: TrialPart) -> &Trial {
 
 #[test]
 fn one_lamp_explains_everything_with_few_lobes() {
-    let mut room = scene(0.0);
+    let mut room = scene(Shine::Nothing);
     room.capture.materials[1].kind = MaterialKind::Diffuse;
     let result = reconstruct(&room, &options(), 2);
     let first = trial(&result, TrialPart::Lamp(1));
@@ -140,7 +156,7 @@ fn finer_light_is_kept_where_it_predicts_better() {
         let place = DVec3::new(-1.6 + 0.2 * f64::from(column), 2.3, 0.8 + 0.2 * f64::from(row));
         lights.push((place, [0.1, 0.14, 0.18]));
     }
-    let room = lit_by(&lights, 0.0);
+    let room = lit_by(&lights, Shine::Nothing);
     let mut options = options();
     options.joint.max_lamps = 1;
     options.joint.light_sets = 1;
@@ -183,6 +199,23 @@ fn gloss_is_kept_where_it_shows_and_not_where_it_is_only_tagged() {
     assert!(!told("\"floor\" is tagged as specular"));
 }
 
+/// A coat has one unknown where a lobe of its own strength has two for each channel and more.
+#[test]
+fn a_coat_is_told_from_a_lobe_of_its_own_strength() {
+    let coated = reconstruct(&scene(Shine::Coat), &options(), 2);
+    assert!(trial(&coated, TrialPart::Gloss(0)).supported, "{:?}", coated.solution.notes);
+    assert!(!trial(&coated, TrialPart::Lobe(0)).supported, "{:?}", coated.solution.notes);
+    let floor = coated.solution.reflectances[0].unwrap();
+    let roughness = floor.coat.expect("the floor is coated");
+    assert!((roughness / ROUGHNESS - 1.0).abs() < 0.25, "{roughness} for {ROUGHNESS}");
+    assert_eq!(floor.specular, [0.0; 3]);
+    let certainty = coated.solution.certainty.as_ref().unwrap().materials[0].unwrap();
+    let [low, high] = certainty.roughness.unwrap();
+    assert!(low <= ROUGHNESS && ROUGHNESS <= high, "{ROUGHNESS} in [{low}, {high}]");
+    assert_eq!(certainty.exponent, None);
+    assert!(trial(glossy(), TrialPart::Lobe(0)).supported, "{:?}", glossy().solution.notes);
+}
+
 #[test]
 fn what_was_tried_is_told() {
     let result = glossy();
@@ -209,7 +242,7 @@ fn what_was_tried_is_told() {
 
 #[test]
 fn one_thread_and_two_give_the_same() {
-    let one = reconstruct(&scene(GLOSS), &options(), 1);
+    let one = reconstruct(&scene(Shine::Lobe), &options(), 1);
     let two = glossy();
     let bits = |result: &Reconstruction| -> Vec<u64> {
         let of_reflectances = result.solution.reflectances.iter().flatten().flat_map(|r| {

@@ -31,6 +31,9 @@ mod kept;
 /// Whole reconstructions of degenerate scenes, and cancelling one.
 mod whole;
 
+/// A dielectric coat, as for the renderer.
+#[path = "../render/coats.rs"]
+mod coats;
 /// Scenes built in memory, as for the paper's method.
 #[path = "../paper/rooms.rs"]
 #[expect(dead_code, reason = "the tests of the paper's method use the rest")]

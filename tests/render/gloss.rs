@@ -3,8 +3,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use lobelia::render::edits::{AddedLight, Shape};
-use lobelia::scene::{Dome, Emitter, Image};
+use lobelia::scene::{Brdf, Dome, Emitter, Image};
 
+use crate::coats::coat;
 use crate::stage::{Stage, ceiling, floor, reflectance};
 
 /// ρ_d/π + ρ_s (n+2)/2π cosⁿγ of a floor seen from `eye`, for light from `towards`.
@@ -23,6 +24,10 @@ fn even_sky() -> AddedLight {
 
 /// The part of even light that is reflected towards `eye`: over rings about the mirror direction.
 fn albedo(surface: [f64; 3], eye: DVec3) -> f64 {
+    albedo_of(|towards| brdf(surface, eye, towards), eye)
+}
+
+fn albedo_of(brdf: impl Fn(DVec3) -> f64, eye: DVec3) -> f64 {
     let mirror = DVec3::new(-eye.x, -eye.y, eye.z);
     let (tangent, bitangent) = mirror.any_orthonormal_pair();
     let (rings, parts) = (1500, 720);
@@ -38,7 +43,7 @@ fn albedo(surface: [f64; 3], eye: DVec3) -> f64 {
             let towards = polar.cos() * mirror + polar.sin() * across;
             if towards.z > 0.0 {
                 let solid_angle = (angles[0].cos() - angles[1].cos()) * 2.0 * PI / f64::from(parts);
-                sum += brdf(surface, eye, towards) * towards.z * solid_angle;
+                sum += brdf(towards) * towards.z * solid_angle;
             }
         }
     }
@@ -74,6 +79,10 @@ fn upright_a_lobe_reflects_what_its_formula_says() {
 
 /// Radiance that a floor sends to `eye` from the light [x0, x1] × [y0, y1] at height z.
 fn quadrature(surface: [f64; 3], eye: DVec3, x: [f64; 2], y: [f64; 2], z: f64) -> f64 {
+    quadrature_of(|towards| brdf(surface, eye, towards), x, y, z)
+}
+
+fn quadrature_of(brdf: impl Fn(DVec3) -> f64, x: [f64; 2], y: [f64; 2], z: f64) -> f64 {
     let side = 1500;
     let step = [x, y].map(|[low, high]| (high - low) / f64::from(side));
     let mut sum = 0.0;
@@ -82,10 +91,32 @@ fn quadrature(surface: [f64; 3], eye: DVec3, x: [f64; 2], y: [f64; 2], z: f64) -
             let (u, v) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
             let offset = DVec3::new(x[0] + u * step[0], y[0] + v * step[1], z);
             let towards = offset.normalize_or_zero();
-            sum += brdf(surface, eye, towards) * towards.z.powi(2) / offset.length_squared();
+            sum += brdf(towards) * towards.z.powi(2) / offset.length_squared();
         }
     }
     sum * step[0] * step[1]
+}
+
+/// A coat over a diffuse floor, under an even sky and under rectangles, by quadrature with formulas
+/// of its own.
+#[test]
+fn a_coat_reflects_what_its_formulas_say() {
+    const DIFFUSE: f64 = 0.2;
+    for roughness in [0.08, 0.3] {
+        let coated = Brdf { coat: Some(roughness), ..Brdf::diffuse([DIFFUSE; 3]) };
+        for tilt in [0.2, 1.2] {
+            let eye = looking_from(tilt);
+            let brdf = |towards: DVec3| DIFFUSE / PI + coat(roughness, eye, towards);
+            let mut stage = floor(coated);
+            stage.edits.lights.push(even_sky());
+            stage.radiance(eye, DVec3::ZERO)[0].is(albedo_of(brdf, eye), 0.01);
+            for (x, y, z) in [([-2.0, 2.5], [-2.0, 2.0], 0.7), ([-0.3, 0.2], [0.1, 0.9], 1.1)] {
+                let stage = floor(coated).light(ceiling(x, y, z), [1.0; 3]).spp(64);
+                let expected = quadrature_of(brdf, x, y, z);
+                stage.radiance(0.05 * eye, DVec3::ZERO)[2].is(expected, 0.02);
+            }
+        }
+    }
 }
 
 #[test]

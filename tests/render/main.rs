@@ -30,6 +30,8 @@ mod relight;
 /// The box that stands for the unmodelled room.
 mod surroundings;
 
+/// A dielectric coat by formulas that the program does not share.
+mod coats;
 /// Scenes built in memory, as for the paper's method.
 #[path = "../paper/rooms.rs"]
 #[expect(dead_code, reason = "the tests of the paper's method use the rest")]

@@ -128,6 +128,7 @@ fn certainty() -> Certainty {
         diffuse: [Some([0.45, 0.56]), Some([0.35, 0.46]), None],
         specular: [Some([0.04, 0.06]), Some([0.05, 0.07]), None],
         exponent: Some([30.0, 52.0]),
+        roughness: None,
         identified: [true, true, false],
     };
     let wall = MaterialCertainty { identified: [true; 3], ..MaterialCertainty::default() };

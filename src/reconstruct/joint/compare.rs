@@ -14,6 +14,7 @@ use crate::reconstruct::joint::fit::{Fitted, ROUGH, descend};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::Fit;
 use crate::reconstruct::joint::terms::loss;
+use crate::reconstruct::solution::{Trial, TrialPart};
 
 /// Folds in which every block is held out once.
 const FOLDS: usize = 4;
@@ -47,6 +48,18 @@ impl PairedCv {
     /// Whether the error falls by more than its standard error.
     pub fn is_better(&self) -> bool {
         -self.change > self.standard_error
+    }
+
+    /// What it says of a part of a model.
+    pub fn trial(&self, part: TrialPart) -> Trial {
+        Trial {
+            part,
+            before: self.before,
+            after: self.after,
+            change: self.change,
+            standard_error: Some(self.standard_error).filter(|error| error.is_finite()),
+            supported: self.is_better(),
+        }
     }
 
     /// From weight and the two losses of every block.

@@ -9,10 +9,12 @@ use rayon::prelude::*;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::LightSet;
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, with_terms};
 use crate::reconstruct::joint::glossy::LightOnRow;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
+use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::Gloss;
 
 /// What the search over the sharpness of one material's lobe found.
@@ -32,6 +34,40 @@ const TRIED: [f64; 8] = [3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0, 400.0];
 const FLAT: f64 = 0.05;
 /// Times that exponents halfway between the best and its neighbours are tried.
 const HALVINGS: usize = 2;
+
+/// Takes every specular material to be the simplest of diffuse, coated and with a lobe of its own
+/// strength that no other predicts better than.
+///
+/// # Errors
+/// As [`fit`].
+pub fn choose(problem: &Problem, mut fitted: Fitted) -> Result<(Validated, Vec<Trial>), Error> {
+    let glossy: Vec<usize> =
+        (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_some()).collect();
+    // All of them at their best before any is compared.
+    for &material in &glossy {
+        let phong = |exponent| Gloss::Phong { exponent };
+        fitted = sharpest_in_its_light(problem, &fitted, material, phong)?;
+    }
+    let (mut best, mut trials) = (validate(problem, fitted)?, Vec::new());
+    for material in glossy {
+        let from = &best.fitted;
+        let coated = sharpest_in_its_light(problem, from, material, Gloss::coat_like)?;
+        let coated = validate(problem, coated)?;
+        let cv = compare(problem, &coated, &best);
+        trials.push(cv.trial(TrialPart::Lobe(material)));
+        if !cv.is_better() {
+            best = coated;
+        }
+        let model = best.fitted.model.with_gloss(material, None);
+        let matt = validate(problem, fit(problem, &model, Some(&best.fitted), ROUGH)?)?;
+        let cv = compare(problem, &matt, &best);
+        trials.push(cv.trial(TrialPart::Gloss(material)));
+        if !cv.is_better() {
+            best = matt;
+        }
+    }
+    Ok((best, trials))
+}
 
 /// Finds the sharpness of the lobe of every glossy material of a fit in turn, the others' given.
 ///
@@ -80,10 +116,7 @@ fn sharpest(
 /// The fit with the lobe of one material that explains it best under the light of the fit before,
 /// until that lobe stays: ten times as fast as to fit the light to each lobe, and good enough to
 /// compare kinds of lobes.
-///
-/// # Errors
-/// As [`fit`].
-pub fn sharpest_in_its_light(
+fn sharpest_in_its_light(
     problem: &Problem,
     from: &Fitted,
     material: usize,

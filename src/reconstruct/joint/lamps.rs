@@ -164,8 +164,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
     Ok(found)
 }
 
-/// From the sample of a row to every camera whose photograph shows it as the others do: one that sees
-/// something bright instead may see a lamp.
+/// From the sample of a row to every camera that sees it; one that sees something bright may see a lamp.
 fn sight(problem: &Problem, row: usize) -> impl Iterator<Item = [Vec3; 2]> {
     let cloud = problem.data.cloud;
     let sample = &cloud.samples[problem.rows.sample[row]];

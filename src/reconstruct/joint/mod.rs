@@ -55,7 +55,7 @@ use crate::reconstruct::joint::indirect::Settled;
 use crate::reconstruct::joint::light_model::Part;
 use crate::reconstruct::joint::prepare::{Prepared, prepare};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::search::{Found, aim_sun, search, trial};
+use crate::reconstruct::joint::search::{Found, aim_sun, search};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
@@ -225,7 +225,7 @@ fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Er
     let coarse = fit(&problem, &found.best.fitted.model, Some(&found.best.fitted), ROUGH)?;
     let with = fit(&problem, &coarse.model.with(part.clone()), Some(&coarse), ROUGH)?;
     let (coarse, with) = (validate(&problem, coarse)?, validate(&problem, with)?);
-    let trial = trial(TrialPart::Beside(part.columns()), &compare(&problem, &coarse, &with));
+    let trial = compare(&problem, &coarse, &with).trial(TrialPart::Beside(part.columns()));
     Ok(Some(Finer { part, trial }))
 }
 

@@ -11,7 +11,6 @@ use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::search::trial;
 use crate::reconstruct::joint::seen_sky::SeenSky;
 use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::Environment;
@@ -89,7 +88,7 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Option<Trial>
         validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
     };
     let cv = compare(search, &validated(search)?, &validated(&seen)?);
-    let trial = trial(TrialPart::SeenSky(cells), &cv);
+    let trial = cv.trial(TrialPart::SeenSky(cells));
     Ok((if cv.is_better() { seen } else { search.clone() }, Some(trial)))
 }
 

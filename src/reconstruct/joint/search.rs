@@ -10,16 +10,16 @@ use rayon::prelude::*;
 use crate::math::sampling::Frame;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
-use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate};
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
-use crate::reconstruct::joint::gloss::{Sharpness, sharpen, sharpest_in_its_light};
+use crate::reconstruct::joint::gloss::{self, Sharpness, sharpen};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::lamps::{self, COLUMNS, Candidates};
 use crate::reconstruct::joint::light_model::{LightModel, Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::sun::{self, Directions};
 use crate::reconstruct::solution::{Trial, TrialPart};
-use crate::scene::{Emitter, Environment, Gloss, KnownLight};
+use crate::scene::{Emitter, Environment, KnownLight};
 
 /// What a search looks for, and where.
 struct Places<'a> {
@@ -96,13 +96,12 @@ pub fn search<'a>(
     if first.is_glossy() {
         // Lamps stand better where highlights have their true sharpness, and I_s its part from
         // glossy surfaces.
-        let gloss = choose_gloss(&problem, chosen.best.fitted)?;
-        let Settled { problem: settled, fitted, .. } =
-            indirect.settle(&problem, gloss.best.fitted)?;
+        let (gloss, trials) = gloss::choose(&problem, chosen.best.fitted)?;
+        let Settled { problem: settled, fitted, .. } = indirect.settle(&problem, gloss.fitted)?;
         problem = settled;
         first.gloss.clone_from(&fitted.model.gloss);
         chosen = lights(&problem, &places, &first, &fine, (environment, sky))?;
-        chosen.trials.extend(gloss.trials);
+        chosen.trials.extend(trials);
     }
     let of_lights = |trial: &Trial| match trial.part {
         TrialPart::Sun => 1,
@@ -119,17 +118,6 @@ pub fn search<'a>(
         (best, sharpness) = (validate(&problem, sharp)?, found);
     }
     Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
-}
-
-pub fn trial(part: TrialPart, cv: &PairedCv) -> Trial {
-    Trial {
-        part,
-        before: cv.before,
-        after: cv.after,
-        change: cv.change,
-        standard_error: Some(cv.standard_error).filter(|error| error.is_finite()),
-        supported: cv.is_better(),
-    }
 }
 
 /// The lights of a room or of the open sky. The sky, which has fewer unknowns or is photographed, is
@@ -175,7 +163,7 @@ fn lights(
     if !cv.is_better() {
         room = sky;
     }
-    room.trials.push(trial(TrialPart::Room, &cv));
+    room.trials.push(cv.trial(TrialPart::Room));
     Ok(room)
 }
 
@@ -187,7 +175,7 @@ fn denser(problem: &Problem, mut step: Step) -> Result<Step, Error> {
         let Some(next) = with_lights(problem, &from, 2.0)? else { break };
         let columns = next.fitted.model.background().map_or(0, Part::columns);
         let cv = compare(problem, &step.best, &next);
-        step.trials.push(trial(TrialPart::Background(columns), &cv));
+        step.trials.push(cv.trial(TrialPart::Background(columns)));
         from = next.fitted.clone();
         if cv.is_better() {
             step.best = next;
@@ -218,7 +206,7 @@ fn grow(problem: &Problem, places: &Places, mut step: Step, most: usize) -> Resu
         let Some((part, proposal)) = propose(problem, places, from, most)? else { break };
         let proposal = validate(problem, settle(problem, places, proposal)?)?;
         let cv = compare(problem, &step.best, &proposal);
-        step.trials.push(trial(part, &cv));
+        step.trials.push(cv.trial(part));
         if cv.is_better() {
             (places.report)(problem, &proposal.fitted);
             (step.best, ahead) = (proposal, None);
@@ -309,37 +297,6 @@ fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     Ok(step)
 }
 
-/// Takes every specular material to be the simplest of diffuse, coated and with a lobe of its own
-/// strength that no other predicts better than.
-fn choose_gloss(problem: &Problem, mut fitted: Fitted) -> Result<Step, Error> {
-    let glossy: Vec<usize> =
-        (0..problem.materials()).filter(|&m| fitted.model.gloss[m].is_some()).collect();
-    // All of them at their best before any is compared.
-    for &material in &glossy {
-        let phong = |exponent| Gloss::Phong { exponent };
-        fitted = sharpest_in_its_light(problem, &fitted, material, phong)?;
-    }
-    let mut step = Step::new(validate(problem, fitted)?);
-    for material in glossy {
-        let from = &step.best.fitted;
-        let coated = sharpest_in_its_light(problem, from, material, Gloss::coat_like)?;
-        let coated = validate(problem, coated)?;
-        let cv = compare(problem, &coated, &step.best);
-        step.trials.push(trial(TrialPart::Lobe(material), &cv));
-        if !cv.is_better() {
-            step.best = coated;
-        }
-        let model = step.best.fitted.model.with_gloss(material, None);
-        let matt = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;
-        let cv = compare(problem, &matt, &step.best);
-        step.trials.push(trial(TrialPart::Gloss(material), &cv));
-        if !cv.is_better() {
-            step.best = matt;
-        }
-    }
-    Ok(step)
-}
-
 /// Half as many lights of the background where the other half does not predict better, and fine
 /// lobes in place of lamps where they do.
 fn choose_density(
@@ -352,7 +309,7 @@ fn choose_density(
     if let Some(sparse) = with_lights(problem, &step.best.fitted, 0.5)? {
         let columns = step.best.fitted.model.background().map_or(0, Part::columns);
         let cv = compare(problem, &sparse, &step.best);
-        step.trials.push(trial(TrialPart::Background(columns), &cv));
+        step.trials.push(cv.trial(TrialPart::Background(columns)));
         if !cv.is_better() {
             step.best = sparse;
         }
@@ -362,7 +319,7 @@ fn choose_density(
         model.gloss.clone_from(&step.best.fitted.model.gloss);
         let fine = validate(problem, fit(problem, &model, Some(&fine), ROUGH)?)?;
         let cv = compare(problem, &step.best, &fine);
-        step.trials.push(trial(TrialPart::FineLobes, &cv));
+        step.trials.push(cv.trial(TrialPart::FineLobes));
         if cv.is_better() {
             (step.best, is_fine) = (fine, true);
         }
