@@ -83,6 +83,9 @@ fn the_summary_has_every_field(copy: &Copy) {
                 "specular_interval",
                 "exponent",
                 "exponent_interval",
+                "model",
+                "roughness",
+                "roughness_interval",
                 "identified",
                 "samples",
             ],
@@ -98,6 +101,9 @@ fn the_summary_has_every_field(copy: &Copy) {
             "specular_interval",
             "exponent",
             "exponent_interval",
+            "model",
+            "roughness",
+            "roughness_interval",
             "identified",
         ] {
             assert!(material[absent].is_null(), "{name}.{absent}: {}", material[absent]);

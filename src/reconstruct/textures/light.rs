@@ -3,17 +3,16 @@
 
 use std::f64::consts::PI;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::reconstruct::transport::{Record, arriving, hemisphere};
-use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
+use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Neighbouring irradiances that differ by less than this are interpolated between: more than
@@ -131,59 +130,27 @@ impl<'a> Light<'a> {
         found
     }
 
-    /// Eq. 13 for one texel; `None` where no photograph measures it.
-    pub(super) fn texel(
+    /// The light at a surface point by direction, for a specular lobe.
+    pub(super) fn incident(
         &self,
         views: &Views,
         point: SurfacePoint,
-        irradiance: Rgb,
-        reflectance: &Brdf,
         options: &TextureOptions,
-    ) -> Option<Radiance> {
-        let gloss = reflectance.gloss();
-        let incident = gloss.map(|gloss| {
-            let side = grid_side(options.rays);
-            let records = hemisphere(views, point, side, &mut self.random()).records;
-            let lights = self.lights_apart(views, point, options);
-            Incident { gloss, records, record_weight: PI / (side * side) as f64, lights }
-        });
-        let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
-        for buffer in &views.buffers {
-            let Some(seen) = views.seen(buffer, point) else { continue };
-            let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
-            // A photograph counts by the number of its pixels that show the texel.
-            let distance = buffer.camera.position.as_vec3().distance(point.position);
-            let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
-            // Beside an edge a pixel shows another surface too: used where there is no other.
-            let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
-            let mut specular = [0.0; CHANNELS];
-            if let Some(incident) = &incident {
-                specular = self.reflected(point, seen.direction, incident);
-            }
-            for c in 0..CHANNELS {
-                let diffuse = f64::from(radiance[c]) - specular[c];
-                sum[c] += weight * diffuse;
-            }
-            weights += weight;
-        }
-        if weights <= 0.0 {
-            return None;
-        }
-        let mut texel = [0.0f32; CHANNELS];
-        for c in 0..CHANNELS {
-            // Without light a texel's reflectance cannot be told.
-            if irradiance[c] <= 0.0 {
-                return None;
-            }
-            texel[c] = (PI * sum[c] / weights / irradiance[c]).clamp(0.0, 1.0) as f32;
-        }
-        Some(texel)
+    ) -> Incident {
+        let side = grid_side(options.rays);
+        let records = hemisphere(views, point, side, &mut self.random()).records;
+        let lights = self.lights_apart(views, point, options);
+        Incident { records, record_weight: PI / (side * side) as f64, lights }
     }
 
-    /// Radiance that the specular lobe reflects from a surface point in a direction.
-    fn reflected(&self, point: SurfacePoint, towards: Vec3, incident: &Incident) -> Rgb {
-        let (gloss, strength) = incident.gloss;
-        let viewing = Viewing::from(towards, point.normal);
+    /// Radiance that a specular lobe of a strength per channel reflects from a surface point.
+    pub(super) fn reflected(
+        &self,
+        incident: &Incident,
+        point: SurfacePoint,
+        viewing: Viewing,
+        (gloss, strength): (Gloss, Rgb),
+    ) -> Rgb {
         let mut total = [0.0; CHANNELS];
         for record in &incident.records {
             let factor = incident.record_weight * gloss.value(viewing, record.direction, 0.0);
@@ -202,10 +169,8 @@ impl<'a> Light<'a> {
     }
 }
 
-/// The light on a texel of a specular surface, by direction.
-struct Incident {
-    /// The specular lobe, and its strength.
-    gloss: (Gloss, Rgb),
+/// The light at a surface point by direction.
+pub(super) struct Incident {
     records: Vec<Record>,
     /// The projected solid angle that a record stands for, in sr.
     record_weight: f64,

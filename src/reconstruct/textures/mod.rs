@@ -5,6 +5,7 @@
 
 pub(super) mod light;
 mod sharpen;
+mod texels;
 
 use std::collections::VecDeque;
 
@@ -18,6 +19,7 @@ use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::textures::light::Light;
+use crate::reconstruct::textures::texels::Texels;
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
 use crate::scene::{Brdf, Role, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
@@ -103,19 +105,16 @@ pub fn reconstruct(
         watch.begin(2 * places.len() as u64);
         let irradiance =
             light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
-        let mut estimated: Vec<Option<Radiance>> = places
-            .par_iter()
-            .zip(&irradiance)
-            .map(|(place, irradiance)| {
-                watch.check()?;
-                let (Some(place), Some(irradiance)) = (place, irradiance) else {
-                    return Ok(None);
-                };
-                Ok(light.texel(views, place.point, *irradiance, brdf, &options.textures))
-            })
-            .collect::<Result<_, Cancelled>>()?;
-        let is_diffuse = brdf.specular.iter().all(|&specular| specular == 0.0);
-        if is_diffuse && options.textures.sharpen > 0 {
+        let texels = Texels {
+            views,
+            places: &places,
+            width: unwrap.width,
+            irradiance: &irradiance,
+            light: &light,
+            options: &options.textures,
+        };
+        let mut estimated = texels.reflectances(brdf, watch)?;
+        if brdf.gloss().is_none() && options.textures.sharpen > 0 {
             estimated =
                 sharpened(views, &unwrap, estimated, &irradiance, options.textures.sharpen, watch)?;
         }

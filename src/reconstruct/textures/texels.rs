@@ -1,0 +1,190 @@
+//! The reflectance of every texel (Eq. 13): what its photographs show, less what a specular lobe
+//! mirrors, over the light there.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::textures::light::{Incident, Light};
+use crate::reconstruct::textures::{Place, TextureOptions};
+use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
+use crate::watch::{Cancelled, Watch};
+
+/// The error of the light that a specular lobe mirrors, in units of that of a photograph: about a half
+/// to a tenth.
+const MIRRORED_ERROR: f64 = 5.0;
+/// Photographs of a texel agree with their median within this factor; see [`agreed`].
+///
+/// [`agreed`]: crate::scene::agreed
+const AGREEMENT: f64 = 1.5;
+
+fn brightness(radiance: &Rgb) -> f64 {
+    radiance.iter().sum()
+}
+
+/// The mean of what photographs of a texel show of it, with their weights, without those that are far
+/// from the median: a thing in front of the surface, or the mirror image of a bright one, is in few.
+fn common(seen: &mut [(Rgb, f64)]) -> Option<Rgb> {
+    seen.sort_by(|(a, _), (b, _)| brightness(a).total_cmp(&brightness(b)));
+    let half = 0.5 * seen.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut passed = 0.0;
+    let (median, _) = seen.iter().find(|(_, weight)| {
+        passed += weight;
+        passed >= half
+    })?;
+    let median = brightness(median);
+    let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
+    for (diffuse, weight) in seen.iter() {
+        let own = brightness(diffuse);
+        if own <= AGREEMENT * median && own >= median / AGREEMENT || own == median {
+            sum.iter_mut().zip(diffuse).for_each(|(sum, value)| *sum += weight * value);
+            weights += weight;
+        }
+    }
+    (weights > 0.0).then(|| sum.map(|sum| sum / weights))
+}
+
+/// The texels of one surface.
+#[derive(Clone, Copy)]
+pub(super) struct Texels<'a> {
+    pub views: &'a Views<'a>,
+    pub places: &'a [Option<Place>],
+    pub width: usize,
+    /// G of Eq. 14 at every placed texel.
+    pub irradiance: &'a [Option<Rgb>],
+    pub light: &'a Light<'a>,
+    pub options: &'a TextureOptions,
+}
+
+impl Texels<'_> {
+    /// Per texel its diffuse reflectance; `None` where no photograph measures it, or no light falls.
+    pub fn reflectances(
+        &self,
+        brdf: &Brdf,
+        watch: &Watch,
+    ) -> Result<Vec<Option<Radiance>>, Cancelled> {
+        let incidents = match brdf.gloss() {
+            Some(gloss) => Some((self.incidents(watch)?, gloss)),
+            None => None,
+        };
+        let of_texel = |index: usize| {
+            watch.check()?;
+            let (Some(place), Some(irradiance)) = (&self.places[index], self.irradiance[index])
+            else {
+                return Ok(None);
+            };
+            let mirrored = |viewing: Viewing| match &incidents {
+                Some((incidents, gloss)) => self.mirrored(incidents, index, viewing, *gloss),
+                None => [0.0; CHANNELS],
+            };
+            Ok(self.reflectance(place.point, irradiance, mirrored))
+        };
+        (0..self.places.len()).into_par_iter().map(of_texel).collect()
+    }
+
+    /// The light by direction at the corners of square cells: what a lobe mirrors of it changes with
+    /// the direction of view, which every texel has for itself.
+    fn incidents(&self, watch: &Watch) -> Result<Vec<Option<Incident>>, Cancelled> {
+        let stride = self.options.stride;
+        let (columns, height) =
+            (self.width.div_ceil(stride), self.places.len() / self.width.max(1));
+        (0..columns * height.div_ceil(stride))
+            .into_par_iter()
+            .map(|corner| {
+                watch.check()?;
+                let (x, y) = (corner % columns * stride, corner / columns * stride);
+                let place = &self.places[y * self.width + x];
+                let incident =
+                    |place: &Place| self.light.incident(self.views, place.point, self.options);
+                Ok(place.as_ref().map(incident))
+            })
+            .collect()
+    }
+
+    /// Radiance that the specular lobe mirrors at a texel: with the light at the corners around it
+    /// that lie on the same polygon, bilinear; with its own where there is none.
+    fn mirrored(
+        &self,
+        incidents: &[Option<Incident>],
+        index: usize,
+        viewing: Viewing,
+        gloss: (Gloss, Rgb),
+    ) -> Rgb {
+        let Some(place) = &self.places[index] else { return [0.0; CHANNELS] };
+        let stride = self.options.stride;
+        let columns = self.width.div_ceil(stride);
+        let (x, y) = (index % self.width, index / self.width);
+        let part = |at: usize| (at % stride) as f64 / stride as f64;
+        let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
+        for (right, below) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let (column, row) = (x / stride + right, y / stride + below);
+            let along = |far: usize, part: f64| if far == 1 { part } else { 1.0 - part };
+            let weight = along(right, part(x)) * along(below, part(y));
+            if weight <= 0.0 || column >= columns {
+                continue;
+            }
+            let Some(Some(incident)) = incidents.get(row * columns + column) else { continue };
+            let corner = &self.places[row * stride * self.width + column * stride];
+            if corner.as_ref().is_none_or(|corner| corner.polygon != place.polygon) {
+                continue;
+            }
+            let reflected = self.light.reflected(incident, place.point, viewing, gloss);
+            sum.iter_mut().zip(reflected).for_each(|(sum, value)| *sum += weight * value);
+            weights += weight;
+        }
+        if weights <= 0.0 {
+            let own = self.light.incident(self.views, place.point, self.options);
+            return self.light.reflected(&own, place.point, viewing, gloss);
+        }
+        sum.map(|sum| sum / weights)
+    }
+
+    /// Eq. 13 for one texel.
+    fn reflectance(
+        &self,
+        point: SurfacePoint,
+        irradiance: Rgb,
+        mirrored: impl Fn(Viewing) -> Rgb,
+    ) -> Option<Radiance> {
+        // Without light a texel's reflectance cannot be told.
+        if irradiance.iter().any(|&value| value <= 0.0) {
+            return None;
+        }
+        let mut photographed: Vec<(Rgb, f64)> = Vec::new();
+        for buffer in &self.views.buffers {
+            let Some(seen) = self.views.seen(buffer, point) else { continue };
+            let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
+            // A photograph counts by the number of its pixels that show the texel.
+            let distance = buffer.camera.position.as_vec3().distance(point.position);
+            let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
+            // Beside an edge a pixel shows another surface too: used where there is no other.
+            let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
+            let mirrored = mirrored(Viewing::from(seen.direction, point.normal));
+            let radiance = radiance.map(f64::from);
+            // What is mirrored is known less well than what is measured.
+            let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
+            let weight = weight / (1.0 + (MIRRORED_ERROR * part).powi(2));
+            photographed.push((std::array::from_fn(|c| radiance[c] - mirrored[c]), weight));
+        }
+        let diffuse = common(&mut photographed)?;
+        Some(std::array::from_fn(|c| (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_few_photographs_of_a_texel_show_is_left_out() {
+        // Four views of a worktop in kitchen-full, one of them through something bright in front.
+        let mut seen: Vec<(Rgb, f64)> =
+            [0.0912, 0.0092, 0.0085, 0.0071].map(|value| ([value; CHANNELS], 1.0)).to_vec();
+        let found = common(&mut seen).unwrap();
+        assert!((found[0] - (0.0092 + 0.0085 + 0.0071) / 3.0).abs() < 1e-12, "{found:?}");
+        // One photograph says what it says, also where the specular light was overestimated.
+        assert_eq!(common(&mut [([-0.01; CHANNELS], 2.0)]), Some([-0.01; CHANNELS]));
+        assert_eq!(common(&mut []), None);
+    }
+}
