@@ -1,7 +1,7 @@
 //! Paths from the camera into the scene.
 //!
 //! The estimator is the usual one: at every place that a path comes to, light is gathered from
-//! one of the recovered lights and from every added one, and the path goes on in a direction that
+//! one of the recovered lights (at the first place from a few) and from every added one, and the path goes on in a direction that
 //! the surface is likely to reflect into. Two kinds of light are kept apart, since the recovered
 //! light contains already what the unmodelled part of the room returns:
 //!
@@ -113,6 +113,9 @@ struct Place {
     depth: usize,
 }
 
+/// Recovered lights that are sampled at the first place of a path: what is seen is mostly lit by them
+/// directly, and a shadow ray costs less than a path.
+const FIRST_SAMPLES: usize = 4;
 /// Places that a path goes on from whatever it carries; later it ends by chance.
 const SURE_DEPTH: usize = 3;
 
@@ -275,21 +278,23 @@ impl Scene<'_> {
             return;
         }
         let Place { point, brdf, viewing, throughput, depth } = *place;
-        let (choice, square) = (sequence.number(), sequence.point());
-        let views = &self.geometry;
-        let found = self.recovered.sample(views, point, choice, square);
-        let Some((arriving, light)) = found else { return };
-        let lobe = if brdf.is_specular() {
-            light.lobe(point.position, viewing, brdf.gloss()) as f32
-        } else {
-            0.0
-        };
         let strength = brdf.strength();
-        let reflected = std::array::from_fn(|c| {
-            let factor = (brdf.diffuse[c] + strength[c] * lobe) / PI;
-            self.original_light * factor * arriving.irradiance[c]
-        });
-        gathered.add(0, depth, times(throughput, reflected));
+        let samples = if depth == 0 { FIRST_SAMPLES } else { 1 };
+        for _ in 0..samples {
+            let (choice, square) = (sequence.number(), sequence.point());
+            let found = self.recovered.sample(&self.geometry, point, choice, square);
+            let Some((arriving, light)) = found else { continue };
+            let lobe = if brdf.is_specular() {
+                light.lobe(point.position, viewing, brdf.gloss()) as f32
+            } else {
+                0.0
+            };
+            let factor = self.original_light / (PI * samples as f32);
+            let reflected = std::array::from_fn(|c| {
+                factor * (brdf.diffuse[c] + strength[c] * lobe) * arriving.irradiance[c]
+            });
+            gathered.add(0, depth, times(throughput, reflected));
+        }
     }
 
     fn added_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {

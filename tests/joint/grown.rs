@@ -9,7 +9,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
 use lobelia::reconstruct::solution::{Selection, Trial, TrialPart};
 use lobelia::reconstruct::{Reconstruction, Update};
-use lobelia::scene::{Environment, MaterialKind};
+use lobelia::scene::{Emitter, Environment, KnownLight, MaterialKind};
 use lobelia::watch::Watch;
 
 use crate::coats::coat;
@@ -202,7 +202,15 @@ fn gloss_is_kept_where_it_shows_and_not_where_it_is_only_tagged() {
 /// A coat has one unknown where a lobe of its own strength has two for each channel and more.
 #[test]
 fn a_coat_is_told_from_a_lobe_of_its_own_strength() {
-    let coated = reconstruct(&scene(Shine::Coat), &options(), 2);
+    let mut room = scene(Shine::Coat);
+    // Its highlight alone would tell a small lamp on a rough coat from a large lamp on a smooth one.
+    room.capture.lights.push(KnownLight::Shape {
+        name: "lamp".into(),
+        emitter: Emitter::Point { position: LAMP.as_vec3() },
+        emission: Some(INTENSITY),
+        color: None,
+    });
+    let coated = reconstruct(&room, &options(), 2);
     assert!(trial(&coated, TrialPart::Gloss(0)).supported, "{:?}", coated.solution.notes);
     assert!(!trial(&coated, TrialPart::Lobe(0)).supported, "{:?}", coated.solution.notes);
     let floor = coated.solution.reflectances[0].unwrap();

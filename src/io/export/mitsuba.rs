@@ -183,7 +183,14 @@ fn shape(model: &Model, index: usize, name: &str, texture: Option<&str>, light: 
         // Recovered lights on it are all that it sends.
         _ if part.is_counted && light == LitBy::Recovered => BLACK.to_owned(),
         PartLook::Plain(brdf) | PartLook::Textured(brdf, _) => {
-            if brdf.specular.iter().any(|&value| value > 0.0) {
+            if let Some(coat) = brdf.coat {
+                format!(
+                    "<bsdf type=\"twosided\"><bsdf type=\"principled\">{}<float name=\"roughness\" \
+                     value=\"{}\"/><float name=\"eta\" value=\"1.5\"/></bsdf></bsdf>",
+                    diffuse(brdf, "base_color"),
+                    coat.sqrt(),
+                )
+            } else if brdf.specular.iter().any(|&value| value > 0.0) {
                 let mut text = format!("<bsdf type=\"lobelia_phong\">{}", diffuse(brdf, "diffuse"));
                 for (c, value) in ["r", "g", "b"].iter().zip(brdf.specular) {
                     let _ = write!(text, "<float name=\"specular_{c}\" value=\"{value}\"/>");
