@@ -14,6 +14,10 @@ use crate::watch::{Cancelled, Watch};
 /// The error of the light that a specular lobe mirrors, in units of that of a photograph: about a half
 /// to a tenth.
 const MIRRORED_ERROR: f64 = 5.0;
+/// That of a photograph, relative.
+const PHOTOGRAPH_ERROR: f64 = 0.1;
+/// Standard deviation of a pattern on a surface, relative: printed walls and wood have about this.
+const PATTERN: f64 = 0.3;
 /// Photographs of a texel agree with their median within this factor; see [`agreed`].
 ///
 /// [`agreed`]: crate::scene::agreed
@@ -23,26 +27,47 @@ fn brightness(radiance: &Rgb) -> f64 {
     radiance.iter().sum()
 }
 
+/// What a photograph shows of a texel.
+struct Photographed {
+    /// Radiance without what is mirrored.
+    diffuse: Rgb,
+    weight: f64,
+    /// Variance of the brightness of `diffuse`.
+    variance: f64,
+}
+
 /// The mean of what photographs of a texel show of it, with their weights, without those that are far
 /// from the median: a thing in front of the surface, or the mirror image of a bright one, is in few.
-fn common(seen: &mut [(Rgb, f64)]) -> Option<Rgb> {
-    seen.sort_by(|(a, _), (b, _)| brightness(a).total_cmp(&brightness(b)));
-    let half = 0.5 * seen.iter().map(|(_, weight)| weight).sum::<f64>();
+/// With the variance of its brightness.
+fn common(seen: &mut [Photographed]) -> Option<(Rgb, f64)> {
+    seen.sort_by(|a, b| brightness(&a.diffuse).total_cmp(&brightness(&b.diffuse)));
+    let half = 0.5 * seen.iter().map(|seen| seen.weight).sum::<f64>();
     let mut passed = 0.0;
-    let (median, _) = seen.iter().find(|(_, weight)| {
-        passed += weight;
+    let median = seen.iter().find(|seen| {
+        passed += seen.weight;
         passed >= half
     })?;
-    let median = brightness(median);
-    let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
-    for (diffuse, weight) in seen.iter() {
+    let median = brightness(&median.diffuse);
+    let (mut sum, mut weights, mut precision) = ([0.0; CHANNELS], 0.0, 0.0);
+    for Photographed { diffuse, weight, variance } in seen.iter() {
         let own = brightness(diffuse);
         if own <= AGREEMENT * median && own >= median / AGREEMENT || own == median {
             sum.iter_mut().zip(diffuse).for_each(|(sum, value)| *sum += weight * value);
             weights += weight;
+            precision += 1.0 / variance.max(f64::MIN_POSITIVE);
         }
     }
-    (weights > 0.0).then(|| sum.map(|sum| sum / weights))
+    (weights > 0.0).then(|| (sum.map(|sum| sum / weights), 1.0 / precision))
+}
+
+/// What a texel of a glossy surface sends diffusely: what was found, drawn to what the whole material
+/// would send as far as the patterns of surfaces vary less than what was found is uncertain. Beyond
+/// three times the pattern the difference is mirrored light that is not understood.
+fn drawn(found: Rgb, variance: f64, usual: Rgb) -> Rgb {
+    let pattern = PATTERN * brightness(&usual);
+    let beyond = ((brightness(&found) - brightness(&usual)).abs() - 3.0 * pattern).max(0.0);
+    let part = pattern.powi(2) / (pattern.powi(2) + variance + beyond.powi(2));
+    std::array::from_fn(|c| usual[c] + part * (found[c] - usual[c]))
 }
 
 /// The texels of one surface.
@@ -78,7 +103,8 @@ impl Texels<'_> {
                 Some((incidents, gloss)) => self.mirrored(incidents, index, viewing, *gloss),
                 None => [0.0; CHANNELS],
             };
-            Ok(self.reflectance(place.point, irradiance, mirrored))
+            let usual = incidents.as_ref().map(|_| brdf.diffuse);
+            Ok(self.reflectance(place.point, irradiance, usual, mirrored))
         };
         (0..self.places.len()).into_par_iter().map(of_texel).collect()
     }
@@ -140,18 +166,19 @@ impl Texels<'_> {
         sum.map(|sum| sum / weights)
     }
 
-    /// Eq. 13 for one texel.
+    /// Eq. 13 for one texel; `usual` is the diffuse reflectance of a glossy material.
     fn reflectance(
         &self,
         point: SurfacePoint,
         irradiance: Rgb,
+        usual: Option<Rgb>,
         mirrored: impl Fn(Viewing) -> Rgb,
     ) -> Option<Radiance> {
         // Without light a texel's reflectance cannot be told.
         if irradiance.iter().any(|&value| value <= 0.0) {
             return None;
         }
-        let mut photographed: Vec<(Rgb, f64)> = Vec::new();
+        let mut photographed: Vec<Photographed> = Vec::new();
         for buffer in &self.views.buffers {
             let Some(seen) = self.views.seen(buffer, point) else { continue };
             let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
@@ -164,10 +191,18 @@ impl Texels<'_> {
             let radiance = radiance.map(f64::from);
             // What is mirrored is known less well than what is measured.
             let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
-            let weight = weight / (1.0 + (MIRRORED_ERROR * part).powi(2));
-            photographed.push((std::array::from_fn(|c| radiance[c] - mirrored[c]), weight));
+            let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
+            photographed.push(Photographed {
+                diffuse: std::array::from_fn(|c| radiance[c] - mirrored[c]),
+                weight: weight / error,
+                variance: (PHOTOGRAPH_ERROR * brightness(&radiance)).powi(2) * error,
+            });
         }
-        let diffuse = common(&mut photographed)?;
+        let (mut diffuse, variance) = common(&mut photographed)?;
+        if let Some(usual) = usual {
+            let usual = std::array::from_fn(|c| usual[c] * irradiance[c] / PI);
+            diffuse = drawn(diffuse, variance, usual);
+        }
         Some(std::array::from_fn(|c| (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32))
     }
 }
@@ -179,12 +214,29 @@ mod tests {
     #[test]
     fn what_few_photographs_of_a_texel_show_is_left_out() {
         // Four views of a worktop in kitchen-full, one of them through something bright in front.
-        let mut seen: Vec<(Rgb, f64)> =
-            [0.0912, 0.0092, 0.0085, 0.0071].map(|value| ([value; CHANNELS], 1.0)).to_vec();
-        let found = common(&mut seen).unwrap();
+        let shown = |value: f64| Photographed {
+            diffuse: [value; CHANNELS],
+            weight: 1.0,
+            variance: (0.1 * value).powi(2),
+        };
+        let mut seen = [0.0912, 0.0092, 0.0085, 0.0071].map(shown);
+        let (found, variance) = common(&mut seen).unwrap();
         assert!((found[0] - (0.0092 + 0.0085 + 0.0071) / 3.0).abs() < 1e-12, "{found:?}");
+        // That of the mean of three.
+        assert!((variance.sqrt() / (0.1 * found[0] / 3.0f64.sqrt()) - 1.0).abs() < 0.05);
         // One photograph says what it says, also where the specular light was overestimated.
-        assert_eq!(common(&mut [([-0.01; CHANNELS], 2.0)]), Some([-0.01; CHANNELS]));
-        assert_eq!(common(&mut []), None);
+        assert_eq!(common(&mut [shown(-0.01)]).unwrap().0, [-0.01; CHANNELS]);
+        assert!(common(&mut []).is_none());
+    }
+
+    #[test]
+    fn a_texel_is_drawn_to_its_material_as_far_as_it_is_uncertain() {
+        let (found, usual) = ([0.02; CHANNELS], [0.018; CHANNELS]);
+        let pattern = (PATTERN * brightness(&usual)).powi(2);
+        for (variance, expected) in [(0.0, 0.02), (pattern, 0.019), (1e6 * pattern, 0.018)] {
+            assert!((drawn(found, variance, usual)[0] - expected).abs() < 1e-8, "{variance}");
+        }
+        // The mirror image of a window is no pattern.
+        assert!(drawn([0.5; CHANNELS], 0.0, usual)[0] < 0.021);
     }
 }
