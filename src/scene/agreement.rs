@@ -5,7 +5,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 /// Photographs of a point agree if none is brighter than the darkest by more than this factor: far
 /// beyond noise, while a highlight below it adds at most a quarter to a mean of two. Set on
 /// kitchen-full and kitchen-coarse.
-const AGREEMENT: f64 = 1.5;
+pub const AGREEMENT: f64 = 1.5;
 
 /// The radiance of a diffuse surface that was seen in several directions: the mean of what is not
 /// far brighter than the darkest. A highlight, a mirror image or a thing in front of the surface

@@ -170,7 +170,7 @@ fn answer_all(
     let bare_lit = Arc::new(Recovered::new(grid, capture, solved, &bare));
     let mut placed: Option<(Vec<Object>, Geometry)> = None;
     // The recovered lights with the edits' changes of their groups.
-    let mut lit = (BTreeMap::new(), bare_lit.clone());
+    let (mut groups, mut lit) = (BTreeMap::new(), bare_lit.clone());
     let mut without = BaselineCache::default();
     let mut seen = 0;
     loop {
@@ -184,12 +184,12 @@ fn answer_all(
             let new = || (edits.objects.clone(), Geometry::new(capture, edits));
             &placed.insert(kept.unwrap_or_else(new)).1
         };
-        if lit.0 != edits.groups {
-            let recovered = bare_lit.with_groups(capture, solved, edits);
-            lit = (edits.groups.clone(), Arc::new(recovered));
+        if groups != edits.groups {
+            groups.clone_from(&edits.groups);
+            lit = Arc::new(bare_lit.with_groups(capture, solved, edits));
         }
         let places = [camera.position.as_vec3()];
-        let scene = Scene::lit_by(lit.1.clone(), &views, geometry, solved, edits, &places);
+        let scene = Scene::lit_by(lit.clone(), &views, geometry, solved, edits, &places);
         let plain = Scene::lit_by(bare_lit.clone(), &views, &bare_geometry, solved, &bare, &places);
         let photograph = photograph.and_then(|index| capture.photographs.get(index));
         without.keep_for(camera);

@@ -75,10 +75,9 @@ fn write_brdf(out: &mut impl Write, brdf: &BrdfF32) -> std::io::Result<()> {
     let [r, g, b] = brdf.diffuse;
     writeln!(out, "Kd {r} {g} {b}")?;
     if let Some(roughness) = brdf.coat {
-        // At normal incidence.
-        let [specular, exponent] =
-            [fresnel(1.0), Gloss::Coat { roughness: roughness.into() }.exponent()];
-        return writeln!(out, "Ks {specular} {specular} {specular}\nNs {exponent}\nillum 2");
+        let at_normal = fresnel(1.0);
+        let exponent = Gloss::Coat { roughness: roughness.into() }.exponent();
+        return writeln!(out, "Ks {at_normal} {at_normal} {at_normal}\nNs {exponent}\nillum 2");
     }
     if brdf.specular.iter().any(|&value| value > 0.0) {
         let [r, g, b] = brdf.specular;

@@ -53,8 +53,8 @@ pub struct Candidates {
     /// The places of a lamp, on the unit disc, that each of these looks at; the same wherever the
     /// lamp is, so that what moves a score is the lamp's place.
     discs: Vec<Vec<Vec2>>,
-    /// Of glossy rows the direction in which a mirror would see, and the material.
-    mirrors: Vec<Option<(Viewing, usize)>>,
+    /// Of glossy rows how the photograph sees the sample, and the material.
+    viewings: Vec<Option<(Viewing, usize)>>,
     /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
     /// Middle and half the diagonal of the geometry's bounds.
@@ -127,7 +127,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
             Ok(points.iter().map(|&point| arriving(lamp, point, || is_free(point))).collect())
         })
         .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
-    let mirror = |row: usize| {
+    let viewing = |row: usize| {
         let glossy = problem.glossy[problem.rows.glossy[row]?];
         Some((problem.data.equations.glossy[glossy].viewing, problem.rows.material[row]))
     };
@@ -135,7 +135,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
     // Places that light nothing, such as those within the geometry, are no candidates.
     let mut found = Candidates {
         lamps: Vec::new(),
-        mirrors: rows.iter().map(|&row| mirror(row)).collect(),
+        viewings: rows.iter().map(|&row| viewing(row)).collect(),
         rows,
         discs: (0..points.len()).map(discs).collect(),
         points,
@@ -264,7 +264,7 @@ impl Candidates {
             });
             lobe.unwrap_or(0.0)
         };
-        self.points.iter().zip(&self.mirrors).map(of).collect()
+        self.points.iter().zip(&self.viewings).map(of).collect()
     }
 
     /// Whether a lamp is not beside a given light, and no photograph sees a surface through it.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::textures::light::{Incident, Light};
 use crate::reconstruct::textures::{Place, TextureOptions};
+use crate::scene::agreement::AGREEMENT;
 use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -18,11 +19,6 @@ const MIRRORED_ERROR: f64 = 5.0;
 const PHOTOGRAPH_ERROR: f64 = 0.1;
 /// Standard deviation of a pattern on a surface, relative: printed walls and wood have about this.
 const PATTERN: f64 = 0.3;
-/// Photographs of a texel agree with their median within this factor; see [`agreed`].
-///
-/// [`agreed`]: crate::scene::agreed
-const AGREEMENT: f64 = 1.5;
-
 fn brightness(radiance: &Rgb) -> f64 {
     radiance.iter().sum()
 }
@@ -37,7 +33,7 @@ struct Photographed {
 }
 
 /// The mean of what photographs of a texel show of it, with their weights, without those that are far
-/// from the median: a thing in front of the surface, or the mirror image of a bright one, is in few.
+/// from the median ([`AGREEMENT`]): a thing in front of the surface, or the mirror image of a bright one, is in few.
 /// With the variance of its brightness.
 fn common(seen: &mut [Photographed]) -> Option<(Rgb, f64)> {
     seen.sort_by(|a, b| brightness(&a.diffuse).total_cmp(&brightness(&b.diffuse)));
