@@ -1,7 +1,9 @@
 //! SciPy's `least_squares` on the same systems (see tests/golden/joint/README.md).
 
 use faer::Mat;
-use lobelia::reconstruct::joint::system::{Anchor, Channel, Design, Fit, Objective, Rows, State};
+use lobelia::reconstruct::joint::system::{
+    Anchor, Channel, Design, Fit, Objective, Pair, Rows, State,
+};
 use lobelia::watch::Watch;
 use serde::Deserialize;
 
@@ -32,7 +34,7 @@ struct Case {
     upper: Vec<f64>,
     anchors: Vec<Pull>,
     start: Vec<f64>,
-    floating: bool,
+    pairs: Vec<Neighbours>,
     robust: Option<Vec<f64>>,
     answers: Answers,
 }
@@ -41,6 +43,12 @@ struct Case {
 struct Pull {
     combination: Vec<f64>,
     target: f64,
+    weight: f64,
+}
+
+#[derive(Deserialize)]
+struct Neighbours {
+    columns: [usize; 2],
     weight: f64,
 }
 
@@ -86,6 +94,7 @@ impl Case {
             target: pull.target,
             weight: pull.weight,
         };
+        let pair = |pair: &Neighbours| Pair { columns: pair.columns, weight: pair.weight };
         Held {
             objective,
             weights: self.weights.clone(),
@@ -96,7 +105,7 @@ impl Case {
             known: self.known.clone(),
             upper: self.upper.clone(),
             anchors: self.anchors.iter().map(anchor).collect(),
-            floating: self.floating,
+            pairs: self.pairs.iter().map(pair).collect(),
             robust: self.robust.clone().unwrap_or_else(|| vec![f64::INFINITY; self.materials]),
         }
     }

@@ -46,20 +46,27 @@ impl Definition<'_> {
             };
             twice += held.weights[i] * loss;
         }
-        let mut pulls = Vec::new();
+        let square = |i: usize, j: usize| {
+            let start = self.start.log_diffuse[rows.material[i]];
+            let unit = (start - rows.log_radiance[0][i]).exp();
+            held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
+        };
+        let square = |j: usize| (0..rows.material.len()).map(|i| square(i, j)).sum::<f64>();
+        let is_paired = |j: usize| held.pairs.iter().any(|pair| pair.columns.contains(&j));
+        let paired: Vec<f64> = (0..state.emission.len())
+            .filter(|&j| is_paired(j))
+            .map(square)
+            .filter(|&square| square > 0.0)
+            .collect();
+        let unit = paired.iter().sum::<f64>() / paired.len().max(1) as f64;
+        let off = |j: usize| state.emission[j] - held.centre[j];
         for j in 0..state.emission.len() {
-            let square = |i: usize| {
-                let start = self.start.log_diffuse[rows.material[i]];
-                let unit = (start - rows.log_radiance[0][i]).exp();
-                held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
-            };
-            let norm = (0..rows.material.len()).map(square).sum::<f64>();
-            pulls.push((held.ridge[j] * norm, state.emission[j] - held.centre[j]));
+            twice += held.ridge[j] * square(j) * off(j).powi(2);
         }
-        let total: f64 = pulls.iter().map(|(ridge, _)| ridge).sum();
-        let middle = pulls.iter().map(|(ridge, off)| ridge * off).sum::<f64>() / total.max(1e-300);
-        let common = if held.floating { middle } else { 0.0 };
-        twice += pulls.iter().map(|(ridge, off)| ridge * (off - common).powi(2)).sum::<f64>();
+        for pair in &held.pairs {
+            let [a, b] = pair.columns;
+            twice += unit * pair.weight * (off(a) - off(b)).powi(2);
+        }
         for anchor in &held.anchors {
             let terms = anchor.combination.iter().zip(&state.log_diffuse).map(|(c, u)| c * u);
             twice += anchor.weight * (terms.sum::<f64>() - anchor.target).powi(2);

@@ -5,7 +5,7 @@ use faer::Mat;
 use glam::DVec3;
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::joint::system::{
-    Anchor, Channel, Design, Fit, Objective, Rows, State, Terms,
+    Anchor, Channel, Design, Fit, Objective, Pair, Rows, State, Terms,
 };
 use lobelia::watch::Watch;
 
@@ -160,7 +160,7 @@ impl Scene {
             known_specular: vec![None; materials],
             upper: vec![0.0; materials],
             anchors: Vec::new(),
-            floating: false,
+            pairs: Vec::new(),
             robust: vec![f64::INFINITY; materials],
         }
     }
@@ -186,7 +186,7 @@ pub struct Held {
     pub known_specular: Vec<Option<f64>>,
     pub upper: Vec<f64>,
     pub anchors: Vec<Anchor>,
-    pub floating: bool,
+    pub pairs: Vec<Pair>,
     pub robust: Vec<f64>,
 }
 
@@ -197,7 +197,7 @@ impl Held {
             weights: &self.weights,
             ridge: &self.ridge,
             centre: &self.centre,
-            floating: self.floating,
+            pairs: &self.pairs,
             reference: &self.reference,
             known: &self.known,
             known_specular: &self.known_specular,

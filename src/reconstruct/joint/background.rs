@@ -1,6 +1,7 @@
 //! Where the lights of a background are: lobes on a sphere in a room, cells of the sky in the open.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::math::sampling::fibonacci;
 use crate::reconstruct::joint::problem::Problem;
@@ -50,6 +51,8 @@ pub struct LightSet {
     pub lobes: Lobes,
 }
 
+/// Neighbours of a sky cell: as many as cells of equal size on a sphere have around them.
+pub const NEIGHBOURS: usize = 6;
 /// Pixels along the side of a coverage mask; its grid has at most a quarter of that.
 const MASK_PX: usize = 48;
 /// Backgrounds that are spread over the ranges of the options; prime, so that steps of any length
@@ -73,6 +76,27 @@ impl LightSet {
                 .collect();
             self.push(*light, &lobes);
         }
+    }
+
+    /// Each sky cell's lobe with those of the cells that are nearest to it.
+    pub fn neighbours(&self) -> Vec<[usize; 2]> {
+        let light = |lobe: usize| &self.lights.lights[self.lobes.lobes[lobe].light];
+        let cells: Vec<usize> = (0..self.lobes.lobes.len())
+            .filter(|&lobe| light(lobe).kind == LightKind::Sky)
+            .collect();
+        let nearest = |&cell: &usize| {
+            let cosine = |other: usize| light(cell).normal.dot(light(other).normal);
+            let mut others: Vec<usize> = cells.iter().copied().filter(|&c| c != cell).collect();
+            let nearer = |&a: &usize, &b: &usize| cosine(b).total_cmp(&cosine(a)).then(a.cmp(&b));
+            let count = NEIGHBOURS.min(others.len());
+            if count < others.len() {
+                others.select_nth_unstable_by(count, nearer);
+            }
+            others.truncate(count);
+            others.sort_unstable();
+            others.into_iter().map(move |other| [cell, other]).collect::<Vec<_>>()
+        };
+        cells.par_iter().flat_map_iter(nearest).collect()
     }
 
     /// Adds a light with its lobes: directions and exponents.

@@ -261,7 +261,8 @@ pub fn with_terms<T>(
     work: impl FnOnce(&Terms) -> T,
 ) -> T {
     let priors = &problem.priors;
-    let (ridge, centre, held) = (model.ridges(), model.centres(channel), model.held(channel));
+    let (ridge, pairs) = (model.ridges(), model.pairs());
+    let (centre, held) = (model.centres(channel), model.held(channel));
     let known_specular: Vec<Option<f64>> = (0..problem.materials())
         .map(|m| match model.gloss[m] {
             Some(Gloss::Phong { .. }) => priors.known_specular[channel][m],
@@ -273,7 +274,7 @@ pub fn with_terms<T>(
         weights,
         ridge: &ridge,
         centre: &centre,
-        floating: model.is_floating(),
+        pairs: &pairs,
         held: &held,
         reference: &priors.reference[channel],
         known: &priors.known[channel],

@@ -8,11 +8,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::reconstruct::joint::background::{Layout, LightSet, World};
+use crate::reconstruct::joint::background::{Layout, LightSet, NEIGHBOURS};
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::lamps::Lamp;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::Design;
+use crate::reconstruct::joint::terms::Pair;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::Lobe;
 use crate::scene::{Emitter, Gloss, KnownLight};
@@ -30,6 +31,10 @@ pub struct Part {
     pub coupling: Arc<Mat<f64>>,
     /// Per lobe and channel what the ridge draws its emission to.
     pub centre: Vec<Rgb>,
+    /// Lobes of neighbouring sky cells, whose emissions are drawn to each other: skies are bright all
+    /// over, while rooms are dark but for their lamps, and a probe says how bright a sky is. A pair
+    /// is here twice where each is among the nearest of the other.
+    pub neighbours: Arc<Vec<[usize; 2]>>,
     /// Emission per lobe where it is known.
     pub held: Option<Vec<Rgb>>,
     /// Its channels' emissions are this times one strength, which is not known.
@@ -65,7 +70,9 @@ impl Part {
     fn new(problem: &Problem, kind: PartKind, set: LightSet) -> Result<Self, Cancelled> {
         let coupling = Arc::new(problem.couple(&set)?);
         let centre = vec![[0.0; CHANNELS]; set.lobes.lobes.len()];
-        Ok(Self { slot: 0, kind, set: Arc::new(set), coupling, centre, held: None, colour: None })
+        let neighbours = Arc::default();
+        let set = Arc::new(set);
+        Ok(Self { slot: 0, kind, set, coupling, centre, neighbours, held: None, colour: None })
     }
 
     pub fn background(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
@@ -83,6 +90,9 @@ impl Part {
                     }
                 }
             }
+        }
+        if part.centre.iter().flatten().all(|&centre| centre == 0.0) {
+            part.neighbours = Arc::new(part.set.neighbours());
         }
         Ok(part)
     }
@@ -260,24 +270,31 @@ impl LightModel {
         })
     }
 
-    /// Whether the background's ridge draws emissions to a value of their own choice: rooms are
-    /// dark but for their lamps, skies bright all over, and a probe says how bright.
-    pub fn is_floating(&self) -> bool {
-        let aimed = self.parts.iter().flat_map(|part| &part.centre).flatten().any(|&c| c > 0.0);
-        self.layout().is_some_and(|layout| layout.world == World::Open) && !aimed
-    }
-
-    /// The ridge per column: on backgrounds, but not on known surfaces that shine, which are few
-    /// and in a known place.
+    /// The ridge per column: on the lights of backgrounds that are not drawn to their neighbours,
+    /// but not on known surfaces that shine, which are few and in a known place.
     pub fn ridges(&self) -> Vec<f64> {
         let of_part = |part: &Part| -> Vec<f64> {
+            let is_drawn = part.is_background() && part.neighbours.is_empty();
             let of_lobe = |lobe: &Lobe| {
                 let on_surface = part.set.lights.lights[lobe.light].kind == LightKind::Surface;
-                if part.is_background() && !on_surface { self.ridge } else { 0.0 }
+                if is_drawn && !on_surface { self.ridge } else { 0.0 }
             };
             part.set.lobes.lobes.iter().map(of_lobe).collect()
         };
         self.parts.iter().flat_map(of_part).collect()
+    }
+
+    /// Emissions that are drawn to each other: those of neighbouring sky cells.
+    pub fn pairs(&self) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        let mut first = 0;
+        for part in &self.parts {
+            let weight = self.ridge / NEIGHBOURS as f64;
+            let pair = |columns: &[usize; 2]| Pair { columns: columns.map(|j| first + j), weight };
+            pairs.extend(part.neighbours.iter().map(pair));
+            first += part.columns();
+        }
+        pairs
     }
 
     pub fn centres(&self, channel: usize) -> Vec<f64> {

@@ -18,7 +18,7 @@ use crate::solve::bounded::{BoundedError, bounded_quadratic};
 use crate::solve::kernels::{self, add_scaled, column_of_mut, dot, weighted_square};
 use crate::watch::Watch;
 
-pub use crate::reconstruct::joint::terms::{Anchor, Objective, Terms};
+pub use crate::reconstruct::joint::terms::{Anchor, Objective, Pair, Terms};
 
 /// The rows of all channels: a diffuse sample has one, a specular sample one per photograph.
 #[derive(Clone, Debug, Default)]
@@ -149,7 +149,7 @@ impl Channel<'_> {
         computed.value.iter().zip(log_radiance).map(log).collect()
     }
 
-    fn value(&self, terms: &Terms, norms: &[f64], state: &State, residuals: &[f64]) -> f64 {
+    fn value(&self, terms: &Terms, ridge: &Ridge, state: &State, residuals: &[f64]) -> f64 {
         let mut sum = 0.0;
         for (row, (&residual, &weight)) in residuals.iter().zip(terms.weights).enumerate() {
             if weight > 0.0 {
@@ -157,10 +157,7 @@ impl Channel<'_> {
                 sum += weight * loss(terms.objective.of(residual).0, robust);
             }
         }
-        let ridge = Ridge::new(terms, norms, &state.emission);
-        for (j, &emission) in state.emission.iter().enumerate() {
-            sum += ridge.ridge[j] * (emission - terms.centre[j] - ridge.common).powi(2);
-        }
+        sum += ridge.value(&state.emission);
         for anchor in terms.anchors {
             sum += anchor.weight * anchor.miss(&state.log_diffuse).powi(2);
         }
@@ -189,6 +186,8 @@ impl Channel<'_> {
     /// Descends from `start` to the minimum.
     pub fn fit(&self, terms: &Terms, start: &State, watch: &Watch) -> Result<Fit, BoundedError> {
         let norms = self.norms(terms);
+        let ridge = Ridge::new(terms, &norms);
+        let norms = ridge.with_pairs(&norms);
         let mut state = start.clone();
         for (emission, held) in state.emission.iter_mut().zip(terms.held) {
             *emission = held.unwrap_or(*emission);
@@ -199,7 +198,7 @@ impl Channel<'_> {
         }
         let mut computed = self.compute(&state);
         let mut residuals = self.residuals(&computed);
-        let mut value = self.value(terms, &norms, &state, &residuals);
+        let mut value = self.value(terms, &ridge, &state, &residuals);
         let columns = norms.len();
         let reflectances = self.unknown_reflectances(terms);
         let mut iterations = 0;
@@ -208,7 +207,6 @@ impl Channel<'_> {
         let kkt_residual = loop {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
-            let ridge = Ridge::new(terms, &norms, &state.emission);
             let gradient = self.gradient(terms, &ridge, &state, &computed, &linear);
             let lit = working(&state, &gradient, &norms, terms.held);
             let row_scales = self.row_scales(&state, &linear.scale);
@@ -234,7 +232,7 @@ impl Channel<'_> {
                 let candidate = state.towards(&target, part);
                 let new_computed = self.compute(&candidate);
                 let new_residuals = self.residuals(&new_computed);
-                let new_value = self.value(terms, &norms, &candidate, &new_residuals);
+                let new_value = self.value(terms, &ridge, &candidate, &new_residuals);
                 if new_value < value {
                     break Some((candidate, new_computed, new_residuals, new_value));
                 }
@@ -325,6 +323,7 @@ impl Channel<'_> {
                 *gradient -= anchor.weight * miss * factor;
             }
         }
+        let of_ridge = ridge.gradient(&state.emission);
         let of_emission = |column: usize| {
             let mut sum =
                 dot(kernels::column_of(self.design.diffuse.as_ref(), column), &by_diffuse);
@@ -332,8 +331,7 @@ impl Channel<'_> {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
                 sum += dot(specular, &by_specular);
             }
-            let pull = state.emission[column] - terms.centre[column] - ridge.common;
-            -sum - ridge.ridge[column] * pull
+            -sum - of_ridge[column]
         };
         (0..self.design.columns()).map(of_emission).chain(of_reflectances).collect()
     }
@@ -425,15 +423,7 @@ impl Channel<'_> {
         let (columns, materials) = (state.emission.len(), self.rows.materials);
         let mut hessian = products;
         let lit = working.partition_point(|&unknown| unknown < columns);
-        for (j, &column) in working[..lit].iter().enumerate() {
-            if terms.floating {
-                for (i, &other) in working[..lit].iter().enumerate() {
-                    hessian[(i, j)] += ridge.hessian(other, column);
-                }
-            } else {
-                hessian[(j, j)] += ridge.ridge[column];
-            }
-        }
+        ridge.add_to(&mut hessian, &working[..lit]);
         for anchor in terms.anchors {
             // Of log ρ_d alone, which come first.
             let factor =

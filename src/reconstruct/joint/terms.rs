@@ -1,6 +1,8 @@
 //! What a joint solve holds against the data: the loss of a residual, the ridge on the emissions,
 //! known combinations of reflectances.
 
+use faer::Mat;
+
 use crate::solve::kernels::dot;
 
 /// What is made small.
@@ -24,6 +26,16 @@ pub struct Anchor {
     pub weight: f64,
 }
 
+/// Two emissions that are drawn to each other: adds ½ weight n̄² (E_a − centre_a − E_b + centre_b)²,
+/// n̄² being the mean square norm of all columns that are in pairs and that any row sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// a and b.
+    pub columns: [usize; 2],
+    /// λ.
+    pub weight: f64,
+}
+
 /// What is held against the data, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
@@ -35,14 +47,14 @@ pub struct Terms<'a> {
     /// which a residual is 1 (see
     /// [`norms`](crate::reconstruct::joint::system::Channel::norms)).
     pub ridge: &'a [f64],
+    /// Emissions that are drawn to each other. They share one unit: with units of their own a
+    /// column that hardly any row sees could take any value.
+    pub pairs: &'a [Pair],
     /// Log reflectances that set those units. They belong to the objective, so that where a solve
     /// starts has no effect on where it ends.
     pub reference: &'a [f64],
     /// What the ridge draws each emission to; 0 where nothing is known.
     pub centre: &'a [f64],
-    /// Whether the ridge draws the emissions to those values plus one that is common to all
-    /// columns and chosen with the unknowns: then it evens them out without making them dark.
-    pub floating: bool,
     /// Per column an emission that is known.
     pub held: &'a [Option<f64>],
     /// Per material a log reflectance that is known exactly.
@@ -67,9 +79,9 @@ impl Default for Terms<'_> {
             objective: Objective::Log,
             weights: &[],
             ridge: &[],
+            pairs: &[],
             reference: &[],
             centre: &[],
-            floating: false,
             held: &[],
             known: &[],
             known_specular: &[],
@@ -97,32 +109,97 @@ impl Anchor {
     }
 }
 
-/// The ridge at some emissions.
-pub(super) struct Ridge {
+/// What draws the emissions of some terms to known values and to each other.
+pub(super) struct Ridge<'a> {
+    terms: &'a Terms<'a>,
+    /// n̄².
+    unit: f64,
     /// λ_j n_j² per column.
-    pub ridge: Vec<f64>,
-    /// Their sum; ∞ where nothing floats.
-    total: f64,
-    /// The value common to all columns, at its best.
-    pub common: f64,
+    ridge: Vec<f64>,
 }
 
-impl Ridge {
-    pub fn new(terms: &Terms, norms: &[f64], emission: &[f64]) -> Self {
-        let ridge: Vec<f64> =
-            terms.ridge.iter().zip(norms).map(|(ridge, norm)| ridge * norm * norm).collect();
-        let total: f64 = ridge.iter().sum();
-        if !terms.floating || total <= 0.0 {
-            return Self { ridge, total: f64::INFINITY, common: 0.0 };
+impl<'a> Ridge<'a> {
+    /// `norms` are those of the columns.
+    pub fn new(terms: &'a Terms, norms: &[f64]) -> Self {
+        let squares: Vec<f64> = norms.iter().map(|norm| norm * norm).collect();
+        let mut is_paired = vec![false; norms.len()];
+        for column in terms.pairs.iter().flat_map(|pair| pair.columns) {
+            is_paired[column] = true;
         }
-        let sum: f64 = (0..ridge.len()).map(|j| ridge[j] * (emission[j] - terms.centre[j])).sum();
-        Self { total, common: sum / total, ridge }
+        let seen =
+            squares.iter().zip(is_paired).filter(|&(&square, paired)| paired && square > 0.0);
+        let (count, sum) =
+            seen.fold((0, 0.0), |(count, sum), (square, _)| (count + 1, sum + square));
+        let unit = sum / f64::from(count.max(1));
+        let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
+        ridge.resize(norms.len(), 0.0);
+        Self { terms, unit, ridge }
     }
 
-    /// The second derivative by two emissions.
-    pub fn hessian(&self, a: usize, b: usize) -> f64 {
-        let own = if a == b { self.ridge[a] } else { 0.0 };
-        own - self.ridge[a] * self.ridge[b] / self.total
+    /// Twice its cost.
+    pub fn value(&self, emission: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
+            sum += ridge * self.off(emission, column).powi(2);
+        }
+        for pair in self.terms.pairs {
+            sum += self.unit * pair.weight * self.difference(emission, pair).powi(2);
+        }
+        sum
+    }
+
+    /// Its derivative by each emission.
+    pub fn gradient(&self, emission: &[f64]) -> Vec<f64> {
+        let of_column = |(column, &ridge): (usize, &f64)| {
+            if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }
+        };
+        let mut gradient: Vec<f64> = self.ridge.iter().enumerate().map(of_column).collect();
+        for pair in self.terms.pairs {
+            let slope = self.unit * pair.weight * self.difference(emission, pair);
+            let [a, b] = pair.columns;
+            gradient[a] += slope;
+            gradient[b] -= slope;
+        }
+        gradient
+    }
+
+    /// Adds its second derivatives by some columns, in ascending order, that come first in a
+    /// Hessian.
+    pub fn add_to(&self, hessian: &mut Mat<f64>, columns: &[usize]) {
+        for (place, &column) in columns.iter().enumerate() {
+            hessian[(place, place)] += self.ridge[column];
+        }
+        for pair in self.terms.pairs {
+            let weight = self.unit * pair.weight;
+            let places = pair.columns.map(|column| columns.binary_search(&column));
+            for place in places.into_iter().flatten() {
+                hessian[(place, place)] += weight;
+            }
+            if let [Ok(a), Ok(b)] = places {
+                hessian[(a, b)] -= weight;
+                hessian[(b, a)] -= weight;
+            }
+        }
+    }
+
+    /// The norms of the columns together with the pairs: a column that no row sees has no other.
+    pub fn with_pairs(&self, norms: &[f64]) -> Vec<f64> {
+        let mut squares: Vec<f64> = norms.iter().map(|norm| norm * norm).collect();
+        for pair in self.terms.pairs {
+            for column in pair.columns {
+                squares[column] += self.unit * pair.weight;
+            }
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    fn off(&self, emission: &[f64], column: usize) -> f64 {
+        emission[column] - self.terms.centre[column]
+    }
+
+    fn difference(&self, emission: &[f64], pair: &Pair) -> f64 {
+        let [a, b] = pair.columns;
+        self.off(emission, a) - self.off(emission, b)
     }
 }
 

@@ -63,7 +63,7 @@ def case(name, rows, materials, lights, per, reflectance, share, gloss=None, hel
     c = dict(name=name, rows=rows, columns=n, materials=materials, material=material.tolist(), base=base.tolist(),
              diffuse=diffuse.T.ravel().tolist(), glossy=[None] * rows, specular=[], specular_base=[],
              weights=[1] * rows, ridge=[0] * n, centre=[0] * n, known=[None] * materials, upper=[0] * materials,
-             anchors=[], start=[0.5] * materials, floating=False, robust=None)
+             anchors=[], start=[0.5] * materials, pairs=[], robust=None)
     reflectance = np.array(reflectance)
     computed = reflectance[material] * (base + diffuse @ emission)
     if gloss is not None:
@@ -99,11 +99,16 @@ def solve(c, objective):
     base, specular_base, radiance = np.array(c["base"]), np.array(c["specular_base"]), np.array(c["radiance"])
     root, ridge, centre = np.sqrt(c["weights"]), np.array(c["ridge"]), np.array(c["centre"])
     unit = np.array(c["start"])[material] / radiance
-    pull = np.sqrt(ridge) * np.sqrt(((root * unit)[:, None] ** 2 * diffuse**2).sum(0))
-    # A ridge about a value that is common and free: what is left of it beside its own direction.
-    even = np.diag(pull)
-    if c["floating"]:
-        even -= np.outer(pull, pull * pull) / (pull @ pull)
+    squares = ((root * unit)[:, None] ** 2 * diffuse**2).sum(0)
+    even = np.diag(np.sqrt(ridge * squares))
+    # One unit for all pairs: the mean square norm of the columns in them.
+    paired = squares[sorted({j for p in c["pairs"] for j in p["columns"]})]
+    paired = paired[paired > 0]
+    for pair in c["pairs"]:
+        (a, b), row = pair["columns"], np.zeros(n)
+        row[a] = np.sqrt(pair["weight"] * paired.mean())
+        row[b] = -row[a]
+        even = np.vstack([even, row])
     anchors = [(np.array(a["combination"]), a["target"], np.sqrt(a["weight"])) for a in c["anchors"]]
     free = [m for m in range(materials) if c["known"][m] is None]
     tags = sorted(set(material[shiny].tolist()))
@@ -137,7 +142,7 @@ def solve(c, objective):
         ds = np.zeros((rows, materials))
         ds[shiny] = onehot[shiny] * h[:, None]
         top = by[:, None] * np.hstack([de, du, ds[:, tags]])
-        more = [np.hstack([even, np.zeros((n, len(free) + len(tags)))])]
+        more = [np.hstack([even, np.zeros((len(even), len(free) + len(tags)))])]
         more += [np.concatenate([np.zeros(n), w * k[free], np.zeros(len(tags))])[None] for k, t, w in anchors]
         return np.vstack([top] + more)
 
@@ -204,8 +209,10 @@ case("known, ridge and anchor", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.2,
                anchors=[dict(combination=[1, 0, -1, 0], target=0.1, weight=40.0),
                         dict(combination=[0.25, 0.25, 0.25, 0.25], target=float(np.log(0.35)), weight=25.0)]))
 case("Cauchy", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3, held=dict(robust=[0.1] * 4))
-case("common ridge, Cauchy by material", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3,
-     held=dict(floating=True, ridge=[0.02 * (j % 3) for j in range(27)], robust=[0.1, 0.05, 0.2, 0.1]))
+case("pairs and ridge, Cauchy by material", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3,
+     held=dict(pairs=[dict(columns=[j, j + 3], weight=0.02) for j in range(0, 18, 2)],
+               ridge=[0.01 * (j % 3) if j >= 20 else 0 for j in range(27)],
+               centre=[0.1 * (j % 2) for j in range(27)], robust=[0.1, 0.05, 0.2, 0.1]))
 
 out = pathlib.Path(__file__).with_name("systems.json")
 made = f"make.py, Python numpy {np.__version__}, scipy {scipy.__version__}"
