@@ -4,9 +4,9 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use super::change::Change;
 use super::derived;
 use super::dialogs::{self, Palette, PathRequest};
-use super::edit::Change;
 use super::files;
 use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
@@ -100,6 +100,10 @@ pub enum Relight {
     Duplicate,
     /// Puts the selected one on the surface below it.
     Drop,
+    /// Points what could not be read of the project, by its index, at another file.
+    Find(usize, PathBuf),
+    /// Takes what could not be read out of the project.
+    GiveUp(usize),
     /// Makes pictures from all photographs' places, into a folder.
     Render(PathBuf),
     StopRendering,

@@ -6,15 +6,14 @@ use std::time::{Duration, Instant};
 
 use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
-use super::jobs::Reading;
 use super::leaving::{AfterPrompt, UnsavedWork};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
-use crate::io::project::{self, ProjectFile, Relight, Tag};
+use crate::io::edits::StoredEdits;
+use crate::io::project::{self, ProjectFile, Relight};
 use crate::io::settings;
 use crate::scene::Capture;
-use crate::worker::EditSource;
 
 /// Unsaved work is kept this often.
 const AUTOSAVE: Duration = Duration::from_secs(30);
@@ -26,6 +25,8 @@ pub struct Opening {
     /// The capture to load.
     pub folder: PathBuf,
     pub project: Option<Box<ProjectFile>>,
+    /// What the project changes of the recovered scene, once it has been read.
+    pub edits: Option<Box<StoredEdits>>,
     /// The project file to save to.
     pub file: Option<PathBuf>,
     /// It is unsaved work that a crash left.
@@ -45,6 +46,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             path: folder.clone(),
             folder,
             project: None,
+            edits: None,
             file: None,
             recovered: None,
             agreed: UnsavedWork::of(state, false),
@@ -79,6 +81,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         path: path.to_owned(),
         folder: read.capture.clone(),
         project: Some(Box::new(read)),
+        edits: None,
         file,
         recovered,
         agreed: UnsavedWork::of(state, false),
@@ -139,27 +142,28 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     state.messages.info(format!("Opened {} in {secs:.2} s", opening.folder.display()));
     let moved = opening.project.as_ref().is_some_and(|file| file.capture != opening.folder);
     let solution = opening.project.as_ref().and_then(|stored| stored.solution.clone());
-    let relight = opening.project.as_ref().and_then(|stored| match &stored.relight {
-        Relight::Stored(value) if !value.is_null() => {
-            Some((opening.path.clone(), Box::new(value.clone())))
-        }
-        _ => None,
-    });
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
     state.viewport.frame_all();
     if let Some(stored) = opening.project {
-        let (materials, warnings) = project::materials(&stored.tags, &project.loaded);
-        let relight = Arc::default();
-        project.set_edit(Arc::new(Edit { materials, options: stored.options, relight }));
-        // Saving would write the capture's new place, or forget for good what does not fit it.
-        if opening.recovered.is_some() || moved || !warnings.is_empty() {
+        let resolved = project::materials(&stored.tags, &project.loaded);
+        let edits = opening.edits.map_or_else(StoredEdits::default, |edits| *edits);
+        tell_unread(state, &edits);
+        project.set_edit(Arc::new(Edit {
+            materials: resolved.materials,
+            options: stored.options,
+            relight: Arc::new(edits.edits),
+            unread: Arc::new(edits.unread),
+            absent: resolved.absent,
+        }));
+        // Saving would write the capture's new place.
+        if opening.recovered.is_some() || moved {
             project.mark_unsaved();
         } else {
             project.mark_saved();
         }
-        if !warnings.is_empty() {
-            let text = warnings.join("\n");
+        if !resolved.warnings.is_empty() {
+            let text = resolved.warnings.join("\n") + "\nSaving keeps these tags as they are.";
             state.messages.error("The capture has changed since the project was saved", text);
         }
         view_file::apply(&stored.view, &mut state.viewport.settings);
@@ -171,13 +175,6 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     state.project = Some(project);
     if let (Some(folder), Some(project)) = (solution, &state.project) {
         state.jobs.read_solved(project, folder);
-    }
-    if let Some((file, value)) = relight {
-        state.jobs.read_edits(
-            state.project.as_ref(),
-            Reading::Project,
-            EditSource::Value { file, value },
-        );
     }
     state.panels.forget();
     if let Some(left) = opening.recovered {
@@ -191,6 +188,23 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         let path = opening.path.canonicalize().unwrap_or(opening.path);
         state.settings.remember(&path);
         save_settings(state);
+    }
+}
+
+/// Says what of a project's edits could not be read, and what to do about it.
+fn tell_unread(state: &mut State, edits: &StoredEdits) {
+    for warning in &edits.warnings {
+        state.messages.warning(warning.clone());
+    }
+    let problems: Vec<&str> =
+        edits.unread.iter().filter_map(|part| part.problem.as_deref()).collect();
+    if !problems.is_empty() {
+        let text = format!(
+            "{}\nSaving keeps them as they are. The Relight workspace lists them: point a missing \
+             file at its new place there.",
+            problems.join("\n")
+        );
+        state.messages.error("Parts of the project could not be read", text);
     }
 }
 
@@ -220,10 +234,11 @@ fn file_of(state: &State, project: &Project) -> ProjectFile {
     ProjectFile {
         capture: project.folder.clone(),
         original: None,
-        tags: project.edit().materials.iter().map(|m| Tag::of(m, &project.loaded)).collect(),
+        tags: project.edit().tags(&project.loaded),
         options: project.edit().options.clone(),
-        relight: Relight::Edits(project.edit().relight.clone()),
+        relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
         solution: project.solution.clone().filter(|_| !project.is_outdated()),
+        results: None,
         view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }
@@ -255,7 +270,7 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
         state.dialogs.replace = Some((PathRequest::SaveAs, file));
         return false;
     }
-    if let Err(error) = project::write(&file, &file_of(state, project)) {
+    if let Err(error) = project::write_over(&file, &file_of(state, project)) {
         state.messages.error("The project cannot be saved", error.to_string());
         return false;
     }

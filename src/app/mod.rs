@@ -7,6 +7,7 @@
 mod actions;
 #[expect(clippy::module_inception, reason = "the file that wires the app together")]
 mod app;
+mod change;
 mod commands;
 mod derived;
 mod dialogs;

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::change::Change;
 use super::derived::Derived;
-use super::edit::{Change, Edit};
+use super::edit::Edit;
 use super::relight::{self, Added};
 use super::undo::History;
 use super::viewport;
@@ -15,7 +16,6 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::{Iteration, Solution};
 use crate::reconstruct::{Reconstruction, Stage, StageCache, Update};
-use crate::render::edits::Edits;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::watch::Progress;
@@ -167,15 +167,6 @@ impl Project {
             }
         }
         self.edit = edit;
-    }
-
-    /// Takes the project file's own way of relighting, once it has been read.
-    pub fn restore_relight(&mut self, relight: Arc<Edits>) {
-        let was_saved = !self.is_changed();
-        self.set_edit(Arc::new(Edit { relight, ..(*self.edit).clone() }));
-        if was_saved {
-            self.mark_saved();
-        }
     }
 
     pub fn undo(&mut self) -> Option<String> {

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::edit::{Change, Edit};
+use super::change::Change;
+use super::edit::Edit;
 
 /// Changes of one value closer together than this are one drag.
 const ONE_DRAG: Duration = Duration::from_millis(900);

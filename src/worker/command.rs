@@ -112,6 +112,15 @@ pub enum Command {
         /// Where they are.
         source: EditSource,
     },
+    /// Read the edits of a project, as far as they can be.
+    ReadStoredEdits {
+        /// That the edits refer to.
+        capture: Arc<Capture>,
+        /// The project's file: paths are relative to it.
+        file: PathBuf,
+        /// The edits in it.
+        value: Box<serde_json::Value>,
+    },
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
@@ -245,6 +254,12 @@ impl Command {
                 };
                 match read {
                     Ok((edits, warnings)) => JobEvent::Edits(Arc::new(edits), warnings),
+                    Err(error) => JobEvent::Failed(error.to_string()),
+                }
+            }
+            Self::ReadStoredEdits { capture, file, value } => {
+                match io::edits::stored(&file, &value, &capture) {
+                    Ok(stored) => JobEvent::StoredEdits(Box::new(stored)),
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::io::brackets::Found;
+use crate::io::edits::StoredEdits;
 use crate::io::import::{Import, ShotCheck, Survey, Written};
 use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
@@ -70,6 +71,8 @@ pub enum JobEvent {
     Solved(Arc<Solved>),
     /// Edits were read, with what is odd about them.
     Edits(Arc<Edits>, Vec<String>),
+    /// The edits of a project were read, as far as they could be.
+    StoredEdits(Box<StoredEdits>),
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.

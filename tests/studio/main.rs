@@ -4,6 +4,7 @@
 
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page
+mod nothing_lost; // what a project holds stays there
 mod projects; // save, reopen, recovery, a moved capture
 mod pictures; // the window and the 3D view beside stored pictures
 mod relighting; // lights and objects that are set into the scene

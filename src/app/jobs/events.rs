@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
 use super::{PULSE, Reading, studies};
-use crate::app::files;
+use crate::app::files::{self, Opening};
 use crate::app::project::{Project, Run};
 use crate::app::relighting;
 use crate::app::state::State;
+use crate::io::project::Relight;
 use crate::reconstruct::Update;
 use crate::worker::{Event, JobEvent};
 
@@ -100,10 +101,10 @@ fn loader_event(state: &mut State, event: Event) {
             }
             JobEvent::Failed(text) => {
                 let title = match reading {
-                    Reading::Project => "The project's lights and objects cannot be used",
                     Reading::File => "These edits cannot be used",
                     Reading::Object => "This object cannot be added",
                     Reading::Dome => "This image cannot be used",
+                    Reading::Found(_) => "This file cannot take its place",
                 };
                 state.messages.error(title, text);
             }
@@ -119,7 +120,20 @@ fn loader_event(state: &mut State, event: Event) {
     }
     let Some((_, opening)) = state.jobs.opening.take() else { return };
     match event.what {
-        JobEvent::Loaded(capture) => files::opened(state, opening, capture),
+        JobEvent::Loaded(capture) => {
+            // Nobody may save the project before all that it holds has been read.
+            match opening.project.as_ref().map(|project| project.relight.clone()) {
+                Some(Relight::Stored(value)) if !value.is_null() => {
+                    state.jobs.read_stored(opening, capture, value);
+                }
+                _ => files::opened(state, opening, capture),
+            }
+        }
+        JobEvent::StoredEdits(edits) => {
+            if let Some(capture) = state.jobs.loaded.take() {
+                files::opened(state, Opening { edits: Some(edits), ..opening }, capture);
+            }
+        }
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }

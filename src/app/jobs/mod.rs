@@ -13,6 +13,7 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use eframe::egui;
+use serde_json::Value;
 
 use super::derived::{self, Derived};
 use super::files::Opening;
@@ -51,11 +52,11 @@ pub struct Picture {
 /// What edits are read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
-    /// The project that was opened.
-    Project,
     File,
     Object,
     Dome,
+    /// A part of the project that could not be read, by its index, from another file.
+    Found(usize),
 }
 
 /// The relit scene in the viewport.
@@ -102,6 +103,8 @@ pub struct Jobs {
     pub coverage: Option<Coverage>,
     ctx: egui::Context,
     pub opening: Option<(Job, Opening)>,
+    /// The capture of what is being opened, once it has been read.
+    loaded: Option<Arc<Capture>>,
     /// The export under way, and what it writes.
     pub exporting: Option<(Job, Arc<Reconstruction>)>,
     /// Numbers that are being worked out, and of what.
@@ -128,6 +131,7 @@ impl Jobs {
             coverage: None,
             ctx: ctx.clone(),
             opening: None,
+            loaded: None,
             exporting: None,
             derived: None,
         })
@@ -140,7 +144,16 @@ impl Jobs {
         self.opening = Some((job, opening));
     }
 
+    /// Reads what a project changes of the recovered scene, before it is shown.
+    pub fn read_stored(&mut self, opening: Opening, capture: Arc<Capture>, value: Value) {
+        let (file, value) = (opening.path.clone(), Box::new(value));
+        let command = Command::ReadStoredEdits { capture: capture.clone(), file, value };
+        self.opening = Some((self.loader.send(command), opening));
+        self.loaded = Some(capture);
+    }
+
     pub fn cancel_opening(&mut self) {
+        self.loaded = None;
         if let Some((job, _)) = self.opening.take() {
             self.loader.cancel(job);
         }

@@ -20,6 +20,7 @@ pub mod palette;
 pub mod questions;
 mod relight;
 mod relight_added;
+mod relight_list;
 mod run;
 mod sample_errors;
 mod samples;
@@ -37,7 +38,7 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
-use super::edit::Change;
+use super::change::Change;
 use super::jobs::Jobs;
 use super::layout::Pane;
 use super::messages::Messages;

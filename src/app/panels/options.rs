@@ -4,7 +4,7 @@ use eframe::egui;
 
 use super::numbers::named;
 use crate::app::actions::Action;
-use crate::app::edit::Change;
+use crate::app::change::Change;
 use crate::app::project::Project;
 use crate::options::{Declaration, Kind};
 use crate::reconstruct::Options;

@@ -7,9 +7,9 @@ use eframe::egui::{self, Id, Key};
 
 use super::numbers::{list_color, swatch};
 use crate::app::actions::Action;
+use crate::app::change::Change;
 use crate::app::commands;
 use crate::app::dialogs::{PathField, PathRequest};
-use crate::app::edit::Change;
 use crate::app::leaving::{AfterPrompt, UnsavedWork};
 use crate::app::state::State;
 
@@ -98,7 +98,7 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::OpenCapture | PathRequest::OpenProject => "Open",
         PathRequest::SaveAs => "Save",
         PathRequest::Export => "Export",
-        PathRequest::Locate => "Use",
+        PathRequest::Locate | PathRequest::Find(_) => "Use",
         PathRequest::AddObject | PathRequest::AddDome => "Add",
         PathRequest::LoadEdits => "Load",
         PathRequest::SaveEdits => "Save",

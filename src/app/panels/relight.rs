@@ -6,10 +6,11 @@ use eframe::egui::{self, Button, DragValue};
 
 use super::fields::triple;
 use super::numbers::{emission_color, empty, named, reflectance_color, swatch};
-use super::relight_added::{added_ui, list_ui};
+use super::relight_added::added_ui;
+use super::relight_list::list_ui;
 use crate::app::actions::{Action, Relight};
+use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
-use crate::app::edit::Change;
 use crate::app::jobs::Jobs;
 use crate::app::project::Project;
 use crate::app::relight::{Added, NewLight};

@@ -1,53 +1,19 @@
-//! Lights and objects that were set into the scene, and the numbers of the selected one.
+//! The numbers of the selected one of the lights and objects that were set into the scene.
 
-use eframe::egui::{self, Button, DragValue};
+use eframe::egui::{self, DragValue};
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot, Vec3};
 
 use super::fields::{angle, direction_ui, length, position, triple};
-use super::numbers::{emission_color, left, short, swatch};
+use super::numbers::short;
 use super::relight::{Proposal, RelightState};
-use crate::app::actions::{Action, Relight, Select};
-use crate::app::project::{Focus, Project};
+use crate::app::actions::{Action, Relight};
+use crate::app::project::Project;
 use crate::app::relight::{self, Added, Motion, strength_and_colour};
 use crate::math::blackbody::blackbody;
 use crate::math::rgb::Rgb;
 use crate::render::edits::{AddedLight, Edits, Object, Shape};
 use crate::scene::Brdf;
 use crate::scene::Emitter;
-
-pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
-    let edits = &project.edit().relight;
-    if edits.lights.is_empty() && edits.objects.is_empty() {
-        ui.weak("Nothing yet. Add a light or an object; it can then be moved in the 3D view.");
-    }
-    let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
-    let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
-        ui.horizontal(|ui| {
-            swatch(ui, color);
-            let text = format!("{name}  ({kind})");
-            let width = ui.available_width();
-            let button = Button::selectable(selected == Some(item), left(text)).truncate();
-            let response = ui
-                .add(button.min_size(egui::vec2(width, 0.0)))
-                .on_hover_text("Select it: G, R and S move, rotate and scale it");
-            if response.clicked() {
-                actions.push(Action::Select(Select::Added(item)));
-            }
-        });
-    };
-    for (index, light) in edits.lights.iter().enumerate() {
-        let kind = match &light.shape {
-            Shape::Emitter(emitter) => emitter.kind(),
-            Shape::Dome(_) => "dome",
-        };
-        row(ui, Added::Light(index), &light.name, kind, emission_color(light.emission));
-    }
-    for (index, object) in edits.objects.iter().enumerate() {
-        let diffuse = object.surfaces.first().map_or([0.5; 3], |(_, own)| own.diffuse);
-        let color = super::numbers::reflectance_color(diffuse);
-        row(ui, Added::Object(index), &object.name, "object", color);
-    }
-}
 
 /// The selected one's numbers.
 pub fn added_ui(
