@@ -11,7 +11,7 @@ use super::files;
 use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
-use super::leaving::{AfterPrompt, leave, proceed};
+use super::leaving::{AfterPrompt, leave, once_saved, proceed};
 use super::project::{Focus, Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
@@ -178,7 +178,7 @@ pub fn apply(state: &mut State, action: Action) {
             if files::save_to(state, &file, replace)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                proceed(state, then);
+                once_saved(state, then);
             }
         }
         Action::ExportTo { folder, replace } => {
@@ -211,7 +211,7 @@ pub fn apply(state: &mut State, action: Action) {
             } else if files::save(state)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                proceed(state, then);
+                once_saved(state, then);
             }
         }
         Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),

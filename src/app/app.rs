@@ -6,7 +6,7 @@ use eframe::egui;
 
 use super::actions::{self, Action};
 use super::state::State;
-use super::{Launch, commands, dialogs, files, import, jobs, panels};
+use super::{Launch, commands, dialogs, files, import, jobs, keeping, panels};
 
 /// The window.
 pub struct Studio {
@@ -26,7 +26,7 @@ impl Studio {
 
     /// Keeps unsaved work for recovery now rather than at the next half minute.
     pub fn autosave(&mut self) {
-        files::autosave_now(&mut self.state);
+        keeping::autosave_now(&mut self.state);
     }
 
     /// Whether the capture is drawn with all that its photographs show.
@@ -59,7 +59,7 @@ impl eframe::App for Studio {
         jobs::drain(state);
         import::follow(state);
         dialogs::poll(state, &mut actions);
-        files::autosave(state);
+        keeping::autosave(state);
         files::found_recent(state);
         dropped(&ctx, state, &mut actions);
         // What is being typed comes before what is then done with it.
@@ -123,7 +123,8 @@ fn close_requested(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>
 fn title(ctx: &egui::Context, state: &mut State) {
     let title = match &state.project {
         Some(project) => {
-            let mark = if project.is_changed() { "*" } else { "" };
+            let is_saved = !project.is_changed() && project.unsaved_results().is_none();
+            let mark = if is_saved { "" } else { "*" };
             format!("{mark}{} - Lobelia", project.name())
         }
         None => "Lobelia".to_owned(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::change::Change;
 use crate::io::edits::Unread;
-use crate::io::project::{Absent, Tag};
+use crate::io::project::{self, Absent, Tag};
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind, Role};
@@ -50,24 +50,7 @@ impl Edit {
     /// The capture with these tags: what loading it with such a tag file would give. Materials
     /// without surfaces are left out, as there.
     pub fn capture(&self, loaded: &Capture) -> Capture {
-        let mut capture = loaded.clone();
-        for surface in &mut capture.surfaces {
-            if let Role::Material(_) = surface.role {
-                surface.role = Role::Untagged;
-            }
-        }
-        capture.materials = self
-            .materials
-            .iter()
-            .filter(|material| !material.surfaces.is_empty())
-            .cloned()
-            .collect();
-        for (index, material) in capture.materials.iter().enumerate() {
-            for &surface in &material.surfaces {
-                capture.surfaces[surface].role = Role::Material(index);
-            }
-        }
-        capture
+        project::tagged(loaded, &self.materials)
     }
 
     /// The index in the reconstructed capture of a material of the list; `None` for one without

@@ -2,21 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
+use super::keeping;
 use super::leaving::{AfterPrompt, UnsavedWork};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
 use crate::io::edits::StoredEdits;
 use crate::io::project::{self, ProjectFile, Relight};
-use crate::io::settings;
+use crate::io::{results, settings};
 use crate::scene::Capture;
-
-/// Unsaved work is kept this often.
-const AUTOSAVE: Duration = Duration::from_secs(30);
 
 /// What is being opened.
 pub struct Opening {
@@ -141,7 +139,9 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     }
     state.messages.info(format!("Opened {} in {secs:.2} s", opening.folder.display()));
     let moved = opening.project.as_ref().is_some_and(|file| file.capture != opening.folder);
-    let solution = opening.project.as_ref().and_then(|stored| stored.solution.clone());
+    let stored = opening.project.as_deref();
+    let (solution, results) =
+        stored.map_or((None, None), |own| (own.solution.clone(), own.results.clone()));
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
     state.viewport.frame_all();
@@ -173,15 +173,21 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         state.layout.restore(&stored.layout);
     }
     state.project = Some(project);
-    if let (Some(folder), Some(project)) = (solution, &state.project) {
-        state.jobs.read_solved(project, folder);
+    if let Some(project) = &mut state.project {
+        project.solution.clone_from(&solution);
+        project.results.clone_from(&results);
+        match (results, solution) {
+            (Some(folder), _) => {
+                state.jobs.read_results(project, folder, opening.recovered.clone());
+            }
+            (None, Some(folder)) => state.jobs.read_solved(project, folder),
+            (None, None) => {}
+        }
     }
     state.panels.forget();
     if let Some(left) = opening.recovered {
-        autosave_now(state);
-        // What the crash left goes only once this window keeps it.
-        if state.kept.is_some() {
-            discard(state, &left);
+        if !state.jobs.is_restoring() {
+            keeping::take_over(state, &left);
         }
         state.messages.notice("Unsaved work was recovered. Save it to keep it.");
     } else {
@@ -214,23 +220,13 @@ pub fn close_unprompted(state: &mut State) {
         state.jobs.cancel(&mut project);
     }
     state.jobs.studies.forget();
+    state.jobs.stop_restoring();
     state.viewport.clear();
     state.dialogs.forget_project();
-    forget_kept(state);
+    keeping::forget_kept(state);
 }
 
-/// Nothing is to be recovered any more.
-fn forget_kept(state: &mut State) {
-    state.kept = None;
-    if let Some(recovery) = state.recovery.clone() {
-        state.writer.send(move || {
-            recovery.forget();
-            Ok(())
-        });
-    }
-}
-
-fn file_of(state: &State, project: &Project) -> ProjectFile {
+pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
     ProjectFile {
         capture: project.folder.clone(),
         original: None,
@@ -238,7 +234,7 @@ fn file_of(state: &State, project: &Project) -> ProjectFile {
         options: project.edit().options.clone(),
         relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
         solution: project.solution.clone().filter(|_| !project.is_outdated()),
-        results: None,
+        results: project.results.clone(),
         view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }
@@ -270,67 +266,37 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
         state.dialogs.replace = Some((PathRequest::SaveAs, file));
         return false;
     }
-    if let Err(error) = project::write_over(&file, &file_of(state, project)) {
+    let mut stored = file_of(state, project);
+    let folder = results::folder_of(&file);
+    // Results that are with another file, or nowhere yet, come along.
+    let storing = match project.unsaved_results() {
+        None if project.results.as_ref() == Some(&folder) => None,
+        _ => project.storing(folder),
+    };
+    if let Some(storing) = &storing {
+        stored.results = Some(storing.folder.clone());
+    }
+    if let Err(error) = project::write_over(&file, &stored) {
         state.messages.error("The project cannot be saved", error.to_string());
         return false;
     }
     let file = file.canonicalize().unwrap_or(file);
     if let Some(project) = &mut state.project {
         project.file = Some(file.clone());
+        project.results = stored.results;
         project.mark_saved();
+        if let Some(storing) = storing {
+            project.mark_results_saved();
+            state.jobs.store_results(storing);
+        }
     }
-    forget_kept(state);
+    if !state.jobs.is_storing() {
+        keeping::forget_kept(state);
+    }
     state.settings.remember(&file);
     save_settings(state);
     state.messages.notice(format!("Saved {}", file.display()));
     true
-}
-
-/// Keeps unsaved work now and then, for recovery.
-pub fn autosave(state: &mut State) {
-    let problems = state.writer.problems();
-    if !problems.is_empty() {
-        // It is tried again at the next half minute.
-        state.kept = None;
-    }
-    for problem in problems {
-        state.messages.warning(problem);
-    }
-    if state.autosaved.elapsed() >= AUTOSAVE {
-        keep(state);
-    }
-    if state.project.as_ref().is_some_and(Project::is_changed) {
-        // An idle window draws no frames of its own.
-        state.ctx.request_repaint_after(AUTOSAVE.saturating_sub(state.autosaved.elapsed()));
-    }
-}
-
-/// Keeps unsaved work at once, and waits for it.
-pub fn autosave_now(state: &mut State) {
-    keep(state);
-    state.writer.wait();
-    for problem in state.writer.problems() {
-        state.kept = None;
-        state.messages.warning(problem);
-    }
-}
-
-fn keep(state: &mut State) {
-    state.autosaved = Instant::now();
-    let (Some(recovery), Some(project)) = (&state.recovery, &state.project) else { return };
-    if !project.is_changed() {
-        if state.kept.is_some() {
-            forget_kept(state);
-        }
-        return;
-    }
-    if state.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, project.edit())) {
-        return;
-    }
-    let recovery = recovery.clone();
-    let file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
-    state.kept = Some(project.edit().clone());
-    state.writer.send(move || recovery.keep(&file).map_err(|error| format!("Autosave: {error}")));
 }
 
 /// Looks for what was open recently, on a thread: a drive may take its time to answer.

@@ -327,6 +327,25 @@ pub fn materials(tags: &[Tag], capture: &Capture) -> Resolved {
     resolved
 }
 
+/// The capture with these materials: what loading it with such a tag file would give. Materials
+/// without surfaces are left out, as there.
+pub fn tagged(loaded: &Capture, materials: &[Material]) -> Capture {
+    let mut capture = loaded.clone();
+    for surface in &mut capture.surfaces {
+        if let Role::Material(_) = surface.role {
+            surface.role = Role::Untagged;
+        }
+    }
+    let materials = materials.iter().filter(|material| !material.surfaces.is_empty());
+    capture.materials = materials.cloned().collect();
+    for (index, material) in capture.materials.iter().enumerate() {
+        for &surface in &material.surfaces {
+            capture.surfaces[surface].role = Role::Material(index);
+        }
+    }
+    capture
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::io::brackets::Found;
 use crate::io::edits::StoredEdits;
 use crate::io::import::{Import, ShotCheck, Survey, Written};
+use crate::io::results::Results;
 use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
@@ -73,6 +74,8 @@ pub enum JobEvent {
     Edits(Arc<Edits>, Vec<String>),
     /// The edits of a project were read, as far as they could be.
     StoredEdits(Box<StoredEdits>),
+    /// The results beside a project's file were read.
+    Results(Box<Results>),
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT as _, Queryable};
 use egui_kittest::{Harness, Node};
 use lobelia::app::{Launch, Studio};
 
@@ -95,6 +95,16 @@ impl Window {
     fn node<'a>(&'a self, label: &'a str) -> Node<'a> {
         let found = self.harness.query_all_by_label(label).next();
         found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\""))
+    }
+
+    /// The labels that contain something, in the order of the window.
+    fn labels(&self, part: &str) -> Vec<String> {
+        let nodes = self.harness.query_all_by_label_contains(part);
+        let text = |node: Node| {
+            let node = node.accesskit_node();
+            node.value().or(node.label())
+        };
+        nodes.filter_map(text).collect()
     }
 
     /// Clicks as a hand does: waits for what still moves.

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use eframe::egui;
 use serde_json::{Value, json};
 
+use crate::runs::coarse;
 use crate::{Window, example};
 
 const NONE: egui::Modifiers = egui::Modifiers::NONE;
-const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 2 3\nf 1 2 4\n";
+pub const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 2 3\nf 1 2 4\n";
 
 /// A project of the example that is relit.
 pub fn relit_project(folder: &Path, relight: &Value) -> PathBuf {
@@ -148,4 +149,80 @@ fn saving_keeps_the_file_before() {
     save(&mut window);
     assert_eq!(fs::read(&backup).unwrap(), former);
     assert_eq!(json_of(&file)["relight"]["lights"].as_array().unwrap().len(), 2);
+}
+
+/// A window with a project whose run has ended.
+fn run(folder: &Path, file: &Path) -> Window {
+    let mut window = open(folder, file);
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    window
+}
+
+#[test]
+fn results_are_saved_with_the_project_and_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = coarse(folder.path(), 150);
+    let mut window = run(folder.path(), &file);
+    window.click("Inspect");
+    window.click("samples row 7");
+    // Where its light comes from.
+    let shown = |window: &Window| -> Vec<String> {
+        window.labels(" %").into_iter().filter(|label| label.ends_with(" %")).collect()
+    };
+    let share = shown(&window);
+    assert!(share.len() > 1, "{share:?}");
+    window.menu("File", "Close project");
+    assert!(window.has_part("The results are not saved"), "closing would lose them");
+    window.click("Cancel");
+    save(&mut window);
+    window.wait("the results on the disk", |window| !window.harness.state().is_busy());
+    assert!(folder.path().join("coarse.lobelia-data/solution.json").is_file());
+    window.menu("File", "Close project");
+    assert!(window.has("Open example"), "nothing is lost, so nothing is asked");
+    drop(window);
+
+    let mut window = open(folder.path(), &file);
+    window.click("Reconstruct");
+    assert!(window.has_part("relative RMS (%)") && !window.has("Not run yet."));
+    window.click("Error per sample");
+    assert!(window.has_part("RMS of the logarithm"));
+    window.click("Inspect");
+    window.click("samples row 7");
+    assert_eq!(shown(&window), share);
+    window.key(NONE, egui::Key::F5);
+    assert!(!window.has_part("Run first"));
+
+    // A tag that is changed afterwards does not cost the results.
+    window.click("Tag");
+    window.click("floor (1)");
+    window.click("Delete");
+    assert!(!window.has("floor (1)"));
+    save(&mut window);
+    drop(window);
+    let mut window = open(folder.path(), &file);
+    window.click("Reconstruct");
+    assert!(window.has("Outdated"), "they are of earlier tags");
+    window.click("Inspect");
+    window.click("samples row 7");
+    assert_eq!(shown(&window), share);
+}
+
+#[test]
+fn results_survive_a_crash() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = coarse(folder.path(), 150);
+    let mut window = run(folder.path(), &file);
+    window.harness.state_mut().autosave();
+    // As a crash leaves it: nobody has answered a question.
+    drop(window);
+    let mut window = Window::at(&folder.path().join("home"), None);
+    window.step();
+    window.click("Recover");
+    window.wait_for("Photographs (6)");
+    window.wait("all of it", |window| !window.harness.state().is_busy());
+    window.click("Inspect");
+    assert!(window.has_part("m apart"));
+    window.menu("File", "Close project");
+    assert!(window.has_part("The results are not saved"));
 }

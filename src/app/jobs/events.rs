@@ -5,7 +5,9 @@ use std::sync::mpsc::TryRecvError;
 
 use super::{PULSE, Reading, studies};
 use crate::app::files::{self, Opening};
-use crate::app::project::{Project, Run};
+use crate::app::keeping;
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::app::relighting;
 use crate::app::state::State;
 use crate::io::project::Relight;
@@ -90,10 +92,19 @@ fn loader_event(state: &mut State, event: Event) {
         }
         return;
     }
+    if !event.what.is_ending() {
+        return;
+    }
+    if let Some((_, restoring)) = state.jobs.project_results.take_if(|(job, _)| *job == event.job) {
+        keeping::restored(state, restoring, event.what);
+        return;
+    }
+    if let Some(index) = state.jobs.storing.iter().position(|(job, _)| *job == event.job) {
+        let (_, whole) = state.jobs.storing.remove(index);
+        keeping::stored(state, &whole, event.what);
+        return;
+    }
     if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
-        if !event.what.is_ending() {
-            return;
-        }
         let (_, reading) = state.jobs.reading.remove(index);
         match event.what {
             JobEvent::Edits(edits, warnings) => {
@@ -113,9 +124,7 @@ fn loader_event(state: &mut State, event: Event) {
         return;
     }
     // Only the latest opening counts; a project that was open stays until it has succeeded.
-    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
-        || !event.what.is_ending()
-    {
+    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job) {
         return;
     }
     let Some((_, opening)) = state.jobs.opening.take() else { return };
@@ -186,7 +195,6 @@ fn runner_event(state: &mut State, event: Event) {
                 if let Some(Project { products, solution, .. }) = &mut state.project {
                     let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
                     if products.whole.as_ref().is_some_and(is_shown) {
-                        products.exported = true;
                         *solution = Some(folder.clone());
                     }
                 }

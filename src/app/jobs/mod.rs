@@ -17,7 +17,9 @@ use serde_json::Value;
 
 use super::derived::{self, Derived};
 use super::files::Opening;
-use super::project::{Products, Project, Run};
+use super::keeping::Restoring;
+use super::products::{Products, Run};
+use super::project::Project;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::CoverageMask;
@@ -29,7 +31,7 @@ use crate::study::pictures::PictureScore;
 use crate::watch::Progress;
 use crate::worker::{
     Command, EditSource, Files, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit,
-    Rendering, Worker,
+    Rendering, StoreResults, Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -93,6 +95,9 @@ pub struct Jobs {
     pub studies: Studies,
     /// Results that are being read.
     restoring: Option<(Job, PathBuf)>,
+    /// Results of the project that are being read, and those that are being written.
+    project_results: Option<(Job, Restoring)>,
+    storing: Vec<(Job, Arc<Reconstruction>)>,
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
     /// Pictures that are being written.
@@ -125,6 +130,8 @@ impl Jobs {
             relight: None,
             studies: Studies::new(worker()?),
             restoring: None,
+            project_results: None,
+            storing: Vec::new(),
             reading: Vec::new(),
             rendering: None,
             picture: None,
@@ -255,6 +262,35 @@ impl Jobs {
         self.restoring = Some((job, folder));
     }
 
+    /// Reads the results that belong to a project's file.
+    pub fn read_results(&mut self, project: &Project, folder: PathBuf, recovered: Option<PathBuf>) {
+        let (capture, path) = (project.loaded.clone(), folder.clone());
+        let job = self.loader.send(Command::ReadResults { capture, folder: path });
+        self.project_results = Some((job, Restoring { folder, recovered }));
+    }
+
+    /// What is being read belongs to a project that is no longer open.
+    pub fn stop_restoring(&mut self) {
+        self.restoring = None;
+        self.project_results = None;
+        self.reading.clear();
+    }
+
+    pub fn is_restoring(&self) -> bool {
+        self.project_results.is_some()
+    }
+
+    /// Writes the results that belong to a project's file.
+    pub fn store_results(&mut self, storing: StoreResults) {
+        let whole = storing.reconstruction.clone();
+        let job = self.loader.send(Command::StoreResults(Box::new(storing)));
+        self.storing.push((job, whole));
+    }
+
+    pub fn is_storing(&self) -> bool {
+        !self.storing.is_empty()
+    }
+
     /// Reads edits for the open project.
     pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
         let Some(project) = project else { return };
@@ -355,7 +391,7 @@ impl Jobs {
     }
 
     /// Works out the numbers of finished results that have none yet.
-    fn derive(&mut self, project: &Project) {
+    pub(in crate::app) fn derive(&mut self, project: &Project) {
         let products = &project.products;
         if let Some(whole) = products.whole.clone().filter(|_| products.derived.is_none()) {
             let ctx = self.ctx.clone();
@@ -371,6 +407,8 @@ impl Jobs {
             || self.rendering.is_some()
             || !self.reading.is_empty()
             || self.restoring.is_some()
+            || self.is_restoring()
+            || self.is_storing()
             || self.studies.is_busy()
     }
 

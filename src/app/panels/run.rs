@@ -9,7 +9,8 @@ use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
 use crate::app::change::Change;
 use crate::app::edit::Edit;
-use crate::app::project::{Project, Run};
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::options::Declaration;
 use crate::reconstruct::{Method, Stage};
 

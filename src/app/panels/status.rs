@@ -5,7 +5,8 @@ use eframe::egui;
 use super::numbers::{count, counted, duration};
 use super::run::progress_ui;
 use crate::app::actions::Action;
-use crate::app::project::{Project, Run};
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::app::state::State;
 use crate::app::viewport::Hovered;
 
