@@ -5,6 +5,7 @@ use std::time::Instant;
 use eframe::egui;
 
 use super::actions::{self, Action};
+use super::gesture::Gesture;
 use super::state::State;
 use super::{Launch, commands, dialogs, files, import, jobs, keeping, panels};
 
@@ -56,6 +57,7 @@ impl eframe::App for Studio {
             state.start = None;
             state.messages.info(report);
         }
+        state.hand.look(&ctx);
         jobs::drain(state);
         import::follow(state);
         dialogs::poll(state, &mut actions);
@@ -83,6 +85,7 @@ impl eframe::App for Studio {
         for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
+        end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
         let request = edits.and_then(|edits| state.viewport.request(edits));
         state.jobs.relight(state.project.as_ref(), request);
@@ -96,6 +99,21 @@ impl eframe::App for Studio {
             ctx.request_repaint();
         }
         state.probe.add(began.elapsed());
+    }
+}
+
+/// A gesture that has ended is a step of undo; Escape takes it back.
+fn end_gesture(state: &mut State) {
+    let Some(project) = &mut state.project else { return };
+    match project.gesture() {
+        // The 3D view says itself how it ends.
+        Some(Gesture::Transform) if state.viewport.is_moving() => {}
+        Some(gesture) if gesture != Gesture::Transform && state.hand.escaped() => {
+            project.cancel_gesture();
+        }
+        Some(Gesture::Press(_) | Gesture::Typing(_))
+            if project.gesture().is_some_and(|own| !state.hand.ends(own)) => {}
+        _ => project.commit(),
     }
 }
 

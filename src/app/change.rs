@@ -101,8 +101,8 @@ impl Change {
         }
     }
 
-    /// Changes with the same key that follow each other closely are one drag of the hand.
-    pub fn merges_with(&self, other: &Self) -> bool {
+    /// Whether it changes the same value as another: within a gesture they are one step.
+    pub fn is_of_value_of(&self, other: &Self) -> bool {
         match (self, other) {
             (
                 Self::Known { material: a, diffuse: Some(_) },
@@ -117,14 +117,9 @@ impl Change {
                 Self::Option { section: b, name: y, .. },
             ) => a == b && x == y,
             (Self::Relight { name: a, of: x, .. }, Self::Relight { name: b, of: y, .. }) => {
-                a == b && x == y && !is_one_step(a)
+                a == b && x == y
             }
             _ => false,
         }
     }
-}
-
-/// Whether a change of the relit scene stands alone however fast the next follows.
-fn is_one_step(name: &str) -> bool {
-    ["add", "duplicate", "remove"].iter().any(|word| name.starts_with(word))
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::change::Change;
 use super::edit::Edit;
+use super::gesture::{Gesture, Preview};
 use super::products::{Products, Run};
 use super::relight::{self, Added};
 use super::undo::History;
@@ -33,6 +34,7 @@ pub struct Project {
     /// was opened.
     saved: Option<Arc<Edit>>,
     pub history: History,
+    preview: Option<Preview>,
     pub selection: Selection,
     pub products: Products,
     /// Where the results of the present tags and options were exported to.
@@ -86,6 +88,7 @@ impl Project {
             saved: Some(edit.clone()),
             edit,
             history: History::default(),
+            preview: None,
             selection: Selection::default(),
             products: Products::default(),
             solution: None,
@@ -99,15 +102,62 @@ impl Project {
         &self.edit
     }
 
-    /// Changes tags or options so that it can be undone.
+    /// Changes tags or options in a step that can be undone.
     pub fn change(&mut self, change: &Change) -> Result<(), String> {
-        let mut edit = (*self.edit).clone();
-        edit.apply(change, &self.loaded)?;
+        let edit = self.changed(change)?;
         if edit != *self.edit {
-            self.history.note(change, &self.edit);
+            self.commit();
+            self.history.note(change.name(), self.edit.clone());
             self.set_edit(Arc::new(edit));
         }
         Ok(())
+    }
+
+    /// Changes them as part of a gesture, which is one step for each value once it ends.
+    pub fn preview(&mut self, change: &Change, gesture: Gesture) -> Result<(), String> {
+        let edit = self.changed(change)?;
+        if edit == *self.edit {
+            return Ok(());
+        }
+        let goes_on = self
+            .preview
+            .as_ref()
+            .is_some_and(|own| own.gesture == gesture && change.is_of_value_of(&own.change));
+        if !goes_on {
+            self.commit();
+        }
+        let before = self.preview.take().map_or_else(|| self.edit.clone(), |own| own.before);
+        self.preview = Some(Preview { gesture, change: change.clone(), before });
+        self.set_edit(Arc::new(edit));
+        Ok(())
+    }
+
+    /// The state that a change makes of the present one.
+    fn changed(&self, change: &Change) -> Result<Edit, String> {
+        let mut edit = (*self.edit).clone();
+        edit.apply(change, &self.loaded)?;
+        Ok(edit)
+    }
+
+    /// The gesture whose changes are no step yet.
+    pub fn gesture(&self) -> Option<Gesture> {
+        self.preview.as_ref().map(|own| own.gesture)
+    }
+
+    /// The gesture ends: what it changed is a step.
+    pub fn commit(&mut self) {
+        if let Some(own) = self.preview.take()
+            && own.before != self.edit
+        {
+            self.history.note(own.change.name(), own.before);
+        }
+    }
+
+    /// The gesture is given up: all is as it was before.
+    pub fn cancel_gesture(&mut self) {
+        if let Some(own) = self.preview.take() {
+            self.set_edit(own.before);
+        }
     }
 
     /// Goes to another state: by undo, redo, or because a file says so.
@@ -136,12 +186,14 @@ impl Project {
     }
 
     pub fn undo(&mut self) -> Option<String> {
+        self.commit();
         let (name, state) = self.history.undo(&self.edit.clone())?;
         self.set_edit(state);
         Some(name)
     }
 
     pub fn redo(&mut self) -> Option<String> {
+        self.commit();
         let (name, state) = self.history.redo(&self.edit.clone())?;
         self.set_edit(state);
         Some(name)

@@ -10,6 +10,7 @@ use super::change::Change;
 use super::dialogs::PathRequest;
 use super::jobs::Reading;
 use super::relight::{self, Added, Motion};
+use super::selecting::select;
 use super::state::State;
 use super::viewport::Shading;
 use crate::io::edits;
@@ -113,7 +114,7 @@ fn change(state: &mut State, name: &'static str, of: Option<Added>, edits: Edits
 fn added(state: &mut State, name: &'static str, edits: Edits, item: Added) {
     change(state, name, Some(item), edits);
     let Some(project) = &mut state.project else { return };
-    actions::select(project, Select::Added(item));
+    select(project, Select::Added(item));
     if project.products.solved.is_some() {
         state.viewport.settings.shading = Shading::Relit;
     }
@@ -180,7 +181,7 @@ fn found(state: &mut State, index: usize, edits: &Edits) {
     let (edits, unread) = (Arc::new(next), Arc::new(unread));
     actions::change_project(state, &Change::Unread { name: "find file", edits, unread });
     if let Some(project) = &mut state.project {
-        actions::select(project, Select::Added(item));
+        select(project, Select::Added(item));
     }
 }
 

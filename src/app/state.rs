@@ -10,6 +10,7 @@ use eframe::{egui, egui_wgpu};
 
 use super::Launch;
 use super::dialogs::Dialogs;
+use super::gesture::Hand;
 use super::import::ImportPage;
 use super::jobs::Jobs;
 use super::keeping::Kept;
@@ -55,6 +56,7 @@ pub struct State {
     pub probe: Probe,
     /// Until the capture that the window was started with is drawn.
     pub start: Option<Start>,
+    pub hand: Hand,
     pub quitting: bool,
     /// What comes once the results are on the disk.
     pub after_storing: Option<AfterPrompt>,
@@ -106,6 +108,7 @@ impl State {
                 .began
                 .filter(|_| launch.path.is_some())
                 .map(|began| Start::new(began, driver)),
+            hand: Hand::default(),
             quitting: false,
             after_storing: None,
             was_typing: false,

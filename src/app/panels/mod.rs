@@ -190,8 +190,10 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
 fn viewport_action(event: ViewportEvent) -> Action {
     Action::Select(match event {
         ViewportEvent::Moved { item, name, edits } => {
-            return Action::Change(Change::Relight { name, of: Some(item), edits });
+            return Action::Transform(Change::Relight { name, of: Some(item), edits });
         }
+        ViewportEvent::Kept => return Action::KeepTransform,
+        ViewportEvent::LeftAsItWas => return Action::LeaveTransform,
         ViewportEvent::PickAdded(item) => Select::Added(item),
         ViewportEvent::PickSurface { surface: None, add: true } => {
             Select::Surfaces { surfaces: Default::default(), add: true }

@@ -173,9 +173,8 @@ fn go_on(
         || !relight::exists(&content.edits, own.item);
     let (item, name) = (own.item, own.mode.name());
     if is_left {
-        let edits = own.base.clone();
         view.gizmo.active = None;
-        events.push(ViewportEvent::Moved { item, name, edits });
+        events.push(ViewportEvent::LeftAsItWas);
         return;
     }
     let snaps = ui.input(|i| i.modifiers.command);
@@ -199,6 +198,7 @@ fn go_on(
     };
     if is_kept {
         view.gizmo.active = None;
+        events.push(ViewportEvent::Kept);
     }
     ui.ctx().request_repaint();
 }

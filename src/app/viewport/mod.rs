@@ -214,6 +214,11 @@ impl Viewport {
         self.boxing != Boxing::Off || self.gizmo.is_active()
     }
 
+    /// Whether a light or an object is being moved.
+    pub fn is_moving(&self) -> bool {
+        self.gizmo.is_active()
+    }
+
     /// What is to be rendered for the viewport; `None` where it shows no rendering.
     pub fn request(&self, edits: &Arc<Edits>) -> Option<PreviewRequest> {
         let camera = self.seen_by.filter(|_| self.settings.shading == Shading::Relit)?;
