@@ -7,7 +7,7 @@ use eframe::egui;
 use super::actions::{self, Action};
 use super::gesture::Gesture;
 use super::state::State;
-use super::{Launch, commands, dialogs, files, import, jobs, keeping, panels};
+use super::{Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, panels};
 
 /// The window.
 pub struct Studio {
@@ -63,7 +63,7 @@ impl eframe::App for Studio {
         dialogs::poll(state, &mut actions);
         keeping::autosave(state);
         files::found_recent(state);
-        dropped(&ctx, state, &mut actions);
+        dropping::take(&ctx, state, &mut actions);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();
         close_requested(&ctx, state, &mut last);
@@ -82,6 +82,9 @@ impl eframe::App for Studio {
         panels::questions::questions_ui(&ctx, state, &mut actions);
         panels::palette::palette_ui(&ctx, state, &mut actions);
 
+        if let Some(problem) = entry::problem(&ctx) {
+            state.messages.notice(problem);
+        }
         for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
@@ -115,18 +118,6 @@ fn end_gesture(state: &mut State) {
             if project.gesture().is_some_and(|own| !state.hand.ends(own)) => {}
         _ => project.commit(),
     }
-}
-
-/// Files and folders that were dropped onto the window.
-fn dropped(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
-    let path = ctx.input(|input| input.raw.dropped_files.first().map(|f| f.path().to_owned()));
-    actions.extend(path.map(|path| {
-        if state.is_importing() || crate::io::import::is_foreign(&path) {
-            Action::Import(import::ImportAction::Show(Some(path)))
-        } else {
-            Action::Open(path)
-        }
-    }));
 }
 
 /// The window's own close button asks about unsaved work too.

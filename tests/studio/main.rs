@@ -2,6 +2,7 @@
 //! whatever adapter the machine has; a software one will do.
 #![cfg(feature = "studio")]
 
+mod dropping; // files that are dropped, numbers that are typed
 mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page

@@ -11,6 +11,7 @@ use super::relight_list::list_ui;
 use crate::app::actions::{Action, Relight};
 use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
+use crate::app::entry::{self, Unit};
 use crate::app::jobs::Jobs;
 use crate::app::project::Project;
 use crate::app::relight::{Added, NewLight};
@@ -121,7 +122,7 @@ fn factor(ui: &mut egui::Ui, name: &str, value: f64) -> Option<f64> {
     let mut edited = value;
     let field =
         DragValue::new(&mut edited).range(0.0..=1e6).speed(0.01).max_decimals(3).prefix("× ");
-    let response = ui.add(field).accessible_name(format!("Factor on {name}")).on_hover_text(format!(
+    let response = entry::number(ui, field, Unit::Plain).accessible_name(format!("Factor on {name}")).on_hover_text(format!(
             "Factor on {name}: 1 is as recovered, 0 is off. Drag, or click to type; right-click to reset"
         ));
     if response.secondary_clicked() {
@@ -256,7 +257,8 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
             ui.radio_value(&mut next, choice, name).on_hover_text(help);
         }
         if let Surroundings::Albedo(albedo) = &mut next {
-            ui.add(DragValue::new(albedo).range(0.0..=1.0).speed(0.005))
+            let field = DragValue::new(albedo).range(0.0..=1.0).speed(0.005);
+            entry::number(ui, field, Unit::Plain)
                 .accessible_name("Albedo of the surroundings")
                 .on_hover_text("What the unmodelled room reflects of added light, 0 to 1");
         }

@@ -7,6 +7,7 @@ use super::fields::{angle, direction_ui, length, position, triple};
 use super::numbers::short;
 use super::relight::{Proposal, RelightState};
 use crate::app::actions::{Action, Relight};
+use crate::app::entry::{self, Unit};
 use crate::app::project::Project;
 use crate::app::relight::{self, Added, Motion, strength_and_colour};
 use crate::math::blackbody::blackbody;
@@ -99,7 +100,8 @@ fn light_ui(
                 let speed = 0.01 * factor.max(1e-3);
                 ui.weak("Factor");
                 let field = DragValue::new(&mut factor).range(0.0..=1e9).speed(speed);
-                if ui.add(field).on_hover_text("Factor on the image's radiance").changed() {
+                let response = entry::number(ui, field, Unit::Plain);
+                if response.on_hover_text("Factor on the image's radiance").changed() {
                     light.emission = [factor; 3];
                     change = Some("brightness of light");
                 }
@@ -148,7 +150,7 @@ fn emission_ui(
         "{} of its strongest channel. U is the unit of the photographs' radiance",
         capital(quantity)
     );
-    if ui.add(field).on_hover_text(help).changed() {
+    if entry::number(ui, field, Unit::Plain).on_hover_text(help).changed() {
         *emission = colour.map(|value| value * edited);
         change = Some("brightness of light");
     }
@@ -316,8 +318,7 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
         let mut is_turned = false;
         for (value, axis) in degrees.iter_mut().zip(["X", "Y", "Z"]) {
             let field = DragValue::new(value).speed(0.5).max_decimals(1).suffix("°");
-            is_turned |= ui
-                .add(field)
+            is_turned |= entry::number(ui, field, Unit::Angle)
                 .accessible_name(format!("Turn about {axis}"))
                 .on_hover_text(format!("Turn about {axis}, degrees"))
                 .changed();
@@ -333,8 +334,7 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
     let size = scale.abs().element_product().cbrt();
     let mut edited = size;
     let field = DragValue::new(&mut edited).range(1e-6..=1e6).speed(0.01 * size).max_decimals(4);
-    let is_scaled = ui
-        .add(field)
+    let is_scaled = entry::number(ui, field, Unit::Plain)
         .accessible_name("Scale of the object")
         .on_hover_text("Metres per unit of its file")
         .changed();
@@ -379,8 +379,7 @@ fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Brdf) -> bool {
     if own.specular.iter().any(|&value| value > 0.0) {
         ui.weak("Exponent");
         let field = DragValue::new(&mut own.exponent).range(0.0..=1e6).speed(0.5);
-        changed |= ui
-            .add(field)
+        changed |= entry::number(ui, field, Unit::Plain)
             .accessible_name(format!("{name}, exponent"))
             .on_hover_text("Phong's n: larger ones make sharper reflections")
             .changed();
