@@ -93,7 +93,9 @@ pub fn apply(state: &mut State, what: Relight) {
                 actions::change_project(state, &Change::Unread { name, edits, unread });
             }
         }
-        Relight::Render(folder) => state.jobs.render(project, folder),
+        Relight::Render(folder) => {
+            state.jobs.render(project, folder, state.viewport.development());
+        }
         Relight::StopRendering => state.jobs.stop_rendering(),
     }
 }

@@ -76,6 +76,11 @@ pub enum JobEvent {
     StoredEdits(Box<StoredEdits>),
     /// The results beside a project's file were read.
     Results(Box<Results>),
+    /// The files of a picture are written.
+    PictureWritten {
+        /// Pictures whose files are written by now.
+        done: usize,
+    },
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.
@@ -107,6 +112,7 @@ impl JobEvent {
             Self::Started
                 | Self::Update(_)
                 | Self::Picture { .. }
+                | Self::PictureWritten { .. }
                 | Self::Judged { .. }
                 | Self::Relit(_)
                 | Self::Found(_)

@@ -10,6 +10,7 @@ mod nothing_lost; // what a project holds stays there
 mod projects; // save, reopen, recovery, a moved capture
 mod pictures; // the window and the 3D view beside stored pictures
 mod relighting; // lights and objects that are set into the scene
+mod rendering; // pictures that are written
 mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
 mod studies; // speed and stability of the open capture

@@ -160,17 +160,8 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
-    if let Some((_, folder)) = state.jobs.rendering.take_if(|(job, _)| *job == event.job) {
-        match event.what {
-            JobEvent::Rendered(_) => {
-                state.messages.notice(format!("Pictures written to {}", folder.display()));
-            }
-            JobEvent::Failed(text) => {
-                state.messages.error("The pictures cannot be written", text);
-            }
-            JobEvent::Cancelled => state.messages.notice("Rendering was stopped."),
-            _ => state.jobs.rendering = Some((event.job, folder)),
-        }
+    if state.jobs.rendering.as_ref().is_some_and(|own| own.job == event.job) {
+        state.jobs.pictures_event(event.what, &mut state.messages);
         return;
     }
     let Some(picture) = state.jobs.picture.as_mut().filter(|picture| picture.job == event.job)

@@ -5,6 +5,7 @@
 //! worker that the terminal drives.
 
 mod events;
+mod rendering;
 pub mod studies;
 
 use std::path::PathBuf;
@@ -28,10 +29,9 @@ use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
-use crate::watch::Progress;
 use crate::worker::{
-    Command, EditSource, Files, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit,
-    Rendering, StoreResults, Worker,
+    Command, EditSource, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit, Rendering,
+    StoreResults, Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -84,6 +84,7 @@ pub struct Coverage {
 const COMPARED: usize = 800;
 
 pub use events::drain;
+use rendering::PicturesJob;
 use studies::Studies;
 
 pub struct Jobs {
@@ -101,7 +102,7 @@ pub struct Jobs {
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
     /// Pictures that are being written.
-    rendering: Option<(Job, PathBuf)>,
+    rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.
     pub picture: Option<Picture>,
     /// What the lights see, where it was asked for.
@@ -346,42 +347,6 @@ impl Jobs {
     /// The newest picture of the relit scene.
     pub fn relit(&self) -> Option<&Arc<Relit>> {
         self.relight.as_ref()?.relit.as_ref()
-    }
-
-    /// Writes pictures from the places of all photographs.
-    pub fn render(&mut self, project: &Project, folder: PathBuf) {
-        let Some(solved) = project.products.solved.clone() else { return };
-        let capture = project.result_capture().clone();
-        let frames = capture.photographs.iter().enumerate();
-        let frames = frames.map(|(index, photograph)| Frame {
-            name: photograph.name.clone(),
-            camera: photograph.camera,
-            photograph: Some(index),
-        });
-        let job = self.render_worker.send(Command::Render(Box::new(Rendering {
-            frames: frames.collect(),
-            capture: capture.clone(),
-            solved,
-            edits: project.edit().relight.clone(),
-            options: RenderOptions::default(),
-            files: Some(Files { folder: folder.clone(), png: true, composite: true }),
-        })));
-        self.rendering = Some((job, folder));
-    }
-
-    pub fn is_rendering(&self) -> bool {
-        self.rendering.is_some()
-    }
-
-    /// How far the pictures that are written have come.
-    pub fn rendered(&self) -> Option<Progress> {
-        self.render_worker.progress(self.rendering.as_ref()?.0)
-    }
-
-    pub fn stop_rendering(&mut self) {
-        if let Some((job, _)) = &self.rendering {
-            self.render_worker.cancel(*job);
-        }
     }
 
     pub fn stop_comparing(&mut self) {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{self, Button, DragValue};
 
 use super::fields::triple;
-use super::numbers::{emission_color, empty, named, reflectance_color, swatch};
+use super::numbers::{duration, emission_color, empty, named, reflectance_color, swatch};
 use super::relight_added::added_ui;
 use super::relight_list::list_ui;
 use crate::app::actions::{Action, Relight};
@@ -271,17 +271,21 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         match jobs.rendered() {
             Some(progress) => {
-                let part = progress.done as f32 / progress.total.max(1) as f32;
-                let bar = egui::ProgressBar::new(part.min(1.0)).desired_width(120.0);
+                let bar = egui::ProgressBar::new(progress.part).desired_width(80.0);
                 ui.add(bar).on_hover_text("Of the picture under way");
+                let left = progress.left.map_or(String::new(), |left| {
+                    format!(", {} left", duration(left.as_secs_f64()))
+                });
+                ui.label(format!("{} of {}{left}", progress.number, progress.count));
                 if ui.button("Stop").on_hover_text("Stop rendering; whole pictures stay").clicked()
                 {
                     actions.push(Action::Relight(Relight::StopRendering));
                 }
             }
             None => {
-                let help = "Pictures from the places of all photographs as EXR and PNG, and the \
-                            edits set into the photographs (F12)";
+                let help = "Pictures from the places of all photographs, and the edits set into \
+                            the photographs: EXR with all radiance, PNG at the exposure and tone \
+                            mapping of the 3D view (F12)";
                 if ui.button("Render to files…").on_hover_text(help).clicked() {
                     actions.push(Action::Ask(PathRequest::RenderTo));
                 }

@@ -30,7 +30,11 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 }
                 _ if state.jobs.is_rendering() => {
                     ui.spinner();
-                    ui.label("Rendering pictures");
+                    let text = state
+                        .jobs
+                        .rendered()
+                        .map_or(String::new(), |own| format!(" ({} of {})", own.number, own.count));
+                    ui.label(format!("Rendering pictures{text}"));
                 }
                 _ if state.jobs.opening.is_some() => {
                     ui.spinner();
