@@ -35,6 +35,8 @@ mod theme;
 mod undo;
 mod view_file;
 pub mod viewport;
+#[cfg(test)]
+mod walk;
 mod writer;
 
 use std::path::PathBuf;
