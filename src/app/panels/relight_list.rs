@@ -1,7 +1,7 @@
 //! The list of lights and objects that were set into the scene, with placeholders of those that
 //! could not be read.
 
-use eframe::egui::{self, Button, RichText};
+use eframe::egui::{self, Button, Color32, RichText};
 
 use super::numbers::{emission_color, left, named, reflectance_color, swatch};
 use crate::app::actions::{Action, Relight, Select};
@@ -52,27 +52,30 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
 /// The placeholder of a part of the project that could not be read.
 fn unread_ui(ui: &mut egui::Ui, index: usize, part: &Unread, actions: &mut Vec<Action>) {
     let Some(problem) = &part.problem else { return };
-    ui.horizontal(|ui| {
-        let name = part.name();
-        let kind = if part.is_missing { "missing file" } else { "not read" };
-        let text = RichText::new(format!("{name}  ({kind})")).color(ui.visuals().warn_fg_color);
-        let buttons = 100.0;
-        let width = (ui.available_width() - buttons).max(40.0);
-        let label = egui::Label::new(text).truncate();
-        ui.allocate_ui_with_layout(
-            egui::vec2(width, ui.spacing().interact_size.y),
-            egui::Layout::left_to_right(egui::Align::Center).with_main_justify(true),
-            |ui| ui.add(label).on_hover_text(problem),
-        );
+    let name = part.name();
+    let kind = if part.is_missing { "missing file" } else { "not read" };
+    let text = RichText::new(format!("{name}  ({kind})")).color(ui.visuals().warn_fg_color);
+    let buttons = egui::Layout::right_to_left(egui::Align::Center);
+    ui.allocate_ui_with_layout(row_size(ui), buttons, |ui| {
+        let button = named(ui.small_button("Remove"), format!("Remove {name}"));
+        if button.on_hover_text("Take it out of the project").clicked() {
+            actions.push(Action::Relight(Relight::GiveUp(index)));
+        }
         if part.file().is_some() {
             let button = named(ui.small_button("Find…"), format!("Find {name}…"));
             if button.on_hover_text("Say where its file is now").clicked() {
                 actions.push(Action::Ask(PathRequest::Find(index)));
             }
         }
-        let button = named(ui.small_button("Remove"), format!("Remove {name}"));
-        if button.on_hover_text("Take it out of the project").clicked() {
-            actions.push(Action::Relight(Relight::GiveUp(index)));
-        }
+        // The name takes what is left, below the names of the others.
+        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            swatch(ui, Color32::TRANSPARENT);
+            ui.add_space(ui.spacing().button_padding.x);
+            ui.add(egui::Label::new(text).truncate()).on_hover_text(problem);
+        });
     });
+}
+
+fn row_size(ui: &egui::Ui) -> egui::Vec2 {
+    egui::vec2(ui.available_width(), ui.spacing().interact_size.y)
 }
