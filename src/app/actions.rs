@@ -4,17 +4,18 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use super::derived;
+use super::change::Change;
 use super::dialogs::{self, Palette, PathRequest};
-use super::edit::Change;
 use super::files;
+use super::gesture::Gesture;
 use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
-use super::leaving::{AfterPrompt, leave, proceed};
-use super::project::{Focus, Project, Selection};
+use super::leaving::{AfterPrompt, leave, once_saved, proceed};
+use super::project::{Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
+use super::selecting::select;
 use super::state::State;
 use super::studying;
 use super::theme;
@@ -52,6 +53,10 @@ pub enum Action {
     Undo,
     Redo,
     Change(Change),
+    /// Moves something in the 3D view, until one of the next two ends that.
+    Transform(Change),
+    KeepTransform,
+    LeaveTransform,
     /// Asks which material the selected surfaces shall have.
     AskMaterial,
     NewMaterialOfSelection,
@@ -100,6 +105,10 @@ pub enum Relight {
     Duplicate,
     /// Puts the selected one on the surface below it.
     Drop,
+    /// Points what could not be read of the project, by its index, at another file.
+    Find(usize, PathBuf),
+    /// Takes what could not be read out of the project.
+    GiveUp(usize),
     /// Makes pictures from all photographs' places, into a folder.
     Render(PathBuf),
     StopRendering,
@@ -174,7 +183,7 @@ pub fn apply(state: &mut State, action: Action) {
             if files::save_to(state, &file, replace)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                proceed(state, then);
+                once_saved(state, then);
             }
         }
         Action::ExportTo { folder, replace } => {
@@ -207,7 +216,7 @@ pub fn apply(state: &mut State, action: Action) {
             } else if files::save(state)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
-                proceed(state, then);
+                once_saved(state, then);
             }
         }
         Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),
@@ -219,7 +228,24 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Undo => tell(state, "Undone", |project| project.undo()),
         Action::Redo => tell(state, "Redone", |project| project.redo()),
-        Action::Change(change) => change_project(state, &change),
+        Action::Change(change) => follow_hand(state, &change),
+        Action::Transform(change) => {
+            if let Some(Err(problem)) =
+                state.project.as_mut().map(|own| own.preview(&change, Gesture::Transform))
+            {
+                state.messages.notice(problem);
+            }
+        }
+        Action::KeepTransform => {
+            if let Some(project) = &mut state.project {
+                project.commit();
+            }
+        }
+        Action::LeaveTransform => {
+            if let Some(project) = &mut state.project {
+                project.cancel_gesture();
+            }
+        }
         Action::AskMaterial => {
             let selected = state.project.as_ref().map(|project| &project.selection.surfaces);
             match selected {
@@ -308,6 +334,17 @@ fn run(state: &mut State, afresh: bool) {
     }
 }
 
+/// A change that a panel proposes: a step of its own, or part of what the hand is doing.
+fn follow_hand(state: &mut State, change: &Change) {
+    let gesture = state.hand.gesture().filter(|_| change.is_of_value_of(change));
+    let (Some(gesture), Some(project)) = (gesture, &mut state.project) else {
+        return change_project(state, change);
+    };
+    if let Err(problem) = project.preview(change, gesture) {
+        state.messages.notice(problem);
+    }
+}
+
 pub(super) fn change_project(state: &mut State, change: &Change) {
     let Some(project) = &mut state.project else { return };
     match project.change(change) {
@@ -330,81 +367,4 @@ fn tell(state: &mut State, word: &str, step: impl FnOnce(&mut Project) -> Option
     if let Some(name) = state.project.as_mut().and_then(step) {
         state.messages.notice(format!("{word}: {name}"));
     }
-}
-
-pub(super) fn select(project: &mut Project, what: Select) {
-    let count = project.loaded.surfaces.len();
-    let selection = &mut project.selection;
-    selection.focus = match what {
-        Select::Surface { surface, mode } => {
-            match mode {
-                Mode::Toggle => {
-                    if !selection.surfaces.remove(&surface) {
-                        selection.surfaces.insert(surface);
-                    }
-                }
-                Mode::Only => selection.surfaces = BTreeSet::from([surface]),
-            }
-            selection.anchor = Some(surface);
-            Focus::Surfaces
-        }
-        Select::Extend { to, shown } => {
-            let anchor = *selection.anchor.get_or_insert(to);
-            let range = shown.range(anchor.min(to)..=anchor.max(to));
-            let Selection { surfaces, hidden, .. } = selection;
-            surfaces.extend(range.filter(|surface| !hidden.contains(surface)));
-            Focus::Surfaces
-        }
-        Select::Surfaces { surfaces, add } => {
-            if !add {
-                selection.surfaces.clear();
-            }
-            selection.anchor = surfaces.first().copied();
-            selection.surfaces.extend(surfaces);
-            Focus::Surfaces
-        }
-        Select::AllSurfaces => {
-            selection.surfaces = (0..count).filter(|s| !selection.hidden.contains(s)).collect();
-            Focus::Surfaces
-        }
-        Select::Nothing => {
-            let hidden = std::mem::take(&mut selection.hidden);
-            *selection = Selection { hidden, ..Selection::default() };
-            Focus::Nothing
-        }
-        Select::Material(material) => {
-            selection.material = Some(material);
-            Focus::Material
-        }
-        Select::Sample(sample) => {
-            selection.sample = Some(sample);
-            Focus::Sample
-        }
-        Select::WorstSample => {
-            let derived = project.products.derived.as_ref();
-            selection.sample = derived.and_then(|derived| derived.worst()).or(selection.sample);
-            Focus::Sample
-        }
-        Select::Light(light) => {
-            selection.light = Some(light);
-            Focus::Light
-        }
-        Select::StrongestLight => {
-            let lit = project.products.whole.as_deref().zip(selection.sample);
-            let lights = lit.map(|(whole, sample)| derived::irradiance_of(whole, sample).1);
-            let Some(&(light, _)) = lights.as_ref().and_then(|lights| lights.first()) else {
-                return;
-            };
-            selection.light = Some(light);
-            Focus::Light
-        }
-        Select::Photograph(photograph) => {
-            selection.photograph = Some(photograph);
-            Focus::Photograph
-        }
-        Select::Added(item) => {
-            selection.added = Some(item);
-            Focus::Added
-        }
-    };
 }

@@ -5,8 +5,9 @@ use std::time::Instant;
 use eframe::egui;
 
 use super::actions::{self, Action};
+use super::gesture::Gesture;
 use super::state::State;
-use super::{Launch, commands, dialogs, files, import, jobs, panels};
+use super::{Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, panels};
 
 /// The window.
 pub struct Studio {
@@ -26,7 +27,7 @@ impl Studio {
 
     /// Keeps unsaved work for recovery now rather than at the next half minute.
     pub fn autosave(&mut self) {
-        files::autosave_now(&mut self.state);
+        keeping::autosave_now(&mut self.state);
     }
 
     /// Whether the capture is drawn with all that its photographs show.
@@ -56,12 +57,13 @@ impl eframe::App for Studio {
             state.start = None;
             state.messages.info(report);
         }
+        state.hand.look(&ctx);
         jobs::drain(state);
         import::follow(state);
         dialogs::poll(state, &mut actions);
-        files::autosave(state);
+        keeping::autosave(state);
         files::found_recent(state);
-        dropped(&ctx, state, &mut actions);
+        dropping::take(&ctx, state, &mut actions);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();
         close_requested(&ctx, state, &mut last);
@@ -80,9 +82,13 @@ impl eframe::App for Studio {
         panels::questions::questions_ui(&ctx, state, &mut actions);
         panels::palette::palette_ui(&ctx, state, &mut actions);
 
+        if let Some(problem) = entry::problem(&ctx) {
+            state.messages.notice(problem);
+        }
         for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
+        end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
         let request = edits.and_then(|edits| state.viewport.request(edits));
         state.jobs.relight(state.project.as_ref(), request);
@@ -99,16 +105,19 @@ impl eframe::App for Studio {
     }
 }
 
-/// Files and folders that were dropped onto the window.
-fn dropped(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
-    let path = ctx.input(|input| input.raw.dropped_files.first().map(|f| f.path().to_owned()));
-    actions.extend(path.map(|path| {
-        if state.is_importing() || crate::io::import::is_foreign(&path) {
-            Action::Import(import::ImportAction::Show(Some(path)))
-        } else {
-            Action::Open(path)
+/// A gesture that has ended is a step of undo; Escape takes it back.
+fn end_gesture(state: &mut State) {
+    let Some(project) = &mut state.project else { return };
+    match project.gesture() {
+        // The 3D view says itself how it ends.
+        Some(Gesture::Transform) if state.viewport.is_moving() => {}
+        Some(gesture) if gesture != Gesture::Transform && state.hand.escaped() => {
+            project.cancel_gesture();
         }
-    }));
+        Some(Gesture::Press(_) | Gesture::Typing(_))
+            if project.gesture().is_some_and(|own| !state.hand.ends(own)) => {}
+        _ => project.commit(),
+    }
 }
 
 /// The window's own close button asks about unsaved work too.
@@ -123,7 +132,8 @@ fn close_requested(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>
 fn title(ctx: &egui::Context, state: &mut State) {
     let title = match &state.project {
         Some(project) => {
-            let mark = if project.is_changed() { "*" } else { "" };
+            let is_saved = !project.is_changed() && project.unsaved_results().is_none();
+            let mark = if is_saved { "" } else { "*" };
             format!("{mark}{} - Lobelia", project.name())
         }
         None => "Lobelia".to_owned(),

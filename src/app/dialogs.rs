@@ -41,6 +41,8 @@ pub enum PathRequest {
     LoadEdits,
     SaveEdits,
     RenderTo,
+    /// A file that the project names, and that is not there, by its index.
+    Find(usize),
     ImportCameras,
     ImportCameraFolder,
     ImportImages,
@@ -139,6 +141,7 @@ impl PathRequest {
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
+            Self::Find(_) => "Find the file",
             Self::ImportCameras => "File with cameras",
             Self::ImportCameraFolder => "Folder with cameras",
             Self::ImportImages => "Folder of the photographs",
@@ -180,6 +183,7 @@ impl PathRequest {
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::Render(path)),
+            Self::Find(index) => Action::Relight(Relight::Find(index, path)),
             Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
     }
@@ -231,6 +235,7 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
             | PathRequest::AddObject
             | PathRequest::AddDome
             | PathRequest::LoadEdits
+            | PathRequest::Find(_)
             | PathRequest::ImportCameras
             | PathRequest::ImportMesh => block_on(dialog.pick_file()),
             PathRequest::SaveAs | PathRequest::SaveEdits => block_on(dialog.save_file()),
@@ -307,6 +312,9 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::RenderTo => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-pictures", project.name()))
         }),
+        PathRequest::Find(index) => {
+            project.and_then(|project| project.edit().unread.get(index)?.file()).unwrap_or_default()
+        }
         PathRequest::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
             let what = if kind == Kind::Speed { "speed" } else { "stability" };
             beside(&project.folder, &format!("{}-{what}", project.name()))

@@ -4,8 +4,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::relight::Added;
-use crate::math::rgb::Rgb;
+use super::change::Change;
+use crate::io::edits::Unread;
+use crate::io::project::{self, Absent, Tag};
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind, Role};
@@ -19,125 +20,26 @@ pub struct Edit {
     pub options: Options,
     /// How the results are relit.
     pub relight: Arc<Edits>,
-}
-
-/// One change of tags or options.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Change {
-    Assign {
-        surfaces: BTreeSet<usize>,
-        material: usize,
-    },
-    Unassign {
-        surfaces: BTreeSet<usize>,
-    },
-    NewMaterial {
-        surfaces: BTreeSet<usize>,
-    },
-    Rename {
-        material: usize,
-        name: String,
-    },
-    Merge {
-        from: usize,
-        into: usize,
-    },
-    Delete {
-        material: usize,
-    },
-    Kind {
-        material: usize,
-        kind: MaterialKind,
-    },
-    Textured {
-        material: usize,
-        textured: bool,
-    },
-    Known {
-        material: usize,
-        diffuse: Option<Rgb>,
-    },
-    KnownDeviation {
-        material: usize,
-        deviation: Option<Rgb>,
-    },
-    Option {
-        section: &'static str,
-        name: &'static str,
-        text: String,
-    },
-    ForgetStart {
-        material: String,
-    },
-    DefaultOptions,
-    /// All options at once, under a name.
-    Options {
-        name: String,
-        options: Box<Options>,
-    },
-    /// The scene is relit in another way.
-    Relight {
-        name: &'static str,
-        of: Option<Added>,
-        edits: Arc<Edits>,
-    },
-}
-
-impl Change {
-    /// What undo calls it.
-    pub fn name(&self) -> String {
-        match self {
-            Self::Assign { .. } => "assign material".to_owned(),
-            Self::Unassign { .. } => "take material away".to_owned(),
-            Self::NewMaterial { .. } => "new material".to_owned(),
-            Self::Rename { .. } => "rename material".to_owned(),
-            Self::Merge { .. } => "merge materials".to_owned(),
-            Self::Delete { .. } => "delete material".to_owned(),
-            Self::Kind { kind: MaterialKind::Specular, .. } => "make specular".to_owned(),
-            Self::Kind { .. } => "make diffuse".to_owned(),
-            Self::Textured { .. } => "switch texture".to_owned(),
-            Self::Known { .. } => "known reflectance".to_owned(),
-            Self::KnownDeviation { .. } => "deviation of known reflectance".to_owned(),
-            Self::Option { section, name, .. } => format!("{section}.{name}"),
-            Self::ForgetStart { .. } => "remove start value".to_owned(),
-            Self::DefaultOptions => "reset all options".to_owned(),
-            Self::Options { name, .. } => name.clone(),
-            Self::Relight { name, .. } => (*name).to_owned(),
-        }
-    }
-
-    /// Changes with the same key that follow each other closely are one drag of the hand.
-    pub fn merges_with(&self, other: &Self) -> bool {
-        match (self, other) {
-            (
-                Self::Known { material: a, diffuse: Some(_) },
-                Self::Known { material: b, diffuse: Some(_) },
-            )
-            | (
-                Self::KnownDeviation { material: a, deviation: Some(_) },
-                Self::KnownDeviation { material: b, deviation: Some(_) },
-            ) => a == b,
-            (
-                Self::Option { section: a, name: x, .. },
-                Self::Option { section: b, name: y, .. },
-            ) => a == b && x == y,
-            (Self::Relight { name: a, of: x, .. }, Self::Relight { name: b, of: y, .. }) => {
-                a == b && x == y && !is_one_step(a)
-            }
-            _ => false,
-        }
-    }
-}
-
-/// Whether a change of the relit scene stands alone however fast the next follows.
-fn is_one_step(name: &str) -> bool {
-    ["add", "duplicate", "remove"].iter().any(|word| name.starts_with(word))
+    /// What of that could not be read.
+    pub unread: Arc<Vec<Unread>>,
+    /// Surfaces that the project's tags name and the capture lacks.
+    pub absent: Absent,
 }
 
 impl Edit {
     /// The state of a capture as it was loaded.
     pub fn of(capture: &Capture, options: Options) -> Self {
-        Self { materials: capture.materials.clone(), options, relight: Arc::default() }
+        Self { materials: capture.materials.clone(), options, ..Self::default() }
+    }
+
+    /// The materials as a project file has them.
+    pub fn tags(&self, loaded: &Capture) -> Vec<Tag> {
+        let tag = |material: &Material| {
+            let mut tag = Tag::of(material, loaded);
+            tag.surfaces.extend(self.absent.get(&material.name).into_iter().flatten().cloned());
+            tag
+        };
+        self.materials.iter().map(tag).collect()
     }
 
     /// Whether another state is reconstructed to the same results.
@@ -148,24 +50,7 @@ impl Edit {
     /// The capture with these tags: what loading it with such a tag file would give. Materials
     /// without surfaces are left out, as there.
     pub fn capture(&self, loaded: &Capture) -> Capture {
-        let mut capture = loaded.clone();
-        for surface in &mut capture.surfaces {
-            if let Role::Material(_) = surface.role {
-                surface.role = Role::Untagged;
-            }
-        }
-        capture.materials = self
-            .materials
-            .iter()
-            .filter(|material| !material.surfaces.is_empty())
-            .cloned()
-            .collect();
-        for (index, material) in capture.materials.iter().enumerate() {
-            for &surface in &material.surfaces {
-                capture.surfaces[surface].role = Role::Material(index);
-            }
-        }
-        capture
+        project::tagged(loaded, &self.materials)
     }
 
     /// The index in the reconstructed capture of a material of the list; `None` for one without
@@ -221,6 +106,10 @@ impl Edit {
                 if from != into && exist {
                     let surfaces = std::mem::take(&mut self.materials[*from].surfaces);
                     self.materials[*into].surfaces.extend(surfaces);
+                    if let Some(absent) = self.absent.remove(&self.materials[*from].name) {
+                        let name = self.materials[*into].name.clone();
+                        self.absent.entry(name).or_default().extend(absent);
+                    }
                     self.remove(*from);
                 }
             }
@@ -255,6 +144,10 @@ impl Edit {
             Change::DefaultOptions => self.options = Options::default(),
             Change::Options { options, .. } => self.options = (**options).clone(),
             Change::Relight { edits, .. } => self.relight = edits.clone(),
+            Change::Unread { edits, unread, .. } => {
+                self.relight = edits.clone();
+                self.unread = unread.clone();
+            }
         }
         Ok(())
     }
@@ -284,6 +177,7 @@ impl Edit {
     fn remove(&mut self, material: usize) {
         let gone = self.materials.remove(material);
         self.options.start.remove(&gone.name);
+        self.absent.remove(&gone.name);
     }
 
     fn rename(&mut self, material: usize, name: &str) -> Result<(), String> {
@@ -298,6 +192,9 @@ impl Edit {
         let old = std::mem::replace(&mut own.name, name.to_owned());
         if let Some(start) = self.options.start.remove(&old) {
             self.options.start.insert(name.to_owned(), start);
+        }
+        if let Some(absent) = self.absent.remove(&old) {
+            self.absent.insert(name.to_owned(), absent);
         }
         Ok(())
     }

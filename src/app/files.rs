@@ -2,22 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
-use super::jobs::Reading;
+use super::keeping;
 use super::leaving::{AfterPrompt, UnsavedWork};
 use super::project::Project;
 use super::state::State;
 use super::view_file;
-use crate::io::project::{self, ProjectFile, Relight, Tag};
-use crate::io::settings;
+use crate::io::edits::StoredEdits;
+use crate::io::project::{self, ProjectFile, Relight};
+use crate::io::{results, settings};
 use crate::scene::Capture;
-use crate::worker::EditSource;
-
-/// Unsaved work is kept this often.
-const AUTOSAVE: Duration = Duration::from_secs(30);
 
 /// What is being opened.
 pub struct Opening {
@@ -26,6 +23,8 @@ pub struct Opening {
     /// The capture to load.
     pub folder: PathBuf,
     pub project: Option<Box<ProjectFile>>,
+    /// What the project changes of the recovered scene, once it has been read.
+    pub edits: Option<Box<StoredEdits>>,
     /// The project file to save to.
     pub file: Option<PathBuf>,
     /// It is unsaved work that a crash left.
@@ -45,6 +44,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             path: folder.clone(),
             folder,
             project: None,
+            edits: None,
             file: None,
             recovered: None,
             agreed: UnsavedWork::of(state, false),
@@ -79,6 +79,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         path: path.to_owned(),
         folder: read.capture.clone(),
         project: Some(Box::new(read)),
+        edits: None,
         file,
         recovered,
         agreed: UnsavedWork::of(state, false),
@@ -138,28 +139,31 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     }
     state.messages.info(format!("Opened {} in {secs:.2} s", opening.folder.display()));
     let moved = opening.project.as_ref().is_some_and(|file| file.capture != opening.folder);
-    let solution = opening.project.as_ref().and_then(|stored| stored.solution.clone());
-    let relight = opening.project.as_ref().and_then(|stored| match &stored.relight {
-        Relight::Stored(value) if !value.is_null() => {
-            Some((opening.path.clone(), Box::new(value.clone())))
-        }
-        _ => None,
-    });
+    let stored = opening.project.as_deref();
+    let (solution, results) =
+        stored.map_or((None, None), |own| (own.solution.clone(), own.results.clone()));
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
     state.viewport.frame_all();
     if let Some(stored) = opening.project {
-        let (materials, warnings) = project::materials(&stored.tags, &project.loaded);
-        let relight = Arc::default();
-        project.set_edit(Arc::new(Edit { materials, options: stored.options, relight }));
-        // Saving would write the capture's new place, or forget for good what does not fit it.
-        if opening.recovered.is_some() || moved || !warnings.is_empty() {
+        let resolved = project::materials(&stored.tags, &project.loaded);
+        let edits = opening.edits.map_or_else(StoredEdits::default, |edits| *edits);
+        tell_unread(state, &edits);
+        project.set_edit(Arc::new(Edit {
+            materials: resolved.materials,
+            options: stored.options,
+            relight: Arc::new(edits.edits),
+            unread: Arc::new(edits.unread),
+            absent: resolved.absent,
+        }));
+        // Saving would write the capture's new place.
+        if opening.recovered.is_some() || moved {
             project.mark_unsaved();
         } else {
             project.mark_saved();
         }
-        if !warnings.is_empty() {
-            let text = warnings.join("\n");
+        if !resolved.warnings.is_empty() {
+            let text = resolved.warnings.join("\n") + "\nSaving keeps these tags as they are.";
             state.messages.error("The capture has changed since the project was saved", text);
         }
         view_file::apply(&stored.view, &mut state.viewport.settings);
@@ -169,22 +173,21 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         state.layout.restore(&stored.layout);
     }
     state.project = Some(project);
-    if let (Some(folder), Some(project)) = (solution, &state.project) {
-        state.jobs.read_solved(project, folder);
-    }
-    if let Some((file, value)) = relight {
-        state.jobs.read_edits(
-            state.project.as_ref(),
-            Reading::Project,
-            EditSource::Value { file, value },
-        );
+    if let Some(project) = &mut state.project {
+        project.solution.clone_from(&solution);
+        project.results.clone_from(&results);
+        match (results, solution) {
+            (Some(folder), _) => {
+                state.jobs.read_results(project, folder, opening.recovered.clone());
+            }
+            (None, Some(folder)) => state.jobs.read_solved(project, folder),
+            (None, None) => {}
+        }
     }
     state.panels.forget();
     if let Some(left) = opening.recovered {
-        autosave_now(state);
-        // What the crash left goes only once this window keeps it.
-        if state.kept.is_some() {
-            discard(state, &left);
+        if !state.jobs.is_restoring() {
+            keeping::take_over(state, &left);
         }
         state.messages.notice("Unsaved work was recovered. Save it to keep it.");
     } else {
@@ -194,36 +197,44 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
     }
 }
 
+/// Says what of a project's edits could not be read, and what to do about it.
+fn tell_unread(state: &mut State, edits: &StoredEdits) {
+    for warning in &edits.warnings {
+        state.messages.warning(warning.clone());
+    }
+    let problems: Vec<&str> =
+        edits.unread.iter().filter_map(|part| part.problem.as_deref()).collect();
+    if !problems.is_empty() {
+        let text = format!(
+            "{}\nSaving keeps them as they are. The Relight workspace lists them: point a missing \
+             file at its new place there.",
+            problems.join("\n")
+        );
+        state.messages.error("Parts of the project could not be read", text);
+    }
+}
+
 /// Leaves the project without asking.
 pub fn close_unprompted(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
     state.jobs.studies.forget();
+    state.jobs.stop_restoring();
     state.viewport.clear();
     state.dialogs.forget_project();
-    forget_kept(state);
+    keeping::forget_kept(state);
 }
 
-/// Nothing is to be recovered any more.
-fn forget_kept(state: &mut State) {
-    state.kept = None;
-    if let Some(recovery) = state.recovery.clone() {
-        state.writer.send(move || {
-            recovery.forget();
-            Ok(())
-        });
-    }
-}
-
-fn file_of(state: &State, project: &Project) -> ProjectFile {
+pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
     ProjectFile {
         capture: project.folder.clone(),
         original: None,
-        tags: project.edit().materials.iter().map(|m| Tag::of(m, &project.loaded)).collect(),
+        tags: project.edit().tags(&project.loaded),
         options: project.edit().options.clone(),
-        relight: Relight::Edits(project.edit().relight.clone()),
+        relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
         solution: project.solution.clone().filter(|_| !project.is_outdated()),
+        results: project.results.clone(),
         view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }
@@ -255,67 +266,37 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
         state.dialogs.replace = Some((PathRequest::SaveAs, file));
         return false;
     }
-    if let Err(error) = project::write(&file, &file_of(state, project)) {
+    let mut stored = file_of(state, project);
+    let folder = results::folder_of(&file);
+    // Results that are with another file, or nowhere yet, come along.
+    let storing = match project.unsaved_results() {
+        None if project.results.as_ref() == Some(&folder) => None,
+        _ => project.storing(folder),
+    };
+    if let Some(storing) = &storing {
+        stored.results = Some(storing.folder.clone());
+    }
+    if let Err(error) = project::write_over(&file, &stored) {
         state.messages.error("The project cannot be saved", error.to_string());
         return false;
     }
     let file = file.canonicalize().unwrap_or(file);
     if let Some(project) = &mut state.project {
         project.file = Some(file.clone());
+        project.results = stored.results;
         project.mark_saved();
+        if let Some(storing) = storing {
+            project.mark_results_saved();
+            state.jobs.store_results(storing);
+        }
     }
-    forget_kept(state);
+    if !state.jobs.is_storing() {
+        keeping::forget_kept(state);
+    }
     state.settings.remember(&file);
     save_settings(state);
     state.messages.notice(format!("Saved {}", file.display()));
     true
-}
-
-/// Keeps unsaved work now and then, for recovery.
-pub fn autosave(state: &mut State) {
-    let problems = state.writer.problems();
-    if !problems.is_empty() {
-        // It is tried again at the next half minute.
-        state.kept = None;
-    }
-    for problem in problems {
-        state.messages.warning(problem);
-    }
-    if state.autosaved.elapsed() >= AUTOSAVE {
-        keep(state);
-    }
-    if state.project.as_ref().is_some_and(Project::is_changed) {
-        // An idle window draws no frames of its own.
-        state.ctx.request_repaint_after(AUTOSAVE.saturating_sub(state.autosaved.elapsed()));
-    }
-}
-
-/// Keeps unsaved work at once, and waits for it.
-pub fn autosave_now(state: &mut State) {
-    keep(state);
-    state.writer.wait();
-    for problem in state.writer.problems() {
-        state.kept = None;
-        state.messages.warning(problem);
-    }
-}
-
-fn keep(state: &mut State) {
-    state.autosaved = Instant::now();
-    let (Some(recovery), Some(project)) = (&state.recovery, &state.project) else { return };
-    if !project.is_changed() {
-        if state.kept.is_some() {
-            forget_kept(state);
-        }
-        return;
-    }
-    if state.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, project.edit())) {
-        return;
-    }
-    let recovery = recovery.clone();
-    let file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
-    state.kept = Some(project.edit().clone());
-    state.writer.send(move || recovery.keep(&file).map_err(|error| format!("Autosave: {error}")));
 }
 
 /// Looks for what was open recently, on a thread: a drive may take its time to answer.

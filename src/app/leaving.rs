@@ -29,7 +29,7 @@ pub struct UnsavedWork {
     /// Tags and options that are not saved.
     pub edit: Option<Arc<Edit>>,
     pub run: Option<Job>,
-    /// Results that were not exported.
+    /// Results that are not saved with the project.
     pub results: Option<Arc<Reconstruction>>,
     pub export: Option<Job>,
     /// Runs of studies that are in no folder.
@@ -39,15 +39,11 @@ pub struct UnsavedWork {
 impl UnsavedWork {
     pub fn of(state: &State, quitting: bool) -> Self {
         let Some(project) = &state.project else { return Self::default() };
-        let products = &project.products;
         let exporting = state.jobs.exporting.as_ref();
-        let is_kept = |whole: &Arc<Reconstruction>| {
-            products.exported || exporting.is_some_and(|(_, other)| Arc::ptr_eq(whole, other))
-        };
         Self {
             edit: project.is_changed().then(|| project.edit().clone()),
             run: project.run.as_ref().map(|run| run.job),
-            results: products.whole.clone().filter(|whole| !is_kept(whole)),
+            results: project.unsaved_results().cloned(),
             // An export outlives its project, but not the program.
             export: exporting.map(|(job, _)| *job).filter(|_| quitting),
             study: state.jobs.studies.at_stake(),
@@ -72,9 +68,19 @@ impl UnsavedWork {
 /// Leaves the project, after asking where something would be lost.
 pub fn leave(state: &mut State, then: AfterPrompt) {
     if UnsavedWork::of(state, matches!(then, AfterPrompt::Quit)).is_nothing() {
-        proceed(state, then);
+        once_saved(state, then);
     } else {
         state.dialogs.unsaved = Some(then);
+    }
+}
+
+/// Leaves the project without asking, once its results are on the disk.
+pub fn once_saved(state: &mut State, then: AfterPrompt) {
+    if state.jobs.is_storing() {
+        state.messages.notice("The results are being saved first.");
+        state.after_storing = Some(then);
+    } else {
+        proceed(state, then);
     }
 }
 

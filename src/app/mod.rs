@@ -7,27 +7,36 @@
 mod actions;
 #[expect(clippy::module_inception, reason = "the file that wires the app together")]
 mod app;
+mod change;
 mod commands;
 mod derived;
 mod dialogs;
+mod dropping;
 mod edit;
+mod entry;
 mod files;
+mod gesture;
 mod import;
 mod jobs;
+mod keeping;
 mod layout;
 mod leaving;
 mod messages;
 mod panels;
 mod probe;
+mod products;
 mod project;
 mod relight;
 mod relighting;
+mod selecting;
 mod state;
 mod studying;
 mod theme;
 mod undo;
 mod view_file;
 pub mod viewport;
+#[cfg(test)]
+mod walk;
 mod writer;
 
 use std::path::PathBuf;

@@ -5,21 +5,19 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::derived::Derived;
-use super::edit::{Change, Edit};
+use super::change::Change;
+use super::edit::Edit;
+use super::gesture::{Gesture, Preview};
+use super::products::{Products, Run};
 use super::relight::{self, Added};
 use super::undo::History;
 use super::viewport;
-use crate::reconstruct::lights::VirtualLights;
-use crate::reconstruct::lobes::Lobes;
-use crate::reconstruct::samples::SampleCloud;
-use crate::reconstruct::solution::{Iteration, Solution};
-use crate::reconstruct::{Reconstruction, Stage, StageCache, Update};
-use crate::render::edits::Edits;
+use crate::io::project::ProjectFile;
+use crate::io::results::Results;
+use crate::reconstruct::{Reconstruction, StageCache, Update};
 use crate::render::scene::Solved;
 use crate::scene::Capture;
-use crate::watch::Progress;
-use crate::worker::Job;
+use crate::worker::StoreResults;
 
 pub struct Project {
     /// The capture's folder.
@@ -36,10 +34,13 @@ pub struct Project {
     /// was opened.
     saved: Option<Arc<Edit>>,
     pub history: History,
+    preview: Option<Preview>,
     pub selection: Selection,
     pub products: Products,
-    /// Where the results of the present tags and options were written to.
+    /// Where the results of the present tags and options were exported to.
     pub solution: Option<PathBuf>,
+    /// The folder with the results that belong to the project's file.
+    pub results: Option<PathBuf>,
     pub run: Option<Run>,
     /// What runs of this capture made, as far as another may take it over.
     pub stage_cache: StageCache,
@@ -75,40 +76,6 @@ pub enum Focus {
     Added,
 }
 
-/// What the latest run has come to. While it runs there are parts only.
-#[derive(Clone, Default)]
-pub struct Products {
-    /// The state that they belong to, and its capture.
-    pub of: Option<(Arc<Edit>, Arc<Capture>)>,
-    pub samples: Option<Arc<SampleCloud>>,
-    pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
-    pub solution: Option<Arc<Solution>>,
-    pub iterations: Vec<Iteration>,
-    pub whole: Option<Arc<Reconstruction>>,
-    /// What pictures are made from.
-    pub solved: Option<Arc<Solved>>,
-    /// `whole` was written into a folder.
-    pub exported: bool,
-    /// Sample by sample, once it has been worked out.
-    pub derived: Option<Arc<Derived>>,
-    /// Log errors of the run before, to compare with.
-    pub before: Option<Arc<Derived>>,
-}
-
-/// A reconstruction that is on its way.
-pub struct Run {
-    pub job: Job,
-    pub began: Instant,
-    /// The stages that were taken over from earlier runs; they come before all others.
-    pub kept: Vec<Stage>,
-    /// The stages so far with the seconds they took; the last is the current one.
-    pub stages: Vec<(Stage, Instant, f64)>,
-    pub progress: Option<Progress>,
-    /// What was there before, given back when this is cancelled.
-    pub previous: Products,
-    pub cancelling: bool,
-}
-
 impl Project {
     pub fn new(folder: PathBuf, loaded: Arc<Capture>, load_secs: f64) -> Self {
         let edit = Arc::new(Edit::of(&loaded, Default::default()));
@@ -121,9 +88,11 @@ impl Project {
             saved: Some(edit.clone()),
             edit,
             history: History::default(),
+            preview: None,
             selection: Selection::default(),
             products: Products::default(),
             solution: None,
+            results: None,
             run: None,
             stage_cache: StageCache::default(),
         }
@@ -133,15 +102,62 @@ impl Project {
         &self.edit
     }
 
-    /// Changes tags or options so that it can be undone.
+    /// Changes tags or options in a step that can be undone.
     pub fn change(&mut self, change: &Change) -> Result<(), String> {
-        let mut edit = (*self.edit).clone();
-        edit.apply(change, &self.loaded)?;
+        let edit = self.changed(change)?;
         if edit != *self.edit {
-            self.history.note(change, &self.edit);
+            self.commit();
+            self.history.note(change.name(), self.edit.clone());
             self.set_edit(Arc::new(edit));
         }
         Ok(())
+    }
+
+    /// Changes them as part of a gesture, which is one step for each value once it ends.
+    pub fn preview(&mut self, change: &Change, gesture: Gesture) -> Result<(), String> {
+        let edit = self.changed(change)?;
+        if edit == *self.edit {
+            return Ok(());
+        }
+        let goes_on = self
+            .preview
+            .as_ref()
+            .is_some_and(|own| own.gesture == gesture && change.is_of_value_of(&own.change));
+        if !goes_on {
+            self.commit();
+        }
+        let before = self.preview.take().map_or_else(|| self.edit.clone(), |own| own.before);
+        self.preview = Some(Preview { gesture, change: change.clone(), before });
+        self.set_edit(Arc::new(edit));
+        Ok(())
+    }
+
+    /// The state that a change makes of the present one.
+    fn changed(&self, change: &Change) -> Result<Edit, String> {
+        let mut edit = (*self.edit).clone();
+        edit.apply(change, &self.loaded)?;
+        Ok(edit)
+    }
+
+    /// The gesture whose changes are no step yet.
+    pub fn gesture(&self) -> Option<Gesture> {
+        self.preview.as_ref().map(|own| own.gesture)
+    }
+
+    /// The gesture ends: what it changed is a step.
+    pub fn commit(&mut self) {
+        if let Some(own) = self.preview.take()
+            && own.before != self.edit
+        {
+            self.history.note(own.change.name(), own.before);
+        }
+    }
+
+    /// The gesture is given up: all is as it was before.
+    pub fn cancel_gesture(&mut self) {
+        if let Some(own) = self.preview.take() {
+            self.set_edit(own.before);
+        }
     }
 
     /// Goes to another state: by undo, redo, or because a file says so.
@@ -169,22 +185,15 @@ impl Project {
         self.edit = edit;
     }
 
-    /// Takes the project file's own way of relighting, once it has been read.
-    pub fn restore_relight(&mut self, relight: Arc<Edits>) {
-        let was_saved = !self.is_changed();
-        self.set_edit(Arc::new(Edit { relight, ..(*self.edit).clone() }));
-        if was_saved {
-            self.mark_saved();
-        }
-    }
-
     pub fn undo(&mut self) -> Option<String> {
+        self.commit();
         let (name, state) = self.history.undo(&self.edit.clone())?;
         self.set_edit(state);
         Some(name)
     }
 
     pub fn redo(&mut self) -> Option<String> {
+        self.commit();
         let (name, state) = self.history.redo(&self.edit.clone())?;
         self.set_edit(state);
         Some(name)
@@ -223,6 +232,63 @@ impl Project {
             self.products.solved = Some(solved);
             self.solution = Some(folder);
         }
+    }
+
+    /// Takes the results that belong to the project; those of a run are better.
+    pub fn restore_results(&mut self, results: Results, stored: bool) {
+        if self.run.is_some() || self.products.whole.is_some() {
+            return;
+        }
+        let Results { materials, absent, options, capture, reconstruction } = results;
+        let of = Edit { materials, absent, options, ..(*self.edit).clone() };
+        self.products = Products { of: Some((Arc::new(of), capture)), ..Products::default() };
+        self.products.finish(reconstruction);
+        self.products.stored = stored;
+    }
+
+    /// Results that are in no file of the project. While a run is under way they are those before
+    /// it.
+    pub fn unsaved_results(&self) -> Option<&Arc<Reconstruction>> {
+        let products = self.settled();
+        products.whole.as_ref().filter(|_| !products.stored)
+    }
+
+    fn settled(&self) -> &Products {
+        self.run.as_ref().map_or(&self.products, |run| &run.previous)
+    }
+
+    /// Results are with the project's file, or on their way there.
+    pub fn mark_results_saved(&mut self) {
+        match &mut self.run {
+            Some(run) => run.previous.stored = true,
+            None => self.products.stored = true,
+        }
+    }
+
+    /// They could not be written.
+    pub fn mark_results_unsaved(&mut self, whole: &Arc<Reconstruction>) {
+        let run = self.run.as_mut().map(|run| &mut run.previous);
+        for products in std::iter::once(&mut self.products).chain(run) {
+            products.stored &= products.whole.as_ref().is_none_or(|own| !Arc::ptr_eq(own, whole));
+        }
+    }
+
+    /// What it takes to write the results beside a project's file.
+    pub fn storing(&self, folder: PathBuf) -> Option<StoreResults> {
+        let products = self.settled();
+        let (edit, capture) = products.of.clone()?;
+        Some(StoreResults {
+            folder,
+            inputs: ProjectFile {
+                capture: self.folder.clone(),
+                tags: edit.tags(&self.loaded),
+                options: edit.options.clone(),
+                ..ProjectFile::default()
+            },
+            capture,
+            reconstruction: products.whole.clone()?,
+            load_secs: self.load_secs,
+        })
     }
 
     /// The capture that indices in the products refer to.
@@ -310,50 +376,6 @@ impl Selection {
         if matches!(self.focus, Focus::Sample | Focus::Light) {
             self.focus = Focus::Nothing;
         }
-    }
-}
-
-impl Run {
-    pub fn new(job: Job, previous: Products) -> Self {
-        Self {
-            job,
-            began: Instant::now(),
-            kept: Vec::new(),
-            stages: Vec::new(),
-            progress: None,
-            previous,
-            cancelling: false,
-        }
-    }
-
-    pub fn stage(&self) -> Option<Stage> {
-        self.stages.last().map(|(stage, ..)| *stage)
-    }
-
-    pub fn end_stage(&mut self) {
-        if let Some((_, began, seconds)) = self.stages.last_mut() {
-            *seconds = began.elapsed().as_secs_f64();
-        }
-    }
-
-    /// Seconds that the current stage still needs at its pace so far.
-    pub fn secs_left(&self) -> Option<f64> {
-        let progress = self.progress.filter(|p| p.total > 0 && p.done > 0 && p.done <= p.total)?;
-        let (_, began, _) = self.stages.last()?;
-        let elapsed = began.elapsed().as_secs_f64();
-        Some(elapsed * (progress.total - progress.done) as f64 / progress.done as f64)
-    }
-}
-
-impl Products {
-    /// Those of a finished run.
-    pub fn finish(&mut self, whole: Arc<Reconstruction>) {
-        self.samples = Some(whole.samples.clone());
-        self.lights = Some((whole.lights.clone(), whole.lobes.clone()));
-        self.iterations.clone_from(&whole.solution.iterations);
-        self.solution = Some(whole.solution.clone());
-        self.solved = Some(Arc::new(Solved::from(whole.as_ref())));
-        self.whole = Some(whole);
     }
 }
 

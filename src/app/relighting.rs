@@ -6,10 +6,11 @@ use glam::Vec3;
 use serde_json::json;
 
 use super::actions::{self, Relight, Select};
+use super::change::Change;
 use super::dialogs::PathRequest;
-use super::edit::Change;
 use super::jobs::Reading;
 use super::relight::{self, Added, Motion};
+use super::selecting::select;
 use super::state::State;
 use super::viewport::Shading;
 use crate::io::edits;
@@ -76,7 +77,25 @@ pub fn apply(state: &mut State, what: Relight) {
                 change(state, "drop to surface", Some(item), next);
             }
         }
-        Relight::Render(folder) => state.jobs.render(project, folder),
+        Relight::Find(index, path) => {
+            if let Some(part) = project.edit().unread.get(index) {
+                // A path as it was typed counts from here.
+                let path = std::path::absolute(&path).unwrap_or(path);
+                let value = part.with_file(&path);
+                read(state, Reading::Found(index), value);
+            }
+        }
+        Relight::GiveUp(index) => {
+            let mut unread = (*project.edit().unread).clone();
+            if index < unread.len() {
+                unread.remove(index);
+                let (name, unread) = ("remove", Arc::new(unread));
+                actions::change_project(state, &Change::Unread { name, edits, unread });
+            }
+        }
+        Relight::Render(folder) => {
+            state.jobs.render(project, folder, state.viewport.development());
+        }
         Relight::StopRendering => state.jobs.stop_rendering(),
     }
 }
@@ -97,7 +116,7 @@ fn change(state: &mut State, name: &'static str, of: Option<Added>, edits: Edits
 fn added(state: &mut State, name: &'static str, edits: Edits, item: Added) {
     change(state, name, Some(item), edits);
     let Some(project) = &mut state.project else { return };
-    actions::select(project, Select::Added(item));
+    select(project, Select::Added(item));
     if project.products.solved.is_some() {
         state.viewport.settings.shading = Shading::Relit;
     }
@@ -122,7 +141,7 @@ pub fn edits_read(state: &mut State, reading: Reading, edits: Arc<Edits>, warnin
     let Some(project) = &mut state.project else { return };
     let now = project.edit().relight.clone();
     match reading {
-        Reading::Project => project.restore_relight(edits),
+        Reading::Found(index) => found(state, index, &edits),
         Reading::File => {
             change(state, "load edits", None, relight::with_edits(&now, &edits));
             state.messages.notice("Edits loaded");
@@ -143,6 +162,28 @@ pub fn edits_read(state: &mut State, reading: Reading, edits: Arc<Edits>, warnin
             let next = dropped(state, &next, item).unwrap_or(next);
             added(state, "add object", next, item);
         }
+    }
+}
+
+/// A part of the project that could not be read has been, from another file: it takes its place.
+fn found(state: &mut State, index: usize, edits: &Edits) {
+    let Some(project) = &mut state.project else { return };
+    let mut unread = (*project.edit().unread).clone();
+    if index >= unread.len() {
+        return;
+    }
+    unread.remove(index);
+    let mut next = (*project.edit().relight).clone();
+    next.lights.extend(edits.lights.iter().cloned());
+    next.objects.extend(edits.objects.iter().cloned());
+    let item = match edits.lights.is_empty() {
+        true => Added::Object(next.objects.len() - 1),
+        false => Added::Light(next.lights.len() - 1),
+    };
+    let (edits, unread) = (Arc::new(next), Arc::new(unread));
+    actions::change_project(state, &Change::Unread { name: "find file", edits, unread });
+    if let Some(project) = &mut state.project {
+        select(project, Select::Added(item));
     }
 }
 

@@ -10,10 +10,12 @@ use eframe::{egui, egui_wgpu};
 
 use super::Launch;
 use super::dialogs::Dialogs;
-use super::edit::Edit;
+use super::gesture::Hand;
 use super::import::ImportPage;
 use super::jobs::Jobs;
+use super::keeping::Kept;
 use super::layout::Layout;
+use super::leaving::AfterPrompt;
 use super::messages::Messages;
 use super::panels::PanelState;
 use super::probe::{Probe, Start};
@@ -39,8 +41,8 @@ pub struct State {
     pub looking: Option<Receiver<BTreeSet<PathBuf>>>,
     pub writer: Writer,
     pub autosaved: Instant,
-    /// The state that was last kept for recovery.
-    pub kept: Option<Arc<Edit>>,
+    /// What was last kept for recovery.
+    pub kept: Option<Kept>,
     pub dialogs: Dialogs,
     pub layout: Layout,
     pub panels: PanelState,
@@ -54,7 +56,10 @@ pub struct State {
     pub probe: Probe,
     /// Until the capture that the window was started with is drawn.
     pub start: Option<Start>,
+    pub hand: Hand,
     pub quitting: bool,
+    /// What comes once the results are on the disk.
+    pub after_storing: Option<AfterPrompt>,
     /// Whether a text field had the focus at the end of the frame before.
     pub was_typing: bool,
 }
@@ -103,7 +108,9 @@ impl State {
                 .began
                 .filter(|_| launch.path.is_some())
                 .map(|began| Start::new(began, driver)),
+            hand: Hand::default(),
             quitting: false,
+            after_storing: None,
             was_typing: false,
         })
     }

@@ -1,7 +1,7 @@
 //! Carries out what is asked about the studies.
 
 use super::actions::{self, Study};
-use super::edit::Change;
+use super::change::Change;
 use super::jobs::studies::{self, Kind};
 use super::panels::numbers;
 use super::state::State;

@@ -10,6 +10,7 @@ use crate::cli::progress::Display;
 use crate::cli::recovered::{self, Recovered};
 use crate::cli::{Ending, arguments, job};
 use crate::io;
+use crate::io::export::pictures::Development;
 use crate::io::transforms::{self, Images};
 use crate::render::RenderOptions;
 use crate::worker::{Command, Files, Frame, Rendering, Worker};
@@ -44,7 +45,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let count = frames.len();
     let files = Files {
         folder: folder.clone(),
-        png: matches.get_flag("png"),
+        png: matches.get_flag("png").then_some(Development::Automatic),
         composite: matches.get_flag("composite"),
     };
     let rendering = Rendering { capture, solved, edits, frames, options, files: Some(files) };

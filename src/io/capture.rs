@@ -21,6 +21,14 @@ const TAGS: &str = "tags.json";
 
 /// Loads a capture folder. `watch` counts the photographs.
 pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
+    if folder.is_file() {
+        return Err(Error::Invalid(Fault::new(
+            folder,
+            "",
+            "this is a file, and a capture is a folder",
+            "Open the folder with scene.obj, transforms.json and the photographs",
+        )));
+    }
     let geometry = mesh::load(&find_geometry(folder)?)?;
     let mut surfaces = geometry.surfaces;
     let mut warnings = geometry.warnings;

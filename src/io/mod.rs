@@ -7,6 +7,7 @@
 //! names the file, the place, what is wrong and what to do.
 
 pub mod atomic;
+mod binary;
 pub mod brackets;
 pub mod capture;
 pub mod drawing;
@@ -34,6 +35,7 @@ pub mod project;
 pub mod raw;
 pub mod records;
 pub mod response;
+pub mod results;
 pub mod settings;
 pub mod solution;
 pub mod solved;

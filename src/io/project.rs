@@ -11,16 +11,17 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::edits::{self, Unread};
 use super::json::{self, Field};
 use super::paths::{absolute, relative, tidy};
-use super::{Error, Fault, atomic, edits};
+use super::{Error, Fault, atomic};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind, Role};
 
-/// The version that is written, and the only one that is read.
-pub const VERSION: u64 = 1;
+/// The version that is written; older ones are read, too.
+pub const VERSION: u64 = 2;
 /// The extension of project files.
 pub const EXTENSION: &str = "lobelia";
 
@@ -34,9 +35,10 @@ pub struct ProjectFile {
     pub tags: Vec<Tag>,
     pub options: Options,
     pub relight: Relight,
-    /// The folder that the results were written to, absolute; `None` where they were not, or
-    /// belong to other tags or options.
+    /// The folder that the results were exported to, absolute.
     pub solution: Option<PathBuf>,
+    /// The folder beside the project with the results of its last run, absolute.
+    pub results: Option<PathBuf>,
     /// How the viewport was set.
     pub view: Value,
     /// How the panels were arranged.
@@ -49,8 +51,8 @@ pub enum Relight {
     /// As the file has it, in the format of [`edits`]; `Null` where nothing was changed. It is
     /// understood once the capture is there.
     Stored(Value),
-    /// To be written.
-    Edits(Arc<Edits>),
+    /// To be written, with what of them could not be read.
+    Edits(Arc<Edits>, Arc<Vec<Unread>>),
 }
 
 impl Default for Relight {
@@ -91,6 +93,8 @@ struct Stored {
     relight: Value,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     solution: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    results: Option<String>,
     #[serde(default)]
     view: Value,
     #[serde(default)]
@@ -104,20 +108,8 @@ pub fn is_project(path: &Path) -> bool {
 
 /// Reads a project. The capture is not looked at: it may have moved.
 pub fn read(file: &Path) -> Result<ProjectFile, Error> {
-    let value = json::read(file)?;
-    let root = Field::root(file, &value)?;
-    let version = root.need("version")?;
-    if version.value.as_u64() != Some(VERSION) {
-        return Err(Error::Unsupported(Fault::new(
-            file,
-            "version",
-            format!(
-                "the project has version {}, and this program reads version {VERSION}",
-                version.value
-            ),
-            "Open it with the program that wrote it, or install a newer lobelia",
-        )));
-    }
+    let mut value = json::read(file)?;
+    migrate(file, &mut value)?;
     let stored = Stored::deserialize(&value).map_err(|problem| {
         Error::Invalid(Fault::new(
             file,
@@ -154,9 +146,33 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
         options,
         relight: Relight::Stored(stored.relight),
         solution: stored.solution.map(|path| tidy(&folder.join(path))),
+        results: stored.results.map(|path| tidy(&folder.join(path))),
         view: stored.view,
         layout: stored.layout,
     })
+}
+
+/// Brings a project of an older version to this one.
+fn migrate(file: &Path, value: &mut Value) -> Result<(), Error> {
+    let root = Field::root(file, value)?;
+    // The first projects had no number.
+    let version = root.get("version").map_or(Some(1), |version| version.value.as_u64());
+    match version {
+        // Version 2 has gained "results", which older projects do without.
+        Some(1..=VERSION) => {
+            value["version"] = VERSION.into();
+            Ok(())
+        }
+        _ => Err(Error::Unsupported(Fault::new(
+            file,
+            "version",
+            format!(
+                "the project has version {}, and this program reads versions up to {VERSION}",
+                value["version"]
+            ),
+            "Open it with the program that wrote it, or install a newer lobelia",
+        ))),
+    }
 }
 
 fn check(file: &Path, tag: &Tag) -> Result<(), Error> {
@@ -175,6 +191,11 @@ fn check(file: &Path, tag: &Tag) -> Result<(), Error> {
 
 /// Writes a project, whole or not at all.
 pub fn write(file: &Path, project: &ProjectFile) -> Result<(), Error> {
+    atomic::write_bytes(file, text(file, project)?.as_bytes())
+}
+
+/// What the file of a project holds.
+fn text(file: &Path, project: &ProjectFile) -> Result<String, Error> {
     let folder = absolute(file.parent().unwrap_or(Path::new("")));
     // A quality is stored with what was changed beside it.
     let defaults = Options::of_quality(project.options.general.quality);
@@ -202,16 +223,36 @@ pub fn write(file: &Path, project: &ProjectFile) -> Result<(), Error> {
         start: project.options.start.clone(),
         relight: match &project.relight {
             Relight::Stored(value) => value.clone(),
-            Relight::Edits(edits) if **edits == Edits::default() => Value::Null,
-            Relight::Edits(edits) => edits::value(edits, &folder),
+            Relight::Edits(edits, unread) => match edits::stored_value(edits, unread, &folder) {
+                Value::Object(members) if members.is_empty() => Value::Null,
+                value => value,
+            },
         },
         solution: project.solution.as_ref().map(|path| relative(&folder, &absolute(path))),
+        results: project.results.as_ref().map(|path| relative(&folder, &absolute(path))),
         view: project.view.clone(),
         layout: project.layout.clone(),
     };
     let mut text = serde_json::to_string_pretty(&stored)
         .map_err(|error| Error::Write { file: file.to_owned(), source: error.into() })?;
     text.push('\n');
+    Ok(text)
+}
+
+/// Writes a project over its file, whose former state is kept beside it as `NAME.lobelia~`.
+pub fn write_over(file: &Path, project: &ProjectFile) -> Result<(), Error> {
+    let text = text(file, project)?;
+    match std::fs::read(file) {
+        // Writing the same again must not push the state before it out.
+        Ok(former) if former == text.as_bytes() => {}
+        Ok(former) => {
+            let mut name = file.as_os_str().to_owned();
+            name.push("~");
+            atomic::write_bytes(Path::new(&name), &former)?;
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+        Err(source) => return Err(Error::Read { file: file.to_owned(), source }),
+    }
     atomic::write_bytes(file, text.as_bytes())
 }
 
@@ -230,36 +271,51 @@ impl Tag {
     }
 }
 
-/// The materials of tags, resolved against a capture's surfaces, and what could not be used.
-pub fn materials(tags: &[Tag], capture: &Capture) -> (Vec<Material>, Vec<String>) {
-    let mut warnings = Vec::new();
+/// Names of surfaces that tags give to materials, and that the capture cannot, by the material's
+/// name. They are written back: the capture may have them again.
+pub type Absent = BTreeMap<String, Vec<String>>;
+
+/// The materials of tags, resolved against a capture's surfaces.
+#[derive(Clone, Debug, Default)]
+pub struct Resolved {
+    pub materials: Vec<Material>,
+    pub absent: Absent,
+    /// What could not be used, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Resolves tags against a capture's surfaces.
+pub fn materials(tags: &[Tag], capture: &Capture) -> Resolved {
+    let mut resolved = Resolved::default();
     let mut taken = vec![false; capture.surfaces.len()];
-    let mut materials = Vec::new();
     for tag in tags {
         let mut surfaces = Vec::new();
         for name in &tag.surfaces {
             let index = capture.surfaces.iter().position(|surface| surface.name == *name);
-            match index {
+            let problem = match index {
                 Some(index)
                     if !taken[index]
                         && !matches!(capture.surfaces[index].role, Role::Luminaire(_)) =>
                 {
                     taken[index] = true;
                     surfaces.push(index);
+                    continue;
                 }
-                Some(_) => warnings.push(format!(
+                Some(_) => format!(
                     "the surface \"{name}\" belongs to another material or to a visible light; \
                      material \"{}\" goes without it",
                     tag.name
-                )),
-                None => warnings.push(format!(
+                ),
+                None => format!(
                     "the capture has no surface \"{name}\" any more; material \"{}\" goes \
                      without it",
                     tag.name
-                )),
-            }
+                ),
+            };
+            resolved.warnings.push(problem);
+            resolved.absent.entry(tag.name.clone()).or_default().push(name.clone());
         }
-        materials.push(Material {
+        resolved.materials.push(Material {
             name: tag.name.clone(),
             kind: if tag.specular { MaterialKind::Specular } else { MaterialKind::Diffuse },
             surfaces,
@@ -268,7 +324,26 @@ pub fn materials(tags: &[Tag], capture: &Capture) -> (Vec<Material>, Vec<String>
             known_diffuse_sd: tag.known_diffuse_sd,
         });
     }
-    (materials, warnings)
+    resolved
+}
+
+/// The capture with these materials: what loading it with such a tag file would give. Materials
+/// without surfaces are left out, as there.
+pub fn tagged(loaded: &Capture, materials: &[Material]) -> Capture {
+    let mut capture = loaded.clone();
+    for surface in &mut capture.surfaces {
+        if let Role::Material(_) = surface.role {
+            surface.role = Role::Untagged;
+        }
+    }
+    let materials = materials.iter().filter(|material| !material.surfaces.is_empty());
+    capture.materials = materials.cloned().collect();
+    for (index, material) in capture.materials.iter().enumerate() {
+        for &surface in &material.surfaces {
+            capture.surfaces[surface].role = Role::Material(index);
+        }
+    }
+    capture
 }
 
 #[cfg(test)]
@@ -293,6 +368,7 @@ mod tests {
             options,
             relight: Relight::Stored(serde_json::json!({"original_light": 0.5})),
             solution: Some(folder.join("results")),
+            results: Some(folder.join("work/a.lobelia-data")),
             view: serde_json::json!({"exposure": 1.5}),
             layout: Value::Null,
         }
@@ -309,7 +385,22 @@ mod tests {
         assert_eq!(read(&file).unwrap(), project(&root));
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("\"../captures/room\"") && text.contains("\"../results\""), "{text}");
+        assert!(text.contains("\"a.lobelia-data\""), "{text}");
         assert!(text.contains("\"count\": \"321\"") && !text.contains("exponent"), "{text}");
+    }
+
+    #[test]
+    fn older_versions_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.lobelia");
+        for head in ["", "\"version\": 1, ", "\"version\": 2, "] {
+            let text = format!("{{{head}\"capture\": \"x\", \"materials\": []}}");
+            std::fs::write(&file, text).unwrap();
+            let read = read(&file).unwrap();
+            assert!(read.capture.ends_with("x") && read.results.is_none());
+            write_over(&file, &read).unwrap();
+            assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 2"));
+        }
     }
 
     #[test]
@@ -317,7 +408,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.lobelia");
         for (text, part) in [
-            (r#"{"version": 2, "capture": "x", "materials": []}"#, "version 2"),
+            (r#"{"version": 3, "capture": "x", "materials": []}"#, "version 3"),
+            (r#"{"version": "new", "capture": "x", "materials": []}"#, "version \"new\""),
             (r#"{"version": 1, "capture": "x"}"#, "materials"),
             (
                 r#"{"version": 1, "capture": "x", "materials": [], "options": {"samples": {"count": "x"}}}"#,

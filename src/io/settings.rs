@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::project::{self, ProjectFile};
-use super::{Error, atomic};
+use super::{Error, atomic, results};
 
 /// As many recent projects are remembered.
 const RECENT: usize = 12;
@@ -107,6 +107,11 @@ impl Recovery {
         }
     }
 
+    /// Where the results of a run that is not saved are kept.
+    pub fn results(&self) -> PathBuf {
+        results::folder_of(&self.file)
+    }
+
     /// Keeps a state of unsaved work.
     pub fn keep(&self, project: &ProjectFile) -> Result<(), Error> {
         project::write(&self.file, project)
@@ -116,6 +121,7 @@ impl Recovery {
     pub fn forget(&self) {
         // There may be none.
         let _ = std::fs::remove_file(&self.file);
+        results::remove(&self.results());
     }
 }
 
@@ -162,6 +168,7 @@ pub fn left_behind(folder: &Path) -> Vec<LeftBehind> {
 pub fn discard(file: &Path) {
     let _ = std::fs::remove_file(file);
     let _ = std::fs::remove_file(lock_file(file));
+    results::remove(&results::folder_of(file));
 }
 
 fn recovery_folder(folder: &Path) -> PathBuf {

@@ -53,7 +53,7 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
         add(&mut solved, light, capture, &file, index)?;
     }
     solved.light.lobes.first.push(solved.light.lobes.lobes.len());
-    solved.textures = Arc::new(read_textures(&folder.join("textures"), capture, &solved)?);
+    solved.textures = Arc::new(textures(folder, capture, &solved)?);
     Ok(solved)
 }
 
@@ -141,7 +141,13 @@ fn add(
     Ok(())
 }
 
-fn read_textures(folder: &Path, capture: &Capture, solved: &Solved) -> Result<Vec<Texture>, Error> {
+/// The textures that a folder of results has for what was solved.
+pub(super) fn textures(
+    folder: &Path,
+    capture: &Capture,
+    solved: &Solved,
+) -> Result<Vec<Texture>, Error> {
+    let folder = folder.join("textures");
     let mut textures = Vec::new();
     let mut taken = BTreeSet::new();
     for (surface, tagged) in capture.surfaces.iter().enumerate() {

@@ -8,6 +8,7 @@ use crate::geometry::bvh::RayCaster;
 use crate::io;
 use crate::io::brackets::{self, Series};
 use crate::io::import::{self, Holds, Import, Survey, Writing};
+use crate::io::project::ProjectFile;
 use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
@@ -112,6 +113,24 @@ pub enum Command {
         /// Where they are.
         source: EditSource,
     },
+    /// Read the edits of a project, as far as they can be.
+    ReadStoredEdits {
+        /// That the edits refer to.
+        capture: Arc<Capture>,
+        /// The project's file: paths are relative to it.
+        file: PathBuf,
+        /// The edits in it.
+        value: Box<serde_json::Value>,
+    },
+    /// Write results beside a project's file.
+    StoreResults(Box<StoreResults>),
+    /// Read the results beside a project's file.
+    ReadResults {
+        /// As it was loaded.
+        capture: Arc<Capture>,
+        /// That they were written into.
+        folder: PathBuf,
+    },
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
@@ -133,6 +152,29 @@ pub enum Command {
     /// Panics, to test that the worker goes on.
     #[cfg(test)]
     Panic,
+}
+
+/// Results to be written beside a project's file.
+#[derive(Clone, Debug)]
+pub struct StoreResults {
+    /// Their folder.
+    pub folder: PathBuf,
+    /// Tags and options of the run.
+    pub inputs: ProjectFile,
+    /// As it was tagged for the run.
+    pub capture: Arc<Capture>,
+    /// What is written.
+    pub reconstruction: Arc<Reconstruction>,
+    /// Seconds that loading took, for the report.
+    pub load_secs: f64,
+}
+
+impl StoreResults {
+    /// Writes them.
+    pub fn write(&self, watch: &Watch) -> Result<(), io::Error> {
+        let Self { folder, inputs, capture, reconstruction, load_secs } = self;
+        io::results::write(folder, inputs, capture, reconstruction, *load_secs, watch)
+    }
 }
 
 /// Where edits are.
@@ -248,6 +290,21 @@ impl Command {
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
+            Self::ReadStoredEdits { capture, file, value } => {
+                match io::edits::stored(&file, &value, &capture) {
+                    Ok(stored) => JobEvent::StoredEdits(Box::new(stored)),
+                    Err(error) => JobEvent::Failed(error.to_string()),
+                }
+            }
+            Self::StoreResults(store) => match store.write(watch) {
+                Ok(()) => JobEvent::Exported(store.folder),
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(error) => JobEvent::Failed(error.to_string()),
+            },
+            Self::ReadResults { capture, folder } => match io::results::read(&folder, &capture) {
+                Ok(results) => JobEvent::Results(Box::new(results)),
+                Err(error) => JobEvent::Failed(error.to_string()),
+            },
             Self::Merge(merging) => match merge::perform(&merging, watch) {
                 Ok(event) => event,
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::io::brackets::Found;
+use crate::io::edits::StoredEdits;
 use crate::io::import::{Import, ShotCheck, Survey, Written};
+use crate::io::results::Results;
 use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
@@ -70,6 +72,15 @@ pub enum JobEvent {
     Solved(Arc<Solved>),
     /// Edits were read, with what is odd about them.
     Edits(Arc<Edits>, Vec<String>),
+    /// The edits of a project were read, as far as they could be.
+    StoredEdits(Box<StoredEdits>),
+    /// The results beside a project's file were read.
+    Results(Box<Results>),
+    /// The files of a picture are written.
+    PictureWritten {
+        /// Pictures whose files are written by now.
+        done: usize,
+    },
     /// All pictures are made; the folder that they are in, where they were to be written.
     Rendered(Option<PathBuf>),
     /// Exposure series are merged and written.
@@ -101,6 +112,7 @@ impl JobEvent {
             Self::Started
                 | Self::Update(_)
                 | Self::Picture { .. }
+                | Self::PictureWritten { .. }
                 | Self::Judged { .. }
                 | Self::Relit(_)
                 | Self::Found(_)

@@ -19,7 +19,7 @@ use std::thread::JoinHandle;
 
 use crate::watch::{Progress, Watch};
 
-pub use command::{Command, EditSource};
+pub use command::{Command, EditSource, StoreResults};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::geometry::bvh::RayCaster;
 use crate::io;
-use crate::io::export::pictures::{self, Written};
+use crate::io::export::pictures::{self, Development, Written};
 use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::{Geometry, Scene, Solved};
@@ -50,7 +50,7 @@ pub struct Files {
     /// Made where it is missing.
     pub folder: PathBuf,
     /// Also an sRGB picture of each.
-    pub png: bool,
+    pub png: Option<Development>,
     /// Also the edits set into the photographs.
     pub composite: bool,
 }
@@ -102,12 +102,13 @@ pub(super) fn perform(
             name: &pictures::name(&frame.name, &mut taken),
             film: &film,
             lights: &lights,
-            png: files.png,
+            png: files.png.as_ref(),
             composite: without
                 .as_ref()
                 .zip(photograph)
                 .map(|(without, photograph)| (without, &**photograph, edits.original_light as f32)),
         })?;
+        emit(JobEvent::PictureWritten { done: index + 1 });
     }
     Ok(JobEvent::Rendered(files.as_ref().map(|files| files.folder.clone())))
 }

@@ -1,10 +1,12 @@
 //! A written solution, read back to be rendered.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 use lobelia::geometry::mesh::Mesh;
-use lobelia::io::{Error, export, solved};
+use lobelia::io::project::{ProjectFile, Tag};
+use lobelia::io::{Error, export, results, solved};
 use lobelia::math::rgb::{Radiance, Rgb};
 use lobelia::reconstruct::equations::Equations;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
@@ -123,19 +125,25 @@ fn solution() -> Solved {
     found
 }
 
-fn write(folder: &std::path::Path, solved: &Solved) {
-    let reconstruction = Reconstruction {
+fn write(folder: &Path, solved: &Solved) {
+    let (options, watch) = (Options::default(), Watch::new());
+    let run = reconstruction(solved);
+    export::write(folder, &capture(), &options, &run, 0.0, &watch).unwrap();
+}
+
+fn reconstruction(solved: &Solved) -> Reconstruction {
+    Reconstruction {
         samples: Arc::new(SampleCloud::default()),
         lights: Arc::new(solved.light.lights.clone()),
         lobes: Arc::new(solved.light.lobes.clone()),
         transport: Arc::new(Transport {
             irradiance: Vec::new(),
             records: Arc::default(),
-            first_record: Vec::new(),
+            first_record: vec![0],
             record_weight: 0.0,
-            coupling: faer::Mat::zeros(0, 0),
+            coupling: faer::Mat::zeros(0, solved.light.lobes.lobes.len()),
             unphotographed: Arc::default(),
-            first_unphotographed: Vec::new(),
+            first_unphotographed: vec![0],
             patch_radiosity: PatchRadiosity::default(),
         }),
         equations: Arc::new(Equations::default()),
@@ -153,10 +161,65 @@ fn write(folder: &std::path::Path, solved: &Solved) {
         gains: Vec::new(),
         seconds: [0.0; 5],
         kept: [false; 5],
-        warnings: Vec::new(),
+        warnings: vec!["a warning".into()],
+    }
+}
+
+/// Writes results as a project has them, of the capture's own tags.
+fn store(folder: &Path, capture: &Capture, run: &Reconstruction) -> Result<(), Error> {
+    let inputs = ProjectFile {
+        tags: capture.materials.iter().map(|own| Tag::of(own, capture)).collect(),
+        ..ProjectFile::default()
     };
-    let (options, watch) = (Options::default(), Watch::new());
-    export::write(folder, &capture(), &options, &reconstruction, 0.0, &watch).unwrap();
+    results::write(folder, &inputs, capture, run, 0.0, &Watch::new())
+}
+
+#[test]
+fn results_of_a_project_come_back_bit_for_bit() {
+    let (folder, run) = (folder(), reconstruction(&solution()));
+    let data = results::folder_of(&folder.path().join("a.lobelia"));
+    store(&data, &capture(), &run).unwrap();
+    // Again, over what is there.
+    store(&data, &capture(), &run).unwrap();
+    let found = results::read(&data, &capture()).unwrap();
+    assert_eq!(found.capture.materials, capture().materials);
+    let own = &found.reconstruction;
+    assert_eq!(own.textures, run.textures);
+    assert_eq!(own.lights.lights, run.lights.lights);
+    assert_eq!((&own.lobes.lobes, &own.lobes.first), (&run.lobes.lobes, &run.lobes.first));
+    assert_eq!(own.solution.emission, run.solution.emission);
+    assert_eq!(own.solution.reflectances, run.solution.reflectances);
+    assert_eq!(own.transport.coupling.ncols(), run.lobes.lobes.len());
+    assert_eq!(own.warnings, ["a warning"]);
+    // Nothing is left beside them.
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    // A crash between two steps leaves them under the other name.
+    std::fs::rename(&data, folder.path().join("a.lobelia-data~")).unwrap();
+    assert!(results::read(&data, &capture()).is_ok());
+}
+
+#[test]
+fn results_that_do_not_fit_are_refused() {
+    let (folder, run) = (folder(), reconstruction(&solution()));
+    let data = folder.path().join("a.lobelia-data");
+    std::fs::create_dir(&data).unwrap();
+    std::fs::write(data.join("notes.txt"), "mine").unwrap();
+    let parts = ["a.lobelia-data", "other files are in the way", "Move that folder away"];
+    message(store(&data, &capture(), &run), &parts);
+    std::fs::remove_file(data.join("notes.txt")).unwrap();
+    store(&data, &capture(), &run).unwrap();
+    let mut other = capture();
+    Arc::make_mut(&mut other.mesh).positions[3].x += 1.0;
+    message(results::read(&data, &other), &["run.bin", "another state", "Run again"]);
+    let bytes = std::fs::read(data.join("run.bin")).unwrap();
+    for end in [0, 10, 20, bytes.len() / 2, bytes.len() - 1] {
+        std::fs::write(data.join("run.bin"), &bytes[..end]).unwrap();
+        message(results::read(&data, &capture()), &["run.bin", "Run again"]);
+    }
+    let mut spoiled = bytes.clone();
+    spoiled[bytes.len() / 2] ^= 1;
+    std::fs::write(data.join("run.bin"), &spoiled).unwrap();
+    message(results::read(&data, &capture()), &["run.bin", "cut off or damaged"]);
 }
 
 fn read(capture: &Capture, solved: &Solved) -> Result<Solved, Error> {

@@ -2,11 +2,15 @@
 //! whatever adapter the machine has; a software one will do.
 #![cfg(feature = "studio")]
 
+mod dropping; // files that are dropped, numbers that are typed
+mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page
+mod nothing_lost; // what a project holds stays there
 mod projects; // save, reopen, recovery, a moved capture
 mod pictures; // the window and the 3D view beside stored pictures
 mod relighting; // lights and objects that are set into the scene
+mod rendering; // pictures that are written
 mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
 mod studies; // speed and stability of the open capture
@@ -17,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT as _, Queryable};
 use egui_kittest::{Harness, Node};
 use lobelia::app::{Launch, Studio};
 
@@ -94,6 +98,16 @@ impl Window {
     fn node<'a>(&'a self, label: &'a str) -> Node<'a> {
         let found = self.harness.query_all_by_label(label).next();
         found.unwrap_or_else(|| panic!("nothing is labelled \"{label}\""))
+    }
+
+    /// The labels that contain something, in the order of the window.
+    fn labels(&self, part: &str) -> Vec<String> {
+        let nodes = self.harness.query_all_by_label_contains(part);
+        let text = |node: Node| {
+            let node = node.accesskit_node();
+            node.value().or(node.label())
+        };
+        nodes.filter_map(text).collect()
     }
 
     /// Clicks as a hand does: waits for what still moves.

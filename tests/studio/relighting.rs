@@ -8,7 +8,7 @@ use crate::runs::coarse;
 const NONE: egui::Modifiers = egui::Modifiers::NONE;
 
 /// A project whose results are there, in the workspace for relighting.
-fn relit(folder: &Path) -> Window {
+pub fn relit(folder: &Path) -> Window {
     let mut window = Window::at(folder, Some(&coarse(folder, 150)));
     window.wait_for("Photographs (6)");
     window.key(NONE, egui::Key::F5);

@@ -71,7 +71,7 @@ fn a_run_fills_plot_and_tables() {
     window.menu("Edit", "Select strongest light");
     assert!(window.has_part("Lobes, by emission"));
     window.menu("File", "Close project");
-    assert!(window.has_part("The results were not exported"));
+    assert!(window.has_part("The results are not saved"));
     window.click("Cancel");
     window.harness.run();
 }
@@ -98,6 +98,12 @@ fn results_that_were_read_with_the_project_are_shown() {
     window.wait("the folder", |window| window.has_part("Results written to"));
     window.key(egui::Modifiers::COMMAND, egui::Key::S);
     drop(window);
+    // As projects were before they had results of their own.
+    let mut older: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    assert!(older.as_object_mut().unwrap().remove("results").is_some());
+    older["version"] = 1.into();
+    std::fs::write(&file, older.to_string()).unwrap();
 
     // What the file says is what is shown, whatever was found.
     let solution = results.join("solution.json");

@@ -92,7 +92,11 @@ impl Command {
                 project.is_some_and(|p| p.products.solved.is_some()) && !state.jobs.is_rendering()
             }
             Action::Relight(_) => project.is_some_and(|p| p.selection.added.is_some()),
-            Action::Undo => project.is_some_and(|p| p.history.undo_name().is_some()),
+            // What is being moved in the 3D view comes to an end first.
+            Action::Undo | Action::Redo if state.viewport.is_moving() => false,
+            Action::Undo => {
+                project.is_some_and(|p| p.history.undo_name().is_some() || p.gesture().is_some())
+            }
             Action::Redo => project.is_some_and(|p| p.history.redo_name().is_some()),
             Action::Select(Select::WorstSample) => {
                 project.is_some_and(|p| p.products.derived.is_some())
@@ -133,7 +137,8 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let at_work = state.viewport.is_at_work();
     // Escape first closes menus, leaves the field that was typed in, or gives up a box. egui has
     // taken the focus away already, so what counts is where it was in the frame before.
-    let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !at_work;
+    let is_dragging = state.project.as_ref().is_some_and(|project| project.gesture().is_some());
+    let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !at_work && !is_dragging;
     for command in specific_first() {
         let Some(key) = command.key else { continue };
         let plain = !key.modifiers.command;

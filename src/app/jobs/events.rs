@@ -4,10 +4,13 @@ use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
 use super::{PULSE, Reading, studies};
-use crate::app::files;
-use crate::app::project::{Project, Run};
+use crate::app::files::{self, Opening};
+use crate::app::keeping;
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::app::relighting;
 use crate::app::state::State;
+use crate::io::project::Relight;
 use crate::reconstruct::Update;
 use crate::worker::{Event, JobEvent};
 
@@ -89,10 +92,19 @@ fn loader_event(state: &mut State, event: Event) {
         }
         return;
     }
+    if !event.what.is_ending() {
+        return;
+    }
+    if let Some((_, restoring)) = state.jobs.project_results.take_if(|(job, _)| *job == event.job) {
+        keeping::restored(state, restoring, event.what);
+        return;
+    }
+    if let Some(index) = state.jobs.storing.iter().position(|(job, _)| *job == event.job) {
+        let (_, whole) = state.jobs.storing.remove(index);
+        keeping::stored(state, &whole, event.what);
+        return;
+    }
     if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
-        if !event.what.is_ending() {
-            return;
-        }
         let (_, reading) = state.jobs.reading.remove(index);
         match event.what {
             JobEvent::Edits(edits, warnings) => {
@@ -100,10 +112,10 @@ fn loader_event(state: &mut State, event: Event) {
             }
             JobEvent::Failed(text) => {
                 let title = match reading {
-                    Reading::Project => "The project's lights and objects cannot be used",
                     Reading::File => "These edits cannot be used",
                     Reading::Object => "This object cannot be added",
                     Reading::Dome => "This image cannot be used",
+                    Reading::Found(_) => "This file cannot take its place",
                 };
                 state.messages.error(title, text);
             }
@@ -112,14 +124,25 @@ fn loader_event(state: &mut State, event: Event) {
         return;
     }
     // Only the latest opening counts; a project that was open stays until it has succeeded.
-    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job)
-        || !event.what.is_ending()
-    {
+    if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job) {
         return;
     }
     let Some((_, opening)) = state.jobs.opening.take() else { return };
     match event.what {
-        JobEvent::Loaded(capture) => files::opened(state, opening, capture),
+        JobEvent::Loaded(capture) => {
+            // Nobody may save the project before all that it holds has been read.
+            match opening.project.as_ref().map(|project| project.relight.clone()) {
+                Some(Relight::Stored(value)) if !value.is_null() => {
+                    state.jobs.read_stored(opening, capture, value);
+                }
+                _ => files::opened(state, opening, capture),
+            }
+        }
+        JobEvent::StoredEdits(edits) => {
+            if let Some(capture) = state.jobs.loaded.take() {
+                files::opened(state, Opening { edits: Some(edits), ..opening }, capture);
+            }
+        }
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }
@@ -137,17 +160,8 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
-    if let Some((_, folder)) = state.jobs.rendering.take_if(|(job, _)| *job == event.job) {
-        match event.what {
-            JobEvent::Rendered(_) => {
-                state.messages.notice(format!("Pictures written to {}", folder.display()));
-            }
-            JobEvent::Failed(text) => {
-                state.messages.error("The pictures cannot be written", text);
-            }
-            JobEvent::Cancelled => state.messages.notice("Rendering was stopped."),
-            _ => state.jobs.rendering = Some((event.job, folder)),
-        }
+    if state.jobs.rendering.as_ref().is_some_and(|own| own.job == event.job) {
+        state.jobs.pictures_event(event.what, &mut state.messages);
         return;
     }
     let Some(picture) = state.jobs.picture.as_mut().filter(|picture| picture.job == event.job)
@@ -172,7 +186,6 @@ fn runner_event(state: &mut State, event: Event) {
                 if let Some(Project { products, solution, .. }) = &mut state.project {
                     let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
                     if products.whole.as_ref().is_some_and(is_shown) {
-                        products.exported = true;
                         *solution = Some(folder.clone());
                     }
                 }

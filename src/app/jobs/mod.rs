@@ -5,6 +5,7 @@
 //! worker that the terminal drives.
 
 mod events;
+mod rendering;
 pub mod studies;
 
 use std::path::PathBuf;
@@ -13,10 +14,13 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use eframe::egui;
+use serde_json::Value;
 
 use super::derived::{self, Derived};
 use super::files::Opening;
-use super::project::{Products, Project, Run};
+use super::keeping::Restoring;
+use super::products::{Products, Run};
+use super::project::Project;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::CoverageMask;
@@ -25,10 +29,9 @@ use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
-use crate::watch::Progress;
 use crate::worker::{
-    Command, EditSource, Files, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit,
-    Rendering, Worker,
+    Command, EditSource, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit, Rendering,
+    StoreResults, Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -51,11 +54,11 @@ pub struct Picture {
 /// What edits are read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
-    /// The project that was opened.
-    Project,
     File,
     Object,
     Dome,
+    /// A part of the project that could not be read, by its index, from another file.
+    Found(usize),
 }
 
 /// The relit scene in the viewport.
@@ -81,6 +84,7 @@ pub struct Coverage {
 const COMPARED: usize = 800;
 
 pub use events::drain;
+use rendering::PicturesJob;
 use studies::Studies;
 
 pub struct Jobs {
@@ -92,16 +96,21 @@ pub struct Jobs {
     pub studies: Studies,
     /// Results that are being read.
     restoring: Option<(Job, PathBuf)>,
+    /// Results of the project that are being read, and those that are being written.
+    project_results: Option<(Job, Restoring)>,
+    storing: Vec<(Job, Arc<Reconstruction>)>,
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
     /// Pictures that are being written.
-    rendering: Option<(Job, PathBuf)>,
+    rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.
     pub picture: Option<Picture>,
     /// What the lights see, where it was asked for.
     pub coverage: Option<Coverage>,
     ctx: egui::Context,
     pub opening: Option<(Job, Opening)>,
+    /// The capture of what is being opened, once it has been read.
+    loaded: Option<Arc<Capture>>,
     /// The export under way, and what it writes.
     pub exporting: Option<(Job, Arc<Reconstruction>)>,
     /// Numbers that are being worked out, and of what.
@@ -122,12 +131,15 @@ impl Jobs {
             relight: None,
             studies: Studies::new(worker()?),
             restoring: None,
+            project_results: None,
+            storing: Vec::new(),
             reading: Vec::new(),
             rendering: None,
             picture: None,
             coverage: None,
             ctx: ctx.clone(),
             opening: None,
+            loaded: None,
             exporting: None,
             derived: None,
         })
@@ -140,7 +152,16 @@ impl Jobs {
         self.opening = Some((job, opening));
     }
 
+    /// Reads what a project changes of the recovered scene, before it is shown.
+    pub fn read_stored(&mut self, opening: Opening, capture: Arc<Capture>, value: Value) {
+        let (file, value) = (opening.path.clone(), Box::new(value));
+        let command = Command::ReadStoredEdits { capture: capture.clone(), file, value };
+        self.opening = Some((self.loader.send(command), opening));
+        self.loaded = Some(capture);
+    }
+
     pub fn cancel_opening(&mut self) {
+        self.loaded = None;
         if let Some((job, _)) = self.opening.take() {
             self.loader.cancel(job);
         }
@@ -242,6 +263,35 @@ impl Jobs {
         self.restoring = Some((job, folder));
     }
 
+    /// Reads the results that belong to a project's file.
+    pub fn read_results(&mut self, project: &Project, folder: PathBuf, recovered: Option<PathBuf>) {
+        let (capture, path) = (project.loaded.clone(), folder.clone());
+        let job = self.loader.send(Command::ReadResults { capture, folder: path });
+        self.project_results = Some((job, Restoring { folder, recovered }));
+    }
+
+    /// What is being read belongs to a project that is no longer open.
+    pub fn stop_restoring(&mut self) {
+        self.restoring = None;
+        self.project_results = None;
+        self.reading.clear();
+    }
+
+    pub fn is_restoring(&self) -> bool {
+        self.project_results.is_some()
+    }
+
+    /// Writes the results that belong to a project's file.
+    pub fn store_results(&mut self, storing: StoreResults) {
+        let whole = storing.reconstruction.clone();
+        let job = self.loader.send(Command::StoreResults(Box::new(storing)));
+        self.storing.push((job, whole));
+    }
+
+    pub fn is_storing(&self) -> bool {
+        !self.storing.is_empty()
+    }
+
     /// Reads edits for the open project.
     pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
         let Some(project) = project else { return };
@@ -299,42 +349,6 @@ impl Jobs {
         self.relight.as_ref()?.relit.as_ref()
     }
 
-    /// Writes pictures from the places of all photographs.
-    pub fn render(&mut self, project: &Project, folder: PathBuf) {
-        let Some(solved) = project.products.solved.clone() else { return };
-        let capture = project.result_capture().clone();
-        let frames = capture.photographs.iter().enumerate();
-        let frames = frames.map(|(index, photograph)| Frame {
-            name: photograph.name.clone(),
-            camera: photograph.camera,
-            photograph: Some(index),
-        });
-        let job = self.render_worker.send(Command::Render(Box::new(Rendering {
-            frames: frames.collect(),
-            capture: capture.clone(),
-            solved,
-            edits: project.edit().relight.clone(),
-            options: RenderOptions::default(),
-            files: Some(Files { folder: folder.clone(), png: true, composite: true }),
-        })));
-        self.rendering = Some((job, folder));
-    }
-
-    pub fn is_rendering(&self) -> bool {
-        self.rendering.is_some()
-    }
-
-    /// How far the pictures that are written have come.
-    pub fn rendered(&self) -> Option<Progress> {
-        self.render_worker.progress(self.rendering.as_ref()?.0)
-    }
-
-    pub fn stop_rendering(&mut self) {
-        if let Some((job, _)) = &self.rendering {
-            self.render_worker.cancel(*job);
-        }
-    }
-
     pub fn stop_comparing(&mut self) {
         if let Some(picture) = self.picture.take() {
             self.render_worker.cancel(picture.job);
@@ -342,7 +356,7 @@ impl Jobs {
     }
 
     /// Works out the numbers of finished results that have none yet.
-    fn derive(&mut self, project: &Project) {
+    pub(in crate::app) fn derive(&mut self, project: &Project) {
         let products = &project.products;
         if let Some(whole) = products.whole.clone().filter(|_| products.derived.is_none()) {
             let ctx = self.ctx.clone();
@@ -358,6 +372,8 @@ impl Jobs {
             || self.rendering.is_some()
             || !self.reading.is_empty()
             || self.restoring.is_some()
+            || self.is_restoring()
+            || self.is_storing()
             || self.studies.is_busy()
     }
 

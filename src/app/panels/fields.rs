@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use eframe::egui::{self, DragValue};
 use glam::Vec3;
 
+use crate::app::entry::{self, Unit};
 use crate::math::rgb::Rgb;
 
 pub fn position(ui: &mut egui::Ui, what: &str, value: Vec3) -> Option<Vec3> {
@@ -13,8 +14,7 @@ pub fn position(ui: &mut egui::Ui, what: &str, value: Vec3) -> Option<Vec3> {
     ui.horizontal(|ui| {
         for (value, axis) in edited.iter_mut().zip(["x", "y", "z"]) {
             let field = DragValue::new(value).speed(0.01).range(-1e6..=1e6).max_decimals(3);
-            changed |= ui
-                .add(field)
+            changed |= entry::number(ui, field, Unit::Length)
                 .accessible_name(format!("{what}, {axis}"))
                 .on_hover_text(format!("{what}, {axis} in metres"))
                 .changed();
@@ -26,14 +26,16 @@ pub fn position(ui: &mut egui::Ui, what: &str, value: Vec3) -> Option<Vec3> {
 pub fn length(ui: &mut egui::Ui, name: &str, value: &mut f32) -> bool {
     let speed = 0.01 * value.max(1e-3);
     let field = DragValue::new(value).speed(speed).range(1e-4..=1e4).max_decimals(4);
-    ui.add(field).accessible_name(name).on_hover_text(name).changed()
+    let response = entry::number(ui, field, Unit::Length);
+    response.accessible_name(name).on_hover_text(name).changed()
 }
 
 pub fn angle(ui: &mut egui::Ui, name: &str, radians: &mut f32, help: &str) -> bool {
     let mut degrees = radians.to_degrees();
     let field =
         DragValue::new(&mut degrees).speed(0.2).range(0.0..=180.0).max_decimals(2).suffix("°");
-    let changed = ui.add(field).accessible_name(name).on_hover_text(help).changed();
+    let response = entry::number(ui, field, Unit::Angle);
+    let changed = response.accessible_name(name).on_hover_text(help).changed();
     if changed {
         *radians = degrees.to_radians();
     }
@@ -52,7 +54,8 @@ pub fn direction_ui(ui: &mut egui::Ui, direction: &mut Vec3) -> bool {
     ] {
         ui.weak(name);
         let field = DragValue::new(value).speed(0.3).range(range).max_decimals(1).suffix("°");
-        changed |= ui.add(field).accessible_name(name).on_hover_text(help).changed();
+        let response = entry::number(ui, field, Unit::Angle);
+        changed |= response.accessible_name(name).on_hover_text(help).changed();
         ui.end_row();
     }
     if changed {
@@ -74,8 +77,7 @@ pub fn triple(
     let mut changed = false;
     for (value, channel) in edited.iter_mut().zip(["red", "green", "blue"]) {
         let field = DragValue::new(value).range(range.clone()).speed(speed).max_decimals(4);
-        changed |= ui
-            .add(field)
+        changed |= entry::number(ui, field, Unit::Plain)
             .accessible_name(format!("{what}, {channel}"))
             .on_hover_text(format!("{what}, {channel}, linear"))
             .changed();

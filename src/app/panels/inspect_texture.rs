@@ -6,6 +6,7 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
 use super::numbers::{count, exposed};
+use crate::app::entry::{self, Unit};
 use crate::app::project::Project;
 use crate::app::theme::ACCENT;
 use crate::math::rgb::{CHANNELS, Radiance};
@@ -67,7 +68,9 @@ pub fn textures_ui(
             .prefix(sign)
             .suffix(" EV");
         let help = "Brightens dark textures, here only; right-click to reset";
-        let response = ui.add(field).accessible_name("Exposure of the texture").on_hover_text(help);
+        let response = entry::number(ui, field, Unit::Plain)
+            .accessible_name("Exposure of the texture")
+            .on_hover_text(help);
         if response.secondary_clicked() {
             cache.exposure_ev = 0.0;
         }

@@ -20,6 +20,7 @@ pub mod palette;
 pub mod questions;
 mod relight;
 mod relight_added;
+mod relight_list;
 mod run;
 mod sample_errors;
 mod samples;
@@ -37,7 +38,7 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
-use super::edit::Change;
+use super::change::Change;
 use super::jobs::Jobs;
 use super::layout::Pane;
 use super::messages::Messages;
@@ -189,8 +190,10 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
 fn viewport_action(event: ViewportEvent) -> Action {
     Action::Select(match event {
         ViewportEvent::Moved { item, name, edits } => {
-            return Action::Change(Change::Relight { name, of: Some(item), edits });
+            return Action::Transform(Change::Relight { name, of: Some(item), edits });
         }
+        ViewportEvent::Kept => return Action::KeepTransform,
+        ViewportEvent::LeftAsItWas => return Action::LeaveTransform,
         ViewportEvent::PickAdded(item) => Select::Added(item),
         ViewportEvent::PickSurface { surface: None, add: true } => {
             Select::Surfaces { surfaces: Default::default(), add: true }

@@ -4,7 +4,8 @@ use eframe::egui;
 
 use super::numbers::named;
 use crate::app::actions::Action;
-use crate::app::edit::Change;
+use crate::app::change::Change;
+use crate::app::entry::{self, Unit};
 use crate::app::project::Project;
 use crate::options::{Declaration, Kind};
 use crate::reconstruct::Options;
@@ -165,6 +166,7 @@ fn number(
     whole: bool,
 ) -> Option<(egui::Response, Option<f64>)> {
     let before: f64 = text.parse().ok()?;
+    let unit = if declaration.unit == "m" { Unit::Length } else { Unit::Plain };
     let (low, high) = declaration.range.unwrap_or((f64::MIN, f64::MAX));
     let mut value = before;
     // At a large scale there is no room for a slider and a reset beside it.
@@ -175,12 +177,13 @@ fn number(
             egui::Slider::new(&mut value, low..=high).clamping(egui::SliderClamping::Edits);
         ui.spacing_mut().slider_width = 60.0;
         let slider = if whole { slider.integer() } else { slider };
-        ui.add(slider)
+        entry::slider(ui, slider, Unit::Plain)
     } else {
         let speed =
             if whole { (0.01 * before.abs()).max(0.2) } else { (0.01 * before.abs()).max(1e-4) };
         let field = egui::DragValue::new(&mut value).range(low..=high).speed(speed);
-        ui.add(if whole { field.max_decimals(0) } else { field.max_decimals(6) })
+        let field = if whole { field.max_decimals(0) } else { field.max_decimals(6) };
+        entry::number(ui, field, unit)
     };
     if whole {
         value = value.round();

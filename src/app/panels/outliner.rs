@@ -6,8 +6,8 @@ use eframe::egui::{self, Button};
 
 use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
+use crate::app::change::Change;
 use crate::app::derived::kind_name;
-use crate::app::edit::Change;
 use crate::app::layout::Pane;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;

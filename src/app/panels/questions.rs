@@ -7,9 +7,9 @@ use eframe::egui::{self, Id, Key};
 
 use super::numbers::{list_color, swatch};
 use crate::app::actions::Action;
+use crate::app::change::Change;
 use crate::app::commands;
 use crate::app::dialogs::{PathField, PathRequest};
-use crate::app::edit::Change;
 use crate::app::leaving::{AfterPrompt, UnsavedWork};
 use crate::app::state::State;
 
@@ -98,7 +98,7 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::OpenCapture | PathRequest::OpenProject => "Open",
         PathRequest::SaveAs => "Save",
         PathRequest::Export => "Export",
-        PathRequest::Locate => "Use",
+        PathRequest::Locate | PathRequest::Find(_) => "Use",
         PathRequest::AddObject | PathRequest::AddDome => "Add",
         PathRequest::LoadEdits => "Load",
         PathRequest::SaveEdits => "Save",
@@ -161,18 +161,11 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
 fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
     let stake = UnsavedWork::of(state, matches!(state.dialogs.unsaved, Some(AfterPrompt::Quit)));
-    let is_changed = stake.edit.is_some();
+    let is_changed = stake.edit.is_some() || stake.results.is_some();
     let title = if is_changed { "Save changes?" } else { "Leave the project?" };
     let mut choices = Vec::new();
     if is_changed {
         choices.push(("Save", "Save the project first", Some(Action::Unsaved { save: true })));
-    }
-    if stake.results.is_some() {
-        choices.push((
-            "Export…",
-            "Write the results first",
-            Some(Action::Ask(PathRequest::Export)),
-        ));
     }
     let (text, help) = if is_changed {
         ("Don't save", "Lose what was changed since the last save")
@@ -183,9 +176,12 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
     choices.push(("Cancel", "Stay here (Esc)", None));
     let (answer, left) = ask(ctx, title, 420.0, |ui| {
         for (is_lost, text) in [
-            (is_changed, format!("Tags or options of \"{name}\" were changed and not saved.")),
+            (
+                stake.edit.is_some(),
+                format!("Tags or options of \"{name}\" were changed and not saved."),
+            ),
             (stake.run.is_some(), "The reconstruction that runs would be cancelled.".to_owned()),
-            (stake.results.is_some(), "The results were not exported: they would be lost.".into()),
+            (stake.results.is_some(), "The results are not saved: they would be lost.".to_owned()),
             (stake.study > 0, "The study of this capture was not saved: it would be lost.".into()),
             (stake.export.is_some(), "Results are being written: that would stop.".to_owned()),
         ] {

@@ -5,11 +5,13 @@ use std::sync::{Arc, Weak};
 use eframe::egui::{self, Button, DragValue};
 
 use super::fields::triple;
-use super::numbers::{emission_color, empty, named, reflectance_color, swatch};
-use super::relight_added::{added_ui, list_ui};
+use super::numbers::{duration, emission_color, empty, named, reflectance_color, swatch};
+use super::relight_added::added_ui;
+use super::relight_list::list_ui;
 use crate::app::actions::{Action, Relight};
+use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
-use crate::app::edit::Change;
+use crate::app::entry::{self, Unit};
 use crate::app::jobs::Jobs;
 use crate::app::project::Project;
 use crate::app::relight::{Added, NewLight};
@@ -120,7 +122,7 @@ fn factor(ui: &mut egui::Ui, name: &str, value: f64) -> Option<f64> {
     let mut edited = value;
     let field =
         DragValue::new(&mut edited).range(0.0..=1e6).speed(0.01).max_decimals(3).prefix("× ");
-    let response = ui.add(field).accessible_name(format!("Factor on {name}")).on_hover_text(format!(
+    let response = entry::number(ui, field, Unit::Plain).accessible_name(format!("Factor on {name}")).on_hover_text(format!(
             "Factor on {name}: 1 is as recovered, 0 is off. Drag, or click to type; right-click to reset"
         ));
     if response.secondary_clicked() {
@@ -255,7 +257,8 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
             ui.radio_value(&mut next, choice, name).on_hover_text(help);
         }
         if let Surroundings::Albedo(albedo) = &mut next {
-            ui.add(DragValue::new(albedo).range(0.0..=1.0).speed(0.005))
+            let field = DragValue::new(albedo).range(0.0..=1.0).speed(0.005);
+            entry::number(ui, field, Unit::Plain)
                 .accessible_name("Albedo of the surroundings")
                 .on_hover_text("What the unmodelled room reflects of added light, 0 to 1");
         }
@@ -268,17 +271,21 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         match jobs.rendered() {
             Some(progress) => {
-                let part = progress.done as f32 / progress.total.max(1) as f32;
-                let bar = egui::ProgressBar::new(part.min(1.0)).desired_width(120.0);
+                let bar = egui::ProgressBar::new(progress.part).desired_width(80.0);
                 ui.add(bar).on_hover_text("Of the picture under way");
+                let left = progress.left.map_or(String::new(), |left| {
+                    format!(", {} left", duration(left.as_secs_f64()))
+                });
+                ui.label(format!("{} of {}{left}", progress.number, progress.count));
                 if ui.button("Stop").on_hover_text("Stop rendering; whole pictures stay").clicked()
                 {
                     actions.push(Action::Relight(Relight::StopRendering));
                 }
             }
             None => {
-                let help = "Pictures from the places of all photographs as EXR and PNG, and the \
-                            edits set into the photographs (F12)";
+                let help = "Pictures from the places of all photographs, and the edits set into \
+                            the photographs: EXR with all radiance, PNG at the exposure and tone \
+                            mapping of the 3D view (F12)";
                 if ui.button("Render to files…").on_hover_text(help).clicked() {
                     actions.push(Action::Ask(PathRequest::RenderTo));
                 }

@@ -1,53 +1,20 @@
-//! Lights and objects that were set into the scene, and the numbers of the selected one.
+//! The numbers of the selected one of the lights and objects that were set into the scene.
 
-use eframe::egui::{self, Button, DragValue};
+use eframe::egui::{self, DragValue};
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot, Vec3};
 
 use super::fields::{angle, direction_ui, length, position, triple};
-use super::numbers::{emission_color, left, short, swatch};
+use super::numbers::short;
 use super::relight::{Proposal, RelightState};
-use crate::app::actions::{Action, Relight, Select};
-use crate::app::project::{Focus, Project};
+use crate::app::actions::{Action, Relight};
+use crate::app::entry::{self, Unit};
+use crate::app::project::Project;
 use crate::app::relight::{self, Added, Motion, strength_and_colour};
 use crate::math::blackbody::blackbody;
 use crate::math::rgb::Rgb;
 use crate::render::edits::{AddedLight, Edits, Object, Shape};
 use crate::scene::Brdf;
 use crate::scene::Emitter;
-
-pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
-    let edits = &project.edit().relight;
-    if edits.lights.is_empty() && edits.objects.is_empty() {
-        ui.weak("Nothing yet. Add a light or an object; it can then be moved in the 3D view.");
-    }
-    let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
-    let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
-        ui.horizontal(|ui| {
-            swatch(ui, color);
-            let text = format!("{name}  ({kind})");
-            let width = ui.available_width();
-            let button = Button::selectable(selected == Some(item), left(text)).truncate();
-            let response = ui
-                .add(button.min_size(egui::vec2(width, 0.0)))
-                .on_hover_text("Select it: G, R and S move, rotate and scale it");
-            if response.clicked() {
-                actions.push(Action::Select(Select::Added(item)));
-            }
-        });
-    };
-    for (index, light) in edits.lights.iter().enumerate() {
-        let kind = match &light.shape {
-            Shape::Emitter(emitter) => emitter.kind(),
-            Shape::Dome(_) => "dome",
-        };
-        row(ui, Added::Light(index), &light.name, kind, emission_color(light.emission));
-    }
-    for (index, object) in edits.objects.iter().enumerate() {
-        let diffuse = object.surfaces.first().map_or([0.5; 3], |(_, own)| own.diffuse);
-        let color = super::numbers::reflectance_color(diffuse);
-        row(ui, Added::Object(index), &object.name, "object", color);
-    }
-}
 
 /// The selected one's numbers.
 pub fn added_ui(
@@ -133,7 +100,8 @@ fn light_ui(
                 let speed = 0.01 * factor.max(1e-3);
                 ui.weak("Factor");
                 let field = DragValue::new(&mut factor).range(0.0..=1e9).speed(speed);
-                if ui.add(field).on_hover_text("Factor on the image's radiance").changed() {
+                let response = entry::number(ui, field, Unit::Plain);
+                if response.on_hover_text("Factor on the image's radiance").changed() {
                     light.emission = [factor; 3];
                     change = Some("brightness of light");
                 }
@@ -182,7 +150,7 @@ fn emission_ui(
         "{} of its strongest channel. U is the unit of the photographs' radiance",
         capital(quantity)
     );
-    if ui.add(field).on_hover_text(help).changed() {
+    if entry::number(ui, field, Unit::Plain).on_hover_text(help).changed() {
         *emission = colour.map(|value| value * edited);
         change = Some("brightness of light");
     }
@@ -350,8 +318,7 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
         let mut is_turned = false;
         for (value, axis) in degrees.iter_mut().zip(["X", "Y", "Z"]) {
             let field = DragValue::new(value).speed(0.5).max_decimals(1).suffix("°");
-            is_turned |= ui
-                .add(field)
+            is_turned |= entry::number(ui, field, Unit::Angle)
                 .accessible_name(format!("Turn about {axis}"))
                 .on_hover_text(format!("Turn about {axis}, degrees"))
                 .changed();
@@ -367,8 +334,7 @@ fn turn_and_scale(ui: &mut egui::Ui, linear: DMat3) -> Option<(&'static str, DMa
     let size = scale.abs().element_product().cbrt();
     let mut edited = size;
     let field = DragValue::new(&mut edited).range(1e-6..=1e6).speed(0.01 * size).max_decimals(4);
-    let is_scaled = ui
-        .add(field)
+    let is_scaled = entry::number(ui, field, Unit::Plain)
         .accessible_name("Scale of the object")
         .on_hover_text("Metres per unit of its file")
         .changed();
@@ -413,8 +379,7 @@ fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Brdf) -> bool {
     if own.specular.iter().any(|&value| value > 0.0) {
         ui.weak("Exponent");
         let field = DragValue::new(&mut own.exponent).range(0.0..=1e6).speed(0.5);
-        changed |= ui
-            .add(field)
+        changed |= entry::number(ui, field, Unit::Plain)
             .accessible_name(format!("{name}, exponent"))
             .on_hover_text("Phong's n: larger ones make sharper reflections")
             .changed();

@@ -7,8 +7,10 @@ use eframe::egui;
 use super::numbers::{check_mark, count, cut, duration, named, rgb};
 use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
-use crate::app::edit::{Change, Edit};
-use crate::app::project::{Project, Run};
+use crate::app::change::Change;
+use crate::app::edit::Edit;
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::options::Declaration;
 use crate::reconstruct::{Method, Stage};
 

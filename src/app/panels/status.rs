@@ -5,7 +5,8 @@ use eframe::egui;
 use super::numbers::{count, counted, duration};
 use super::run::progress_ui;
 use crate::app::actions::Action;
-use crate::app::project::{Project, Run};
+use crate::app::products::Run;
+use crate::app::project::Project;
 use crate::app::state::State;
 use crate::app::viewport::Hovered;
 
@@ -29,7 +30,11 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 }
                 _ if state.jobs.is_rendering() => {
                     ui.spinner();
-                    ui.label("Rendering pictures");
+                    let text = state
+                        .jobs
+                        .rendered()
+                        .map_or(String::new(), |own| format!(" ({} of {})", own.number, own.count));
+                    ui.label(format!("Rendering pictures{text}"));
                 }
                 _ if state.jobs.opening.is_some() => {
                     ui.spinner();

@@ -8,7 +8,7 @@ use super::fields::triple;
 use super::numbers::{counted, left, list_color, named, swatch};
 use super::outliner::drop_on_material;
 use crate::app::actions::{Action, Select};
-use crate::app::edit::Change;
+use crate::app::change::Change;
 use crate::app::project::Project;
 use crate::scene::{Material, MaterialKind, Role};
 

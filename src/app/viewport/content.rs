@@ -71,6 +71,10 @@ pub enum ViewportEvent {
     PickAdded(Added),
     /// The added one is being moved: what becomes of the edits, and what undo calls it.
     Moved { item: Added, name: &'static str, edits: Arc<Edits> },
+    /// It stays where it was moved to.
+    Kept,
+    /// It goes back to where it was before.
+    LeftAsItWas,
 }
 
 /// What colours the mesh.

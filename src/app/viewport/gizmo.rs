@@ -6,6 +6,7 @@ use std::sync::Arc;
 use eframe::egui::{self, Event, Key, PointerButton, Response, Ui};
 use glam::{Quat, Vec2, Vec3};
 
+use crate::app::entry::{self, Unit};
 use crate::app::relight::{self, Added, Motion, middle, moved, reach_m};
 use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, ViewportEvent};
@@ -173,9 +174,8 @@ fn go_on(
         || !relight::exists(&content.edits, own.item);
     let (item, name) = (own.item, own.mode.name());
     if is_left {
-        let edits = own.base.clone();
         view.gizmo.active = None;
-        events.push(ViewportEvent::Moved { item, name, edits });
+        events.push(ViewportEvent::LeftAsItWas);
         return;
     }
     let snaps = ui.input(|i| i.modifiers.command);
@@ -199,6 +199,7 @@ fn go_on(
     };
     if is_kept {
         view.gizmo.active = None;
+        events.push(ViewportEvent::Kept);
     }
     ui.ctx().request_repaint();
 }
@@ -221,7 +222,8 @@ fn typing(ui: &Ui, own: &mut Transform) {
                     }
                 }
                 Event::Text(text) => {
-                    let is_number = |letter: char| letter.is_ascii_digit() || ".-".contains(letter);
+                    let is_number =
+                        |letter: char| letter.is_ascii_digit() || ".,-/".contains(letter);
                     own.typed.extend(text.chars().filter(|letter| is_number(*letter)));
                 }
                 _ => return true,
@@ -239,7 +241,7 @@ impl Transform {
         now: Option<Vec2>,
         snapped: Option<Vec3>,
     ) -> Option<Motion> {
-        let typed = self.typed.parse::<f32>().ok().filter(|value| value.is_finite());
+        let typed = entry::parse(&self.typed, Unit::Plain).ok().map(|value| value as f32);
         let axis = self.axis.map(|axis| AXES[axis]);
         Some(match self.mode {
             Mode::Move => Motion::Move(match (typed, axis) {

@@ -11,6 +11,7 @@ mod background;
 mod before;
 mod camera;
 mod content;
+mod display;
 mod frame;
 mod gizmo;
 mod gpu;
@@ -52,6 +53,7 @@ pub use crate::app::project::Focus;
 use crate::app::relight;
 
 use crate::geometry::bvh::Ray;
+use crate::io::export::pictures::Development;
 use crate::render::edits::Edits;
 use crate::scene::{Camera, Capture};
 use crate::worker::PreviewRequest;
@@ -214,6 +216,11 @@ impl Viewport {
         self.boxing != Boxing::Off || self.gizmo.is_active()
     }
 
+    /// Whether a light or an object is being moved.
+    pub fn is_moving(&self) -> bool {
+        self.gizmo.is_active()
+    }
+
     /// What is to be rendered for the viewport; `None` where it shows no rendering.
     pub fn request(&self, edits: &Arc<Edits>) -> Option<PreviewRequest> {
         let camera = self.seen_by.filter(|_| self.settings.shading == Shading::Relit)?;
@@ -253,6 +260,11 @@ impl Viewport {
     /// The factor that brings radiance to the screen's 0 to 1, for pictures beside the viewport.
     pub fn exposure(&self) -> f32 {
         self.settings.exposure_ev.exp2() * BRIGHT_PART / self.scene.bright
+    }
+
+    /// How pictures are developed to look as they do here.
+    pub fn development(&self) -> Development {
+        display::development(self.exposure(), self.settings.tone_mapping)
     }
 
     /// Whether the geometry is there to be drawn.

@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, ComboBox, DragValue, Rect, Ui, UiBuilder, vec2};
 
+use crate::app::entry::{self, Unit};
 use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::input;
@@ -65,20 +66,16 @@ fn shading(view: &mut Viewport, ui: &mut Ui) {
 
 fn exposure(view: &mut Viewport, ui: &mut Ui) {
     let sign = if view.settings.exposure_ev >= 0.0 { "+" } else { "" };
-    let response = ui
-        .add(
-            DragValue::new(&mut view.settings.exposure_ev)
-                .speed(0.05)
-                .range(-20.0..=20.0)
-                .fixed_decimals(1)
-                .prefix(sign)
-                .suffix(" EV"),
-        )
-        .accessible_name("Exposure")
-        .on_hover_text(
-            "Exposure of all radiance in stops; 0 suits the photographs. Drag, or click to \
+    let field = DragValue::new(&mut view.settings.exposure_ev)
+        .speed(0.05)
+        .range(-20.0..=20.0)
+        .fixed_decimals(1)
+        .prefix(sign)
+        .suffix(" EV");
+    let response = entry::number(ui, field, Unit::Plain).accessible_name("Exposure").on_hover_text(
+        "Exposure of all radiance in stops; 0 suits the photographs. Drag, or click to \
              type; right-click to reset",
-        );
+    );
     if response.secondary_clicked() {
         view.settings.exposure_ev = 0.0;
     }

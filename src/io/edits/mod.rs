@@ -1,8 +1,8 @@
 //! `edits.json`: the changes to a recovered scene.
 
+mod unread;
 mod write;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,6 +21,7 @@ use crate::render::edits::{AddedLight, Edits, GREY, Object, Override, Shape, Sur
 use crate::scene::Brdf;
 use crate::scene::Capture;
 
+pub use unread::{Place, StoredEdits, Unread, stored_value};
 pub use write::{value, write};
 
 /// Reads edits and the files that they name, whose paths are relative to the folder of this one;
@@ -35,11 +36,60 @@ pub fn of_value(
     value: &Value,
     capture: &Capture,
 ) -> Result<(Edits, Vec<String>), Error> {
+    let Parts { edits, unread, warnings } = parts(file, value, capture)?;
+    match unread.into_iter().find_map(|(_, error)| error) {
+        Some(error) => Err(error),
+        None => Ok((edits, warnings)),
+    }
+}
+
+/// The same as far as they can be read; what cannot be is kept. Only where the outermost form is
+/// damaged nothing is read.
+pub fn stored(file: &Path, value: &Value, capture: &Capture) -> Result<StoredEdits, Error> {
+    let Parts { edits, unread, warnings } = parts(file, value, capture)?;
+    let unread = unread.into_iter().map(|(part, _)| part).collect();
+    Ok(StoredEdits { edits, unread, warnings })
+}
+
+/// What was read of edits, and what was not, with the reason.
+#[derive(Default)]
+struct Parts {
+    edits: Edits,
+    unread: Vec<(Unread, Option<Error>)>,
+    warnings: Vec<String>,
+}
+
+impl Parts {
+    /// What was read of a part; where that failed, it is noted.
+    fn keep<T>(&mut self, place: Place, field: &Field, read: Result<T, Error>) -> Option<T> {
+        match read {
+            Ok(read) => Some(read),
+            Err(error) => {
+                self.unread.push((Unread::new(place, field, Some(&error)), Some(error)));
+                None
+            }
+        }
+    }
+}
+
+/// The members of edits that are known.
+const MEMBERS: [&str; 6] = [
+    "original_light",
+    "original_light_groups",
+    "lights",
+    "objects",
+    "materials",
+    "surroundings_albedo",
+];
+
+fn parts(file: &Path, value: &Value, capture: &Capture) -> Result<Parts, Error> {
     let root = Field::root(file, value)?;
-    let mut warnings = Vec::new();
-    let mut edits = Edits::default();
-    if let Some(field) = root.get("original_light") {
-        edits.original_light = at_least_0(&field)?;
+    let mut parts = Parts::default();
+    let member = |key: &str| Place::Member(key.to_owned());
+    if let Some(field) = root.get("original_light")
+        && let Some(value) = parts.keep(member("original_light"), &field, at_least_0(&field))
+    {
+        parts.edits.original_light = value;
     }
     if let Some(field) = root.get("original_light_groups") {
         let Some(members) = field.value.as_object() else {
@@ -47,29 +97,43 @@ pub fn of_value(
         };
         for name in members.keys() {
             if let Some(factor) = field.get(name) {
-                edits.groups.insert(name.clone(), at_least_0(&factor)?);
+                let place = Place::Within("original_light_groups", name.clone());
+                let value = parts.keep(place, &factor, at_least_0(&factor));
+                parts.edits.groups.extend(value.map(|value| (name.clone(), value)));
             }
         }
     }
     for (index, item) in items(&root, "lights")?.iter().enumerate() {
-        edits.lights.push(light(item, index, &mut warnings)?);
+        let read = light(item, index, &mut parts.warnings);
+        let light = parts.keep(Place::Light, item, read);
+        parts.edits.lights.extend(light);
     }
     for (index, item) in items(&root, "objects")?.iter().enumerate() {
-        edits.objects.push(object(item, index, &mut warnings)?);
+        let read = object(item, index, &mut parts.warnings);
+        let object = parts.keep(Place::Object, item, read);
+        parts.edits.objects.extend(object);
     }
     if let Some(field) = root.get("materials") {
-        edits.materials = overrides(&field, capture)?;
+        overrides(&field, capture, &mut parts)?;
     }
     // `null` is a word here: no surroundings.
     match root.value.get("surroundings_albedo") {
         None => {}
-        Some(serde_json::Value::Null) => edits.surroundings = Surroundings::Open,
+        Some(serde_json::Value::Null) => parts.edits.surroundings = Surroundings::Open,
         Some(_) => {
             let field = root.need("surroundings_albedo")?;
-            edits.surroundings = Surroundings::Albedo(part(&field, field.number()?)?);
+            let read = field.number().and_then(|albedo| part(&field, albedo));
+            if let Some(albedo) = parts.keep(member("surroundings_albedo"), &field, read) {
+                parts.edits.surroundings = Surroundings::Albedo(albedo);
+            }
         }
     }
-    Ok((edits, warnings))
+    for key in root.value.as_object().into_iter().flat_map(|members| members.keys()) {
+        if let Some(field) = root.get(key).filter(|_| !MEMBERS.contains(&key.as_str())) {
+            parts.unread.push((Unread::new(member(key), &field, None), None));
+        }
+    }
+    Ok(parts)
 }
 
 fn items<'a>(root: &Field<'a>, key: &str) -> Result<Vec<Field<'a>>, Error> {
@@ -208,24 +272,25 @@ fn is_flat(world_from_object: &DAffine3) -> bool {
     linear.determinant().abs() <= 1e-9 * size.powi(3)
 }
 
-fn overrides(field: &Field, capture: &Capture) -> Result<BTreeMap<String, Override>, Error> {
+fn overrides(field: &Field, capture: &Capture, parts: &mut Parts) -> Result<(), Error> {
     let Some(members) = field.value.as_object() else {
         return Err(field.wrong("this must hold one object {…} per material"));
     };
     let known = || capture.materials.iter().map(|material| material.name.as_str());
-    let mut overrides = BTreeMap::new();
     for name in members.keys() {
-        if !known().any(|material| material == name) {
-            return Err(field.wrong_with(
+        let Some(item) = field.get(name) else { continue };
+        let read = if known().any(|material| material == name) {
+            change(&item)
+        } else {
+            Err(field.wrong_with(
                 &format!("the capture has no material \"{name}\""),
                 &format!("It has {}", listed(known())),
-            ));
-        }
-        if let Some(item) = field.get(name) {
-            overrides.insert(name.clone(), change(&item)?);
-        }
+            ))
+        };
+        let change = parts.keep(Place::Within("materials", name.clone()), &item, read);
+        parts.edits.materials.extend(change.map(|change| (name.clone(), change)));
     }
-    Ok(overrides)
+    Ok(())
 }
 
 fn change(item: &Field) -> Result<Override, Error> {

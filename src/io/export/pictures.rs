@@ -2,8 +2,10 @@
 //! the photograph.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::super::{Error, atomic, exr};
 use super::file_name;
@@ -11,6 +13,24 @@ use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::composite::compose;
 use crate::render::film::Film;
 use crate::scene::Image;
+
+/// How radiance becomes a picture to look at.
+#[derive(Clone)]
+pub enum Development {
+    /// By sRGB's curve; the 99th percentile becomes white.
+    Automatic,
+    /// By a function that gives sRGB codes.
+    By(Arc<dyn Fn(Radiance) -> [u8; CHANNELS] + Send + Sync>),
+}
+
+impl fmt::Debug for Development {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Automatic => "Automatic",
+            Self::By(_) => "By(…)",
+        })
+    }
+}
 
 /// One picture to be written.
 pub struct Written<'a> {
@@ -20,7 +40,8 @@ pub struct Written<'a> {
     pub film: &'a Film,
     /// Names of the added lights.
     pub lights: &'a [&'a str],
-    pub png: bool,
+    /// Also a picture to look at.
+    pub png: Option<&'a Development>,
     /// The same view without edits, the photograph that was taken from there, and the factor on
     /// all of the recovered light.
     pub composite: Option<(&'a Film, &'a Image, f32)>,
@@ -68,8 +89,9 @@ pub fn write(written: &Written) -> Result<(), Error> {
     let layers: Vec<(&str, &[f32])> =
         layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
     exr::write_rgb_with(&folder.join(format!("{name}.exr")), width, height, &beauty, &layers)?;
-    if *png {
-        write_png(&folder.join(format!("{name}.png")), width, height, &beauty)?;
+    if let Some(development) = png {
+        let file = folder.join(format!("{name}.png"));
+        write_png(&file, width, height, &beauty, development)?;
     }
     if let Some((without, photograph, light)) = composite {
         let composed = compose(film, &without.beauty(), photograph, *light);
@@ -83,23 +105,29 @@ pub fn write(written: &Written) -> Result<(), Error> {
         let further: Vec<(&str, &[f32])> =
             further.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
         exr::write_rgb_with(&file, width, height, &composed.picture, &further)?;
-        if *png {
+        if let Some(development) = png {
             let file = folder.join(format!("{name}-composite.png"));
-            write_png(&file, width, height, &composed.picture)?;
+            write_png(&file, width, height, &composed.picture, development)?;
         }
     }
     Ok(())
 }
 
-/// sRGB of linear radiance; the 99th percentile becomes white.
+/// Radiance as a picture to look at.
 pub fn write_png(
     file: &Path,
     width: usize,
     height: usize,
     pixels: &[Radiance],
+    development: &Development,
 ) -> Result<(), Error> {
-    let white = percentile(pixels, 0.99).max(f32::MIN_POSITIVE);
-    let bytes: Vec<u8> = pixels.iter().flatten().map(|value| srgb_code(value / white)).collect();
+    let bytes: Vec<u8> = match development {
+        Development::Automatic => {
+            let white = percentile(pixels, 0.99).max(f32::MIN_POSITIVE);
+            pixels.iter().flatten().map(|value| srgb_code(value / white)).collect()
+        }
+        Development::By(codes) => pixels.iter().flat_map(|pixel| codes(*pixel)).collect(),
+    };
     let mut encoded = Cursor::new(Vec::new());
     let (w, h) = (width as u32, height as u32);
     image::write_buffer_with_format(

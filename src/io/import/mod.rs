@@ -55,6 +55,7 @@ use crate::scene::{Camera, Distortion};
 pub use check::{Mark, ShotCheck, Survey, check_shot, survey};
 pub use geometry::Tidied;
 pub use options::{Axis, Options, Surfaces, Unit};
+pub use photographs::is_photograph;
 pub use read::read;
 pub use reprojection::{Observation, Reprojection};
 pub use shown::Shown;

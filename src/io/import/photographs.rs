@@ -137,6 +137,11 @@ impl Photographs {
     }
 }
 
+/// Whether a file's name is one that photographs have.
+pub fn is_photograph(file: &Path) -> bool {
+    file.file_name().is_some_and(|name| is_image(&name.to_string_lossy().to_lowercase()))
+}
+
 fn is_image(name: &str) -> bool {
     raw::is_raw(Path::new(name))
         || name.rsplit_once('.').is_some_and(|(_, own)| EXTENSIONS.contains(&own))

@@ -5,6 +5,7 @@ use eframe::egui::{self, ComboBox, DragValue};
 use super::path;
 use crate::app::actions::Action;
 use crate::app::dialogs::PathRequest;
+use crate::app::entry;
 use crate::app::import::{Field, ImportPage};
 use crate::app::panels::numbers::counted;
 use crate::app::panels::options::choice_row;
@@ -168,7 +169,7 @@ fn units(ui: &mut egui::Ui, page: &mut ImportPage) {
         |ui| {
             let speed = 0.01 * options.scale;
             let field = DragValue::new(&mut options.scale).speed(speed).range(1e-9..=1e9);
-            ui.add(field.max_decimals(6))
+            entry::number(ui, field.max_decimals(6), entry::Unit::Plain)
         },
     );
     row(ui, "Up", "What is up in the source; it becomes +z (--up)", |ui| {
@@ -216,7 +217,7 @@ fn mesh(ui: &mut egui::Ui, page: &mut ImportPage) {
         |ui| {
             let mut degrees = options.planar_angle.to_degrees();
             let field = DragValue::new(&mut degrees).speed(0.2).range(0.1..=90.0).max_decimals(1);
-            let response = ui.add(field.suffix("°"));
+            let response = entry::number(ui, field.suffix("°"), entry::Unit::Angle);
             if response.changed() {
                 options.planar_angle = degrees.to_radians();
             }
@@ -230,7 +231,8 @@ fn mesh(ui: &mut egui::Ui, page: &mut ImportPage) {
         |ui| {
             let mut millimetres = 1e3 * options.weld_m;
             let field = DragValue::new(&mut millimetres).speed(0.05).range(0.0..=1e4);
-            let response = ui.add(field.max_decimals(3).suffix(" mm"));
+            let field = field.max_decimals(3).suffix(" mm");
+            let response = entry::number(ui, field, entry::Unit::Millimetres);
             if response.changed() {
                 options.weld_m = 1e-3 * millimetres;
             }

@@ -1,0 +1,81 @@
+//! The list of lights and objects that were set into the scene, with placeholders of those that
+//! could not be read.
+
+use eframe::egui::{self, Button, Color32, RichText};
+
+use super::numbers::{emission_color, left, named, reflectance_color, swatch};
+use crate::app::actions::{Action, Relight, Select};
+use crate::app::dialogs::PathRequest;
+use crate::app::project::{Focus, Project};
+use crate::app::relight::Added;
+use crate::io::edits::Unread;
+use crate::render::edits::Shape;
+
+pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+    let edits = &project.edit().relight;
+    let unread = &project.edit().unread;
+    if edits.lights.is_empty() && edits.objects.is_empty() && unread.is_empty() {
+        ui.weak("Nothing yet. Add a light or an object; it can then be moved in the 3D view.");
+    }
+    let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
+    let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
+        ui.horizontal(|ui| {
+            swatch(ui, color);
+            let text = format!("{name}  ({kind})");
+            let width = ui.available_width();
+            let button = Button::selectable(selected == Some(item), left(text)).truncate();
+            let response = ui
+                .add(button.min_size(egui::vec2(width, 0.0)))
+                .on_hover_text("Select it: G, R and S move, rotate and scale it");
+            if response.clicked() {
+                actions.push(Action::Select(Select::Added(item)));
+            }
+        });
+    };
+    for (index, light) in edits.lights.iter().enumerate() {
+        let kind = match &light.shape {
+            Shape::Emitter(emitter) => emitter.kind(),
+            Shape::Dome(_) => "dome",
+        };
+        row(ui, Added::Light(index), &light.name, kind, emission_color(light.emission));
+    }
+    for (index, object) in edits.objects.iter().enumerate() {
+        let diffuse = object.surfaces.first().map_or([0.5; 3], |(_, own)| own.diffuse);
+        let color = reflectance_color(diffuse);
+        row(ui, Added::Object(index), &object.name, "object", color);
+    }
+    for (index, part) in unread.iter().enumerate() {
+        unread_ui(ui, index, part, actions);
+    }
+}
+
+/// The placeholder of a part of the project that could not be read.
+fn unread_ui(ui: &mut egui::Ui, index: usize, part: &Unread, actions: &mut Vec<Action>) {
+    let Some(problem) = &part.problem else { return };
+    let name = part.name();
+    let kind = if part.is_missing { "missing file" } else { "not read" };
+    let text = RichText::new(format!("{name}  ({kind})")).color(ui.visuals().warn_fg_color);
+    let buttons = egui::Layout::right_to_left(egui::Align::Center);
+    ui.allocate_ui_with_layout(row_size(ui), buttons, |ui| {
+        let button = named(ui.small_button("Remove"), format!("Remove {name}"));
+        if button.on_hover_text("Take it out of the project").clicked() {
+            actions.push(Action::Relight(Relight::GiveUp(index)));
+        }
+        if part.file().is_some() {
+            let button = named(ui.small_button("Find…"), format!("Find {name}…"));
+            if button.on_hover_text("Say where its file is now").clicked() {
+                actions.push(Action::Ask(PathRequest::Find(index)));
+            }
+        }
+        // The name takes what is left, below the names of the others.
+        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            swatch(ui, Color32::TRANSPARENT);
+            ui.add_space(ui.spacing().button_padding.x);
+            ui.add(egui::Label::new(text).truncate()).on_hover_text(problem);
+        });
+    });
+}
+
+fn row_size(ui: &egui::Ui) -> egui::Vec2 {
+    egui::vec2(ui.available_width(), ui.spacing().interact_size.y)
+}
