@@ -110,7 +110,7 @@ fn compare(
 ) {
     let watch = Watch::new();
     let capture = views.capture;
-    let geometry = Geometry::new(capture, edits);
+    let geometry = Geometry::new(capture, solved, edits);
     let scene = Scene::new(views, &geometry, solved, edits, &[]);
     let model = Model::new(&scene, views, solved, edits, &watch).expect("not cancelled");
     let options = RenderOptions { spp: SPP, denoise: false, ..RenderOptions::default() };

@@ -5,7 +5,7 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::{Reconstruction, Stage};
-use crate::scene::{Capture, MaterialKind};
+use crate::scene::{Capture, MaterialKind, Optics};
 
 const COLUMNS: usize = 100;
 /// Longer names of materials get a line of their own.
@@ -88,7 +88,12 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
     for (index, material) in capture.materials.iter().enumerate() {
         let name = material.name.as_str();
         let Some(reflectance) = solution.reflectances.get(index).copied().flatten() else {
-            rows.push((name, "not measured", Vec::new()));
+            let what = match solution.optics.get(index).copied().unwrap_or_default() {
+                Optics::Opaque => "not measured",
+                Optics::Mirror(_) => "mirror",
+                Optics::Glass => "clear glass",
+            };
+            rows.push((name, what, Vec::new()));
             continue;
         };
         let certainty = solution.certainty.as_ref();

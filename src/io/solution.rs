@@ -66,7 +66,8 @@ pub struct Material {
     pub exponent: Option<f64>,
     pub exponent_interval: Option<[f64; 2]>,
     /// How a specular material was found to shine: `phong` by a lobe of its own strength, `coated` by
-    /// a dielectric coat; `None` of a diffuse one.
+    /// a dielectric coat, as a `mirror` that reflects the part `specular`, or it is clear `glass`;
+    /// `None` of a diffuse one.
     #[serde(default)]
     pub model: Option<String>,
     /// GGX roughness α of a coat.

@@ -18,7 +18,7 @@ use crate::reconstruct::textures::Texture;
 use crate::reconstruct::unwrap::Unwrap;
 use crate::render::scene::Solved;
 use crate::scene::Brdf;
-use crate::scene::{Capture, Emitter, KnownLight, Role};
+use crate::scene::{Capture, Emitter, KnownLight, Optics, Role};
 
 /// Coordinates of textures take about 100 bytes a triangle.
 const LARGEST: u64 = 4 << 30;
@@ -40,6 +40,11 @@ pub fn read(folder: &Path, capture: &Capture) -> Result<Solved, Error> {
             exponent: found.exponent.unwrap_or(1.0),
             coat: found.roughness,
         }));
+        solved.optics.push(match (found.model.as_deref(), found.specular) {
+            (Some("mirror"), Some(reflected)) => Optics::Mirror(reflected.map(|part| part as f32)),
+            (Some("glass"), _) => Optics::Glass,
+            _ => Optics::Opaque,
+        });
         solved.certainty.push(found.identified.map(|identified| MaterialCertainty {
             diffuse: found.diffuse_interval.unwrap_or_default(),
             specular: found.specular_interval.unwrap_or_default(),

@@ -27,7 +27,7 @@ use crate::reconstruct::solution::Solution;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::transport::Transport;
 use crate::reconstruct::{Method, Options, RecoveredLight, Stage};
-use crate::scene::{Capture, Photograph, VisibilityCache};
+use crate::scene::{Capture, MirrorsAndGlass, Optics, Photograph, Views, VisibilityCache};
 
 /// The stage cache of one capture. Clones share their contents.
 #[derive(Clone, Default)]
@@ -144,12 +144,46 @@ pub(super) struct Visibility {
 /// The samples, and what is computed from them about the photographs.
 pub(super) struct SampleProducts {
     pub cloud: Arc<SampleCloud>,
+    /// Mirrors and glass, which have no samples.
+    pub mirrors: Arc<MirrorsAndGlass>,
     /// Gains of the photographs; only where they are divided out.
     pub gains: Vec<Gain>,
     /// The photographs divided by these gains, where any differs enough from 1.
     pub corrected: Option<Vec<Photograph>>,
     /// Diffuse reflectance per material to start from (Eq. 11).
     pub start: Vec<Option<Rgb>>,
+}
+
+impl Visibility {
+    /// The photographs of a capture with what each pixel sees.
+    pub(super) fn views<'a>(&'a self, capture: &'a Capture) -> Views<'a> {
+        Views::with_visibility(capture, &self.caster, &self.buffers)
+    }
+}
+
+impl SampleProducts {
+    /// A capture with its photographs divided by the gains that were found.
+    pub(super) fn corrected(&self, capture: &Capture) -> Capture {
+        let mut capture = capture.clone();
+        if let Some(photographs) = &self.corrected {
+            capture.photographs.clone_from(photographs);
+        }
+        capture
+    }
+
+    /// A solution with the mirrors and the glass that were found.
+    pub(super) fn told(&self, capture: &Capture, mut solution: Solution) -> Solution {
+        for (material, optics) in capture.materials.iter().zip(&self.mirrors.optics) {
+            let what = match optics {
+                Optics::Opaque => continue,
+                Optics::Mirror(_) => "a mirror",
+                Optics::Glass => "clear glass, which light passes",
+            };
+            solution.notes.push(format!("\"{}\" is taken to be {what}", material.name));
+        }
+        solution.optics.clone_from(&self.mirrors.optics);
+        solution
+    }
 }
 
 /// Virtual lights and their lobes.

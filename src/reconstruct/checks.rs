@@ -5,7 +5,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::reconstruct::{Error, Method, Options};
-use crate::scene::{Capture, KnownLight};
+use crate::scene::{Capture, KnownLight, Optics, Views};
 
 /// Start values are those of materials that there are.
 pub(super) fn check_start(capture: &Capture, options: &Options) -> Result<(), Error> {
@@ -74,6 +74,37 @@ pub(super) const LOWER_JOINT: &str = "samples.count (or raise samples.spacing_m)
 pub(super) const LOWER_PAPER: &str = "samples.count (or raise samples.spacing_m), \
     gloss.views_per_sample, lights.count or lobes.grid";
 
+/// What is odd about the photographs and the geometry together.
+pub(super) fn of_photographs(views: &Views) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for buffer in &views.buffers {
+        let name = &views.capture.photographs[buffer.photograph].name;
+        let (camera, position) = (buffer.camera, buffer.camera.position.as_vec3());
+        let (mut shown, mut inner) = (0usize, 0usize);
+        for (x, y) in (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y))) {
+            if let Some((hit, triangle)) = buffer.hit(x, y) {
+                shown += 1;
+                let normal = views.normals[triangle as usize];
+                inner += usize::from(normal.dot(hit - position) > 0.0);
+            }
+        }
+        if shown == 0 {
+            warnings.push(format!(
+                "{name} shows none of the geometry: check its camera, or leave it out"
+            ));
+        } else if inner > shown * 9 / 10 {
+            warnings.push(format!(
+                "{name} sees the inner sides of the surfaces: its camera may stand inside a \
+                 wall or box, or the faces may be wound the wrong way round"
+            ));
+        }
+        if buffer.image.invalid_count() == camera.width * camera.height {
+            warnings.push(format!("{name} has no valid pixel and is not used"));
+        }
+    }
+    warnings
+}
+
 /// What the artist should know about the result.
 pub(super) fn warn(
     capture: &Capture,
@@ -83,8 +114,10 @@ pub(super) fn warn(
     solution: &Solution,
 ) -> Vec<String> {
     let mut warnings = samples.warnings.clone();
-    for (material, reflectance) in capture.materials.iter().zip(&solution.reflectances) {
-        if reflectance.is_none() {
+    let optics = |index: usize| solution.optics.get(index).copied().unwrap_or_default();
+    let materials = capture.materials.iter().zip(&solution.reflectances).enumerate();
+    for (index, (material, reflectance)) in materials {
+        if reflectance.is_none() && optics(index) == Optics::Opaque {
             warnings.push(format!(
                 "material \"{}\" is measured in no photograph: its reflectance stays unknown",
                 material.name

@@ -15,6 +15,7 @@ pub mod cache;
 pub mod lights;
 pub mod lobes;
 pub mod normalize;
+pub mod optics;
 pub mod options;
 pub mod predict;
 pub mod quality;

@@ -7,7 +7,7 @@
 //! | step | stage | builds on | options | of the capture |
 //! |---|---|---|---|---|
 //! | visibility: which surface every pixel sees | samples | | | mesh, cameras, which photographs measure |
-//! | samples, Eq. 11 | samples | visibility | seed, `samples`, whether `photographs.gain = apply` | photographs, which surface is of which material; kinds with `photographs.gain = apply` |
+//! | mirrors and glass, samples, Eq. 11 | samples | visibility | seed, `samples`, whether `photographs.gain = apply` | photographs, which surface is of which material, kinds of materials |
 //! | gathered: light of photographed surfaces | transport | samples | seed, `transport.rays`, `transport.glossy_rays` | kinds of materials |
 //! | lights (method `paper`) | lights | samples | seed, `lights`, `lobes` | as samples |
 //! | coupled (`paper`) | transport | gathered, lights | seed, `transport.disc_rays` | known lights |
@@ -94,7 +94,7 @@ impl Inputs {
         match step {
             Step::Visibility => Self { capture: photographed(capture), options: none },
             Step::Samples => Self {
-                capture: assigned(capture, own.photographs.gain == GainUse::Apply),
+                capture: assigned(capture, true),
                 options: Options {
                     // Gains that are only told of are looked for at the end of every run.
                     photographs: PhotographOptions {

@@ -52,6 +52,7 @@ pub fn refine(
         EmissionOptions { weight_floor: options.weight_floor, ridge: options.ridge };
     let mut solution = Solution {
         reflectances: start,
+        optics: Vec::new(),
         emission: Vec::new(),
         iterations: Vec::new(),
         stopped: Stopped::IterationLimit,

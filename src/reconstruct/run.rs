@@ -8,7 +8,7 @@ use crate::reconstruct::cache::{
     LightProducts, Product, RunProducts, SampleProducts, SolveProducts, Visibility,
 };
 use crate::reconstruct::checks::{
-    LOWER_JOINT, LOWER_PAPER, SolveSize, check_size, check_start, warn,
+    LOWER_JOINT, LOWER_PAPER, SolveSize, check_size, check_start, of_photographs, warn,
 };
 use crate::reconstruct::clock::Clock;
 use crate::reconstruct::equations::{self, Equations};
@@ -19,11 +19,10 @@ use crate::reconstruct::reads::{Inputs, Step};
 use crate::reconstruct::samples::Sample;
 use crate::reconstruct::transport::Transport;
 use crate::reconstruct::{
-    Error, Method, Options, Reconstruction, Stage, Update, joint, lights, lobes, normalize, refine,
-    samples, textures, transport,
+    Error, Method, Options, Reconstruction, Stage, Update, joint, lights, lobes, normalize, optics,
+    refine, samples, textures, transport,
 };
-use crate::scene::Brdf;
-use crate::scene::{Capture, Views};
+use crate::scene::{Brdf, Capture, MirrorsAndGlass, Views};
 use crate::watch::Watch;
 
 /// A run in progress.
@@ -58,9 +57,9 @@ impl Run<'_> {
         let textures = self.textures(&placed, &solved, &mut clock)?;
         clock.stop(&mut self.products.secs);
 
-        let capture = corrected(self.capture, &placed);
+        let capture = placed.corrected(self.capture);
         let visibility = self.visibility()?;
-        let views = Views::with_visibility(&capture, &visibility.caster, &visibility.buffers);
+        let views = visibility.views(&capture).through(&placed.mirrors);
         let (light, brdfs) = (solved.light(), &solved.solution.reflectances);
         let predicted =
             predict::radiance(&views, withheld, &light, brdfs, self.options, self.watch)?;
@@ -70,7 +69,7 @@ impl Run<'_> {
             GainUse::Report => gain::estimate(&capture, &placed.cloud),
             GainUse::Apply => placed.gains.clone(),
         };
-        let mut warnings = views.warnings();
+        let mut warnings = of_photographs(&views);
         warnings.extend(gain::warnings(&capture, &gains, placed.corrected.is_some()));
         warnings.extend(warn(&capture, self.options, &placed.cloud, &lobes, &solution));
         let reconstruction = Reconstruction {
@@ -131,8 +130,8 @@ impl Run<'_> {
         work: impl FnOnce(&Views, &Inputs) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let (inputs, visibility) = (self.inputs(step), self.visibility()?);
-        let capture = corrected(&inputs.capture, placed);
-        work(&Views::with_visibility(&capture, &visibility.caster, &visibility.buffers), &inputs)
+        let capture = placed.corrected(&inputs.capture);
+        work(&visibility.views(&capture).through(&placed.mirrors), &inputs)
     }
 
     /// The ray caster and the visibility buffers.
@@ -172,14 +171,15 @@ impl Run<'_> {
         let (visibility, watch) = (self.visibility()?, self.watch);
         let inputs = self.inputs(Step::Samples);
         let (options, seed) = (&inputs.options, seed(&inputs));
-        let mut views =
-            Views::with_visibility(&inputs.capture, &visibility.caster, &visibility.buffers);
+        let views = visibility.views(&inputs.capture);
+        let mirrors = MirrorsAndGlass::new(&inputs.capture, optics::find(&views, watch)?);
+        let mut views = views.through(&mirrors);
         let mut cloud = samples::place(&views, &options.samples, seed, watch)?;
         let applies = options.photographs.gain == GainUse::Apply;
         let gains = if applies { gain::estimate(&inputs.capture, &cloud) } else { Vec::new() };
         let corrected = gain::corrected(&inputs.capture, &gains);
         if let Some(corrected) = &corrected {
-            views = Views::with_visibility(corrected, &visibility.caster, &visibility.buffers);
+            views = visibility.views(corrected).through(&mirrors);
             cloud = samples::place(&views, &options.samples, seed, watch)?;
         }
         if let Some(part) = self.withheld {
@@ -194,7 +194,8 @@ impl Run<'_> {
         }
         let start = normalize::initial_diffuse(&views, &cloud, watch)?;
         let corrected = corrected.map(|capture| capture.photographs);
-        Ok(SampleProducts { cloud: Arc::new(cloud), gains, corrected, start })
+        let (cloud, mirrors) = (Arc::new(cloud), Arc::new(mirrors));
+        Ok(SampleProducts { cloud, mirrors, gains, corrected, start })
     }
 
     /// The light that photographed surfaces send to the samples.
@@ -267,7 +268,7 @@ impl Run<'_> {
             lobes: Arc::new(outcome.lobes),
             transport: Arc::new(transport),
             equations: Arc::new(equations),
-            solution: Arc::new(outcome.solution),
+            solution: Arc::new(placed.told(self.capture, outcome.solution)),
         };
         self.tell_lights(&solved);
         let solved = self.product(Step::Solved, solved);
@@ -291,7 +292,7 @@ impl Run<'_> {
             return Ok(self.products.solved.insert(solved).value.clone());
         }
         let inputs = self.inputs(Step::Solved);
-        let capture = corrected(&inputs.capture, placed);
+        let capture = placed.corrected(&inputs.capture);
         let options = &inputs.options;
         let equations = Equations::new(
             &capture,
@@ -317,7 +318,7 @@ impl Run<'_> {
             lobes: lit.lobes.clone(),
             transport: coupled,
             equations: Arc::new(equations),
-            solution: Arc::new(solution),
+            solution: Arc::new(placed.told(self.capture, solution)),
         };
         let solved = self.product(Step::Solved, solved);
         Ok(self.products.solved.insert(solved).value.clone())
@@ -434,13 +435,4 @@ fn start(inputs: &Inputs, placed: &SampleProducts) -> Vec<Option<Rgb>> {
         }
     }
     start
-}
-
-/// A capture with its photographs divided by the gains that were found.
-fn corrected(capture: &Capture, placed: &SampleProducts) -> Capture {
-    let mut capture = capture.clone();
-    if let Some(photographs) = &placed.corrected {
-        capture.photographs.clone_from(photographs);
-    }
-    capture
 }

@@ -8,7 +8,7 @@ use crate::math::rgb::Radiance;
 use crate::math::sampling::Random;
 use crate::options;
 use crate::reconstruct::{Error, Stream};
-use crate::scene::{Role, SurfacePoint, Views, agreed};
+use crate::scene::{Optics, Role, SurfacePoint, Views, agreed};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -221,6 +221,7 @@ fn candidates(
                 let (position, triangle) = buffer.hit(x, y)?;
                 let surface = capture.mesh.surface[triangle as usize] as usize;
                 let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
+                    && views.optics(triangle) == Optics::Opaque
                     && (!off_edges || buffer.is_off_edges(x, y))
                     && buffer.image.radiance(x, y).is_some();
                 let sight = (camera - position).normalize_or_zero();

@@ -1,7 +1,7 @@
 //! What a reconstruction comes to, and the report of how it got there.
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::scene::Brdf;
+use crate::scene::{Brdf, Optics};
 
 /// Root mean square differences between computed and measured radiance, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,6 +78,8 @@ impl Stopped {
 pub struct Solution {
     /// Per material; `None` where it has no sample.
     pub reflectances: Vec<Option<Brdf>>,
+    /// Per material which are mirrors or glass and have no BRDF; those beyond its end are opaque.
+    pub optics: Vec<Optics>,
     /// E_ij per lobe and channel, in the photographs' unit of radiance.
     pub emission: Vec<Rgb>,
     /// In order, the state before the first included where the method reports it.

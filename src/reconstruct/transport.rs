@@ -287,17 +287,17 @@ pub fn hemisphere(
     let mut sum = [0.0f64; CHANNELS];
     for square in stratified(side, random) {
         let direction = frame.to_world(square_to_cosine_hemisphere(square));
-        let ray = views.ray(point, direction);
-        let Some(hit) = views.caster.closest(&ray) else { continue };
+        let Some((ray, hit, part)) = views.met(views.ray(point, direction)) else { continue };
         let met = views.surface_point(&ray, &hit);
         let Some(radiance) = views.radiance(met) else {
             unphotographed.push(UnphotographedHit {
                 point: met,
                 triangle: hit.triangle,
-                projected_sr: weight,
+                projected_sr: weight * f64::from(part.iter().sum::<f32>()) / CHANNELS as f64,
             });
             continue;
         };
+        let radiance = std::array::from_fn(|c| part[c] * radiance[c]);
         for (sum, value) in sum.iter_mut().zip(radiance) {
             *sum += f64::from(value);
         }

@@ -125,6 +125,15 @@ impl Recovered {
         &self.lights
     }
 
+    /// Radiance of the sky from a direction: of the cell whose middle is nearest, within its cone.
+    pub fn sky(&self, direction: Vec3) -> Radiance {
+        let cells = self.lights.iter().filter(|light| light.shape.kind == LightKind::Sky);
+        let cosine = |light: &&Light| -light.shape.normal.dot(direction);
+        let nearest = cells.max_by(|a, b| cosine(a).total_cmp(&cosine(b)));
+        let within = |light: &&Light| cosine(light) >= light.shape.half_angle.cos();
+        nearest.filter(within).map_or([0.0; CHANNELS], |cell| cell.lobes[0].1)
+    }
+
     /// One of the lights, chosen by a number in [0, 1), divided by its probability.
     pub fn sample(
         &self,

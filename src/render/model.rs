@@ -73,6 +73,8 @@ pub struct Map {
     pub texels: Vec<Radiance>,
 }
 
+/// Exponent of the lobe that stands for a mirror in other programs: half of it within 1°.
+const MIRROR_EXPONENT: f32 = 4500.0;
 /// Texels along the side of a shining surface that is about as wide as high.
 const SHINING_SIDE: f32 = 128.0;
 
@@ -99,6 +101,13 @@ impl Model {
             }
             let name = names.unused(&surface.name);
             let (look, material, corners) = match look {
+                // Light passes it, and the formats that are written describe it too differently.
+                SurfaceLook::Glass => continue,
+                SurfaceLook::Mirror(specular) => {
+                    let brdf =
+                        BrdfF32 { specular, exponent: MIRROR_EXPONENT, ..BrdfF32::default() };
+                    (PartLook::Plain(brdf), name.clone(), None)
+                }
                 SurfaceLook::Reflects(brdf) => {
                     let material = surface.material().map(|m| capture.materials[m].name.clone());
                     (PartLook::Plain(brdf), material.unwrap_or_else(|| name.clone()), None)

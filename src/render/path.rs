@@ -23,8 +23,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
 use crate::render::looks::BrdfF32;
 use crate::render::scene::{Met, Scene};
-use crate::scene::gloss::{Reflected, fresnel};
-use crate::scene::{Gloss, SurfacePoint, Viewing};
+use crate::scene::{SurfacePoint, Viewing};
 
 /// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
 /// the other.
@@ -170,8 +169,11 @@ impl Scene<'_> {
         let mut from: Option<(SurfacePoint, f32)> = None;
         // From here on the recovered light is counted already.
         let mut is_counted = false;
+        // Whether the ray comes from a mirror: only there light of the sky is met, which is sampled at
+        // all other surfaces.
+        let mut is_mirrored = false;
         for depth in 0..=most {
-            let hit = self.geometry.caster.closest(&ray);
+            let hit = self.closest(&ray, &mut sequence.random);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
             self.added_met(&ray, distance_m, from, throughput, depth, &mut gathered);
 
@@ -182,12 +184,19 @@ impl Scene<'_> {
                     if depth == 0 {
                         first = self.first(point, hit.t, &met, self.is_object(hit.triangle));
                     }
+                    if let Met::Mirror(reflected) = met {
+                        throughput = times(throughput, reflected);
+                        ray = self.geometry.ray(point, mirrored(-ray.direction, point.normal));
+                        (from, is_mirrored) = (None, true);
+                        continue;
+                    }
                     // What a camera sees there has to be guessed: what it would reflect.
                     is_counted |= (depth > 0 || is_within)
                         && !self.is_object(hit.triangle)
                         && self.is_counted(point);
                     match met {
                         Met::Surface(brdf) => (point, brdf),
+                        Met::Mirror(_) => unreachable!("mirrors are followed above"),
                         Met::Shining(radiance) => {
                             if !is_counted {
                                 let depth = depth.saturating_sub(1);
@@ -198,6 +207,10 @@ impl Scene<'_> {
                     }
                 }
                 None => {
+                    if is_mirrored && !is_counted && self.original_light > 0.0 {
+                        let sky = scaled(self.recovered.sky(ray.direction), self.original_light);
+                        gathered.add(0, depth.saturating_sub(1), times(throughput, sky));
+                    }
                     let Some(shell) =
                         self.shell.filter(|_| (depth > 0 || is_within) && !self.added.is_empty())
                     else {
@@ -235,7 +248,7 @@ impl Scene<'_> {
             }
             throughput = scaled(throughput, 1.0 / survives);
             ray = self.geometry.ray(point, direction);
-            from = Some((point, density));
+            (from, is_mirrored) = (Some((point, density)), false);
         }
         first
     }
@@ -243,6 +256,7 @@ impl Scene<'_> {
     fn first(&self, point: SurfacePoint, distance_m: f32, met: &Met, is_object: bool) -> First {
         let albedo = match met {
             Met::Surface(brdf) => std::array::from_fn(|c| brdf.diffuse[c] + brdf.specular[c]),
+            Met::Mirror(reflected) => *reflected,
             Met::Shining(_) => [0.0; CHANNELS],
         };
         First { albedo, normal: point.normal, distance_m, is_known: true, is_object }
@@ -311,89 +325,6 @@ impl Scene<'_> {
             };
             let light = scaled(times(reflected, direct.light), direct.cosine * share);
             gathered.add(1 + index, depth, times(throughput, light));
-        }
-    }
-}
-
-impl BrdfF32 {
-    fn is_specular(&self) -> bool {
-        self.coat.is_some() || largest(self.specular) > 0.0
-    }
-
-    fn gloss(&self) -> Gloss {
-        match self.coat {
-            Some(roughness) => Gloss::Coat { roughness: roughness.into() },
-            None => Gloss::Phong { exponent: self.exponent.into() },
-        }
-    }
-
-    /// ρ_s; of a coat 1.
-    fn strength(&self) -> Radiance {
-        if self.coat.is_some() { [1.0; CHANNELS] } else { self.specular }
-    }
-
-    /// f in 1/sr.
-    fn value(&self, viewing: Viewing, direction: Vec3) -> Radiance {
-        let lobe = if self.is_specular() {
-            self.gloss().value(viewing, direction, 0.0) as f32
-        } else {
-            0.0
-        };
-        let strength = self.strength();
-        std::array::from_fn(|c| (self.diffuse[c] + strength[c] * lobe) / PI)
-    }
-
-    /// The part of the paths that the specular lobe sends on.
-    fn specular_part(&self, viewing: Viewing) -> f32 {
-        let diffuse = self.diffuse.iter().sum::<f32>();
-        let specular = match self.coat {
-            Some(_) => {
-                let cosine = viewing.normal.dot(viewing.mirror).clamp(0.0, 1.0);
-                CHANNELS as f32 * fresnel(cosine.into()) as f32
-            }
-            None => self.specular.iter().sum::<f32>(),
-        };
-        if specular > 0.0 { specular / (diffuse + specular) } else { 0.0 }
-    }
-
-    /// Density by solid angle with which [`scatter`] chooses a direction.
-    fn density(&self, viewing: Viewing, direction: Vec3, cosine: f32) -> f32 {
-        let part = self.specular_part(viewing);
-        let mut density = (1.0 - part) * cosine / PI;
-        if part > 0.0 {
-            density += part
-                * match self.coat {
-                    Some(roughness) => Reflected::new(viewing, direction)
-                        .map_or(0.0, |reflected| reflected.density(roughness.into()) as f32),
-                    None => {
-                        let along = viewing.mirror.dot(direction);
-                        // 0⁰ is 1, and an exponent of 0 sends nothing below the mirror direction's
-                        // horizon.
-                        let lobe = if along > 0.0 { along.powf(self.exponent) } else { 0.0 };
-                        (self.exponent + 1.0) / (2.0 * PI) * lobe
-                    }
-                };
-        }
-        density
-    }
-
-    /// A direction that the specular lobe sends light from, by a point of the unit square.
-    fn sample_lobe(&self, viewing: Viewing, square: Vec2) -> Vec3 {
-        let angle = 2.0 * PI * square.y;
-        let about = |axis: Vec3, height: f32| {
-            let across = (1.0 - height * height).max(0.0).sqrt();
-            let local = Vec3::new(across * angle.cos(), across * angle.sin(), height);
-            Frame::about(axis).to_world(local)
-        };
-        match self.coat {
-            Some(roughness) => {
-                // The half vector with density D cos θ: tan²θ = α² u/(1−u) (Walter et al. 2007).
-                let tangent2 = roughness * roughness * square.x / (1.0 - square.x).max(1e-7);
-                let half = about(viewing.normal, 1.0 / (1.0 + tangent2).sqrt());
-                let towards = mirrored(viewing.mirror, viewing.normal);
-                mirrored(towards, half)
-            }
-            None => about(viewing.mirror, square.x.powf(1.0 / (self.exponent + 1.0))),
         }
     }
 }

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use crate::geometry::bvh::RayCaster;
+use crate::geometry::bvh::{Hit, Ray, RayCaster};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::Random;
 use crate::reconstruct::lights::LightKind;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
@@ -15,14 +16,15 @@ use crate::render::added::Added;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::{IrradianceGrid, Recovered};
 use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
-use crate::scene::Brdf;
-use crate::scene::{Capture, Emitter, SurfacePoint, Views};
+use crate::scene::{Brdf, Capture, Emitter, Optics, SurfacePoint, Views, fresnel, without_glass};
 
 /// What a reconstruction recovered, as far as rendering needs it.
 #[derive(Clone, Debug, Default)]
 pub struct Solved {
     /// Per material of the capture; `None` where no photograph shows it.
     pub reflectances: Vec<Option<Brdf>>,
+    /// Per material which are mirrors or glass; those beyond its end are opaque.
+    pub optics: Vec<Optics>,
     pub textures: Arc<Vec<Texture>>,
     pub light: RecoveredLight,
     /// Per material the intervals of its reflectance; empty where the method gives none.
@@ -34,6 +36,7 @@ impl From<&Reconstruction> for Solved {
         let certainty = whole.solution.certainty.as_ref();
         Self {
             reflectances: whole.solution.reflectances.clone(),
+            optics: whole.solution.optics.clone(),
             textures: whole.textures.clone(),
             light: whole.light(),
             certainty: certainty.map_or_else(Vec::new, |certainty| certainty.materials.clone()),
@@ -45,6 +48,8 @@ impl From<&Reconstruction> for Solved {
 pub struct Geometry {
     /// `None` without objects: the capture's own will do.
     caster: Option<RayCaster>,
+    /// Without the glass, which light passes; `None` where there is none.
+    light_caster: Option<RayCaster>,
     pub normals: Arc<[Vec3]>,
     /// Triangles of the capture; those of objects follow.
     pub known: usize,
@@ -55,7 +60,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    pub fn new(capture: &Capture, edits: &Edits) -> Self {
+    pub fn new(capture: &Capture, solved: &Solved, edits: &Edits) -> Self {
         let known = &capture.mesh;
         let (positions, triangles) = (known.positions.clone(), known.triangles.clone());
         let mut mesh = Mesh { positions, triangles, ..Mesh::default() };
@@ -71,7 +76,8 @@ impl Geometry {
         let (low, high) = mesh.bounds().unwrap_or_default();
         let build = || RayCaster::build(&mesh.positions, &mesh.triangles);
         let caster = (!edits.objects.is_empty()).then(build);
-        Self { caster, normals, known: known.triangles.len(), owner, low, high }
+        let light_caster = without_glass(capture, &solved.optics, &mesh);
+        Self { caster, light_caster, normals, known: known.triangles.len(), owner, low, high }
     }
 
     /// The corners of the box around all of it.
@@ -86,6 +92,8 @@ enum Look {
     Reflects(BrdfF32),
     /// The same with the diffuse reflectance of `Scene::textures[index]`.
     Textured(BrdfF32, usize),
+    Mirror(Radiance),
+    Glass,
     /// Nothing is known but what the photographs show: it sends that, and reflects nothing.
     Photographed,
 }
@@ -93,6 +101,8 @@ enum Look {
 /// What is met by a ray.
 pub enum Met {
     Surface(BrdfF32),
+    /// A mirror, or glass where it reflects, with the part of the light that it reflects.
+    Mirror(Radiance),
     /// Radiance that it is known to send.
     Shining(Radiance),
 }
@@ -167,6 +177,8 @@ impl<'a> Scene<'a> {
             });
             match look {
                 SurfaceLook::Photographed => {}
+                SurfaceLook::Mirror(reflected) => looks.push(Look::Mirror(reflected)),
+                SurfaceLook::Glass => looks.push(Look::Glass),
                 SurfaceLook::Reflects(brdf) => looks.push(Look::Reflects(brdf)),
                 SurfaceLook::Textured(brdf, texture) => {
                     looks.push(Look::Textured(brdf, maps.len()));
@@ -195,9 +207,12 @@ impl<'a> Scene<'a> {
 
         let original_light = edits.original_light as f32;
         let offset_m = photographs.offset_m;
+        let seen_caster = geometry.caster.as_ref().unwrap_or(photographs.seen_caster);
         let lit = Views {
             capture,
-            caster: geometry.caster.as_ref().unwrap_or(photographs.caster),
+            caster: geometry.light_caster.as_ref().unwrap_or(seen_caster),
+            seen_caster,
+            optics: &solved.optics,
             buffers: Vec::new(),
             normals: geometry.normals.clone(),
             offset_m,
@@ -237,6 +252,23 @@ impl<'a> Scene<'a> {
         triangle as usize >= self.known
     }
 
+    /// What a ray that is followed back from a camera meets. Of light that falls on glass a part is
+    /// reflected, chosen at random, and the rest goes straight on.
+    pub fn closest(&self, ray: &Ray, random: &mut Random) -> Option<Hit> {
+        let mut ray = *ray;
+        loop {
+            let hit = self.geometry.seen_caster.closest(&ray)?;
+            if !matches!(self.looks[self.look_of[hit.triangle as usize] as usize], Look::Glass) {
+                return Some(hit);
+            }
+            let cosine = ray.direction.dot(self.geometry.normals[hit.triangle as usize]).abs();
+            if random.uniform() < fresnel(cosine.into()) as f32 {
+                return Some(hit);
+            }
+            ray.t_min = hit.t + self.geometry.offset_m;
+        }
+    }
+
     /// What a hit at barycentric (u, v) on the side of `surface point` does with light.
     pub fn met(&self, point: SurfacePoint, triangle: u32, (u, v): (f32, f32)) -> Met {
         match self.looks[self.look_of[triangle as usize] as usize] {
@@ -245,6 +277,8 @@ impl<'a> Scene<'a> {
                 let diffuse = self.maps[map].diffuse(triangle as usize, u, v);
                 Met::Surface(BrdfF32 { diffuse, ..brdf })
             }
+            Look::Mirror(reflected) => Met::Mirror(reflected),
+            Look::Glass => Met::Mirror([1.0; CHANNELS]),
             Look::Photographed => {
                 let radiance = self.photographs.radiance(point).unwrap_or_default();
                 Met::Shining(radiance.map(|value| value * self.original_light))

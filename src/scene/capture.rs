@@ -135,6 +135,14 @@ pub enum Environment {
 }
 
 impl Capture {
+    /// The material of a triangle, if it has one.
+    pub fn material_of(&self, triangle: u32) -> Option<usize> {
+        match self.surfaces[self.mesh.surface[triangle as usize] as usize].role {
+            Role::Material(material) => Some(material),
+            _ => None,
+        }
+    }
+
     /// The photographs that are measurements, with their indices.
     pub fn measurements(&self) -> impl Iterator<Item = (usize, &Camera, &Arc<Image>)> {
         self.photographs

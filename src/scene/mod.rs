@@ -8,6 +8,7 @@ pub mod dome;
 pub mod emitter;
 pub mod gloss;
 pub mod image;
+mod mirrors;
 pub mod views;
 pub mod wireframe;
 
@@ -19,6 +20,7 @@ pub use capture::{
 };
 pub use dome::Dome;
 pub use emitter::Emitter;
-pub use gloss::{Gloss, Viewing};
+pub use gloss::{Gloss, Viewing, fresnel};
 pub use image::Image;
+pub use mirrors::{MirrorsAndGlass, Optics, without_glass};
 pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

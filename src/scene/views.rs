@@ -14,13 +14,18 @@ use rayon::prelude::*;
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::agreement::{agreed, agreeing, brightness};
-use crate::scene::{Camera, Capture, Image};
+use crate::scene::{Camera, Capture, Image, Optics};
 use crate::watch::{Cancelled, Watch};
 
 /// The capture's measurements with what each of their pixels sees.
 pub struct Views<'a> {
     pub capture: &'a Capture,
+    /// The geometry that light meets: without the glass, which it passes.
     pub caster: &'a RayCaster,
+    /// The geometry that cameras see.
+    pub seen_caster: &'a RayCaster,
+    /// Per material, as far as known, which are mirrors or glass.
+    pub optics: &'a [Optics],
     /// The visibility buffer of each measurement, in their order.
     pub buffers: Vec<VisibilityBuffer<'a>>,
     /// Unit normal of each triangle, by winding.
@@ -110,7 +115,8 @@ impl<'a> Views<'a> {
             buffer.mark_clean(capture, &normals);
             buffers.push(buffer);
         }
-        Ok(Self { capture, caster, buffers, normals, offset_m: offset_m(capture) })
+        let offset_m = offset_m(capture);
+        Ok(Self { capture, caster, seen_caster: caster, optics: &[], buffers, normals, offset_m })
     }
 
     /// Without casting anything: with the visibility buffers of an earlier capture of the same
@@ -134,7 +140,8 @@ impl<'a> Views<'a> {
             })
             .collect();
         let normals = cache.normals.clone();
-        Self { capture, caster, buffers, normals, offset_m: offset_m(capture) }
+        let offset_m = offset_m(capture);
+        Self { capture, caster, seen_caster: caster, optics: &[], buffers, normals, offset_m }
     }
 
     /// The hits of all visibility buffers, for [`Self::with_visibility`].
@@ -146,36 +153,6 @@ impl<'a> Views<'a> {
     /// Whether any pixel of any photograph shows the known geometry.
     pub fn shows_anything(&self) -> bool {
         self.buffers.iter().any(|buffer| buffer.hits.iter().any(|hit| hit.triangle().is_some()))
-    }
-
-    /// What is odd about the photographs and the geometry together.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        for buffer in &self.buffers {
-            let name = &self.capture.photographs[buffer.photograph].name;
-            let (mut shown, mut inner) = (0usize, 0usize);
-            for hit in buffer.hits.iter() {
-                if let Some(triangle) = hit.triangle() {
-                    let sight = hit.position - buffer.position;
-                    shown += 1;
-                    inner += usize::from(self.normals[triangle as usize].dot(sight) > 0.0);
-                }
-            }
-            if shown == 0 {
-                warnings.push(format!(
-                    "{name} shows none of the geometry: check its camera, or leave it out"
-                ));
-            } else if inner > shown * 9 / 10 {
-                warnings.push(format!(
-                    "{name} sees the inner sides of the surfaces: its camera may stand inside a \
-                     wall or box, or the faces may be wound the wrong way round"
-                ));
-            }
-            if buffer.image.invalid_count() == buffer.hits.len() {
-                warnings.push(format!("{name} has no valid pixel and is not used"));
-            }
-        }
-        warnings
     }
 
     /// The side of the surface that a ray met.
@@ -197,6 +174,10 @@ impl<'a> Views<'a> {
 
     /// Whether the segment from a surface point to a point above its surface is free.
     pub fn is_free(&self, point: SurfacePoint, target: Vec3) -> bool {
+        self.is_free_in(self.caster, point, target)
+    }
+
+    fn is_free_in(&self, caster: &RayCaster, point: SurfacePoint, target: Vec3) -> bool {
         let origin = point.position + point.normal * self.offset_m;
         let offset = target - origin;
         let length = offset.length();
@@ -205,7 +186,7 @@ impl<'a> Views<'a> {
         }
         // The segment ends short of the target, which may lie on a surface itself.
         let t_max = length * (1.0 - 1e-4) - self.offset_m;
-        !self.caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
+        !caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
     }
 
     /// The pixel in which a photograph sees a surface point, and the cosine of the angle of view.
@@ -236,7 +217,7 @@ impl<'a> Views<'a> {
                 return None;
             }
         }
-        self.is_free(point, buffer.position).then_some(seen)
+        self.is_free_in(self.seen_caster, point, buffer.position).then_some(seen)
     }
 
     /// Whether any photograph has a measurement at a surface point.

@@ -136,7 +136,7 @@ fn predict(
     let caster = RayCaster::build(&kept.mesh.positions, &kept.mesh.triangles);
     let views = Views::new(&kept, &caster, watch)?;
     let (edits, solved) = (Edits::default(), Solved::from(&whole));
-    let geometry = Geometry::new(&kept, &edits);
+    let geometry = Geometry::new(&kept, &solved, &edits);
     let scene = Scene::new(&views, &geometry, &solved, &edits, &[small.position.as_vec3()]);
     let pictures = RenderOptions { spp: 32, ..RenderOptions::default() };
     let film = render(&scene, &small, &pictures, watch, &|_| ())?;

@@ -29,7 +29,7 @@ pub(super) fn perform(scene_export: &SceneExport, watch: &Watch) -> Result<JobEv
     let SceneExport { capture, solved, edits, plan } = scene_export;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
-    let geometry = Geometry::new(capture, edits);
+    let geometry = Geometry::new(capture, solved, edits);
     let places: Vec<_> = plan.probe_at.into_iter().collect();
     let scene = Scene::new(&views, &geometry, solved, edits, &places);
     let model = Model::new(&scene, &views, solved, edits, watch)?;

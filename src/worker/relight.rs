@@ -165,7 +165,7 @@ fn answer_all(
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
     let bare = Edits::default();
-    let bare_geometry = Geometry::new(capture, &bare);
+    let bare_geometry = Geometry::new(capture, solved, &bare);
     let grid = Arc::new(IrradianceGrid::new(&views, solved));
     let bare_lit = Arc::new(Recovered::new(grid, capture, solved, &bare));
     let mut placed: Option<(Vec<Object>, Geometry)> = None;
@@ -181,7 +181,7 @@ fn answer_all(
             &bare_geometry
         } else {
             let kept = placed.take().filter(|(objects, _)| *objects == edits.objects);
-            let new = || (edits.objects.clone(), Geometry::new(capture, edits));
+            let new = || (edits.objects.clone(), Geometry::new(capture, solved, edits));
             &placed.insert(kept.unwrap_or_else(new)).1
         };
         if groups != edits.groups {

@@ -64,11 +64,11 @@ pub(super) fn perform(
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
     let places: Vec<_> = frames.iter().map(|frame| frame.camera.position.as_vec3()).collect();
-    let geometry = Geometry::new(capture, edits);
+    let geometry = Geometry::new(capture, solved, edits);
     let scene = Scene::new(&views, &geometry, solved, edits, &places);
     let composite = files.as_ref().is_some_and(|files| files.composite);
     let bare = Edits::default();
-    let bare_geometry = composite.then(|| Geometry::new(capture, &bare));
+    let bare_geometry = composite.then(|| Geometry::new(capture, solved, &bare));
     let bare_scene = bare_geometry.as_ref().map(|geometry| {
         let recovered = scene.recovered.with_groups(capture, solved, &bare);
         Scene::lit_by(Arc::new(recovered), &views, geometry, solved, &bare, &places)

@@ -149,6 +149,7 @@ fn reconstruction(solved: &Solved) -> Reconstruction {
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {
             reflectances: solved.reflectances.clone(),
+            optics: solved.optics.clone(),
             emission: solved.light.emission.clone(),
             iterations: Vec::new(),
             stopped: Stopped::GradientConverged,

@@ -19,6 +19,8 @@ mod determinism;
 mod emitters;
 /// The inside of a sphere, where the light is known in closed form.
 mod furnace;
+/// Mirrors and clear glass.
+mod mirrors;
 /// The grey-world start (Section 5.2, Eq. 11).
 mod normalization;
 /// The modified Phong lobe (Eq. 12) against quadrature.

@@ -21,6 +21,8 @@ mod furnace;
 mod gloss;
 /// Direct light of every added light against closed forms.
 mod lights;
+/// Mirrors and clear glass under an even sky.
+mod mirrors;
 /// Light probes against closed forms and the path tracer.
 mod probe;
 /// Recovered lights against the coupling that they were solved with.

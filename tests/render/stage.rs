@@ -79,7 +79,7 @@ impl Stage {
         let capture = &self.room.capture;
         let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
         let views = Views::new(capture, &caster, &Watch::new()).unwrap();
-        let geometry = Geometry::new(capture, &self.edits);
+        let geometry = Geometry::new(capture, &self.solved, &self.edits);
         ask(&Scene::new(&views, &geometry, &self.solved, &self.edits, places))
     }
 

@@ -11,8 +11,7 @@ use crate::app::project::Project;
 use crate::app::theme::channel_color;
 use crate::math::rgb::CHANNELS;
 use crate::reconstruct::solution::MaterialCertainty;
-use crate::scene::Brdf;
-use crate::scene::MaterialKind;
+use crate::scene::{Brdf, MaterialKind, Optics};
 
 const HEADS: [Head; 8] = [
     head("Material", 120.0, "The material's name, in the colour it reflects"),
@@ -36,6 +35,7 @@ const HEADS: [Head; 8] = [
 /// What is known of a material of the results.
 pub struct Found {
     pub reflectance: Option<Brdf>,
+    pub optics: Optics,
     pub certainty: Option<MaterialCertainty>,
 }
 
@@ -44,7 +44,8 @@ pub fn found(project: &Project, material: usize) -> Found {
     let reflectance =
         solved.and_then(|solved| solved.reflectances.get(material).copied()).flatten();
     let certainty = solved.and_then(|solved| solved.certainty.get(material).copied()).flatten();
-    Found { reflectance, certainty }
+    let optics = solved.and_then(|solved| solved.optics.get(material).copied());
+    Found { reflectance, optics: optics.unwrap_or_default(), certainty }
 }
 
 impl Found {
@@ -56,7 +57,11 @@ impl Found {
             .get(material)
             .is_some_and(|material| material.known_diffuse.is_some());
         match (&self.reflectance, &self.certainty) {
-            (None, _) => (false, "not measured in any photograph"),
+            (None, _) => match self.optics {
+                Optics::Opaque => (false, "not measured in any photograph"),
+                Optics::Mirror(_) => (true, "a mirror: it shows other surfaces"),
+                Optics::Glass => (true, "clear glass: light passes it"),
+            },
             _ if known => (true, "known"),
             (_, None) => (true, "not assessed by this method"),
             (_, Some(certainty)) if certainty.identified == [true; CHANNELS] => {
@@ -112,7 +117,7 @@ pub fn materials_ui(
         compare: &compare,
     };
     let clicked = table_ui(ui, "materials", state, &HEADS, &rows, |ui, index, column| {
-        let Found { reflectance, certainty } = &all[index];
+        let Found { reflectance, certainty, .. } = &all[index];
         let specular = materials[index].kind == MaterialKind::Specular;
         match (column, reflectance) {
             (0, _) => {

@@ -107,6 +107,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
         equations: Arc::new(Equations::default()),
         solution: Arc::new(Solution {
             reflectances: vec![Some(floor), Some(Brdf::diffuse([0.2; 3])), None],
+            optics: Vec::new(),
             emission,
             iterations: vec![iteration(1, 2.0, 0.5), iteration(2, 1.0, 0.0)],
             stopped: Stopped::GradientConverged,

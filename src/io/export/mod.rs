@@ -30,7 +30,7 @@ use crate::options::OptionValue;
 use crate::reconstruct::gain::GainUse;
 use crate::reconstruct::textures::{self, Texture};
 use crate::reconstruct::{Options, Reconstruction, Stage, emission};
-use crate::scene::{Capture, Gloss, MaterialKind};
+use crate::scene::{Capture, Gloss, MaterialKind, Optics};
 use crate::watch::Watch;
 
 /// Whether a solution can be written into `folder`, to be asked before hours of work. Nothing
@@ -125,6 +125,12 @@ pub fn summary(
             Some((Gloss::Coat { roughness }, _)) => (Some("coated"), None, Some(roughness)),
             None => (None, None, None),
         };
+        let optics = result.optics.get(index).copied().unwrap_or_default();
+        let (model, mirrored) = match optics {
+            Optics::Opaque => (model, None),
+            Optics::Mirror(reflected) => (Some("mirror"), Some(reflected.map(f64::from))),
+            Optics::Glass => (Some("glass"), None),
+        };
         // What is known is what was given, not the mean of a texture made with it.
         let known = material.known_diffuse.filter(|_| {
             reflectance.is_some()
@@ -141,7 +147,10 @@ pub fn summary(
             kind: if is_specular { "specular" } else { "diffuse" }.to_owned(),
             surfaces: material.surfaces.iter().map(|&s| capture.surfaces[s].name.clone()).collect(),
             diffuse,
-            specular: reflectance.filter(|r| is_specular && r.coat.is_none()).map(|r| r.specular),
+            specular: reflectance
+                .filter(|r| is_specular && r.coat.is_none())
+                .map(|r| r.specular)
+                .or(mirrored),
             exponent,
             model: model.map(str::to_owned),
             roughness,

@@ -18,10 +18,10 @@ use crate::reconstruct::solution::{
 };
 use crate::reconstruct::transport::{PatchRadiosity, Record, Transport};
 use crate::reconstruct::{Options, Reconstruction};
-use crate::scene::{Brdf, Capture, MaterialKind};
+use crate::scene::{Brdf, Capture, MaterialKind, Optics};
 
 /// Changes with every field that is added below.
-const HEAD: &[u8; 16] = b"lobelia run 0001";
+const HEAD: &[u8; 16] = b"lobelia run 0002";
 
 by_fields! {
     SampleCloud { spacing_m, samples, views, relative_area, warnings }
@@ -34,7 +34,7 @@ by_fields! {
     Record { direction, radiance }
     Brdf { diffuse, specular, exponent, coat }
     Solution {
-        reflectances, emission, iterations, stopped, computed, certainty, notes, warnings,
+        reflectances, optics, emission, iterations, stopped, computed, certainty, notes, warnings,
     }
     Iteration { index, rms, objective, change, elapsed_secs }
     Rms { absolute, relative }
@@ -88,6 +88,27 @@ impl Binary for Stopped {
 
     fn take(from: &mut &[u8]) -> Option<Self> {
         STOPPED.get(usize::take(from)?).copied()
+    }
+}
+
+impl Binary for Optics {
+    fn put(&self, out: &mut Vec<u8>) {
+        let (optics, reflected) = match *self {
+            Self::Opaque => (0u8, [0.0; 3]),
+            Self::Mirror(reflected) => (1, reflected),
+            Self::Glass => (2, [0.0; 3]),
+        };
+        optics.put(out);
+        reflected.put(out);
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        Some(match (u8::take(from)?, Binary::take(from)?) {
+            (0, _) => Self::Opaque,
+            (1, reflected) => Self::Mirror(reflected),
+            (2, _) => Self::Glass,
+            _ => return None,
+        })
     }
 }
 

@@ -180,6 +180,7 @@ pub fn solve(
     };
     let solution = Solution {
         reflectances: (0..all.materials()).map(reflectance).collect(),
+        optics: Vec::new(),
         emission,
         computed: history::computed(&known, &fitted),
         iterations: history.iterations.into_inner(),
