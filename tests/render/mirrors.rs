@@ -19,7 +19,7 @@ fn pane(optics: Optics, floor: f64) -> Stage {
     let mut stage = Stage::new(room, &[Brdf::diffuse([floor; 3]), Brdf::diffuse([0.0; 3])]);
     stage.solved.optics = vec![Optics::Opaque, optics];
     let image = Image::new(2, 1, vec![[1.0; 3]; 2], None);
-    let shape = Shape::Dome(Dome::new(Arc::new(image), RADIANCE));
+    let shape = Shape::Dome(Dome::new(Arc::new(image), RADIANCE as f32));
     stage.edits.lights.push(AddedLight { name: "sky".into(), shape, emission: [RADIANCE; 3] });
     stage.spp(64)
 }
