@@ -31,11 +31,10 @@ const LONGEST: usize = 430;
 
 /// Files that were longer on 2026-11-22, with their lengths then. A file may not grow beyond its
 /// entry; an entry goes when the file has come below [`LONGEST`].
-const LONG: [(&str, usize); 5] = [
+const LONG: [(&str, usize); 4] = [
     ("src/cli/arguments.rs", 480),
     ("src/reconstruct/joint/system.rs", 660),
-    ("src/reconstruct/run.rs", 446),
-    ("src/scene/views.rs", 436),
+    ("src/reconstruct/run.rs", 438),
     ("src/study/chart.rs", 507),
 ];
 
