@@ -46,7 +46,10 @@ pub(super) fn wait(
         }
         match worker.events().recv_timeout(PULSE) {
             Ok(event) if event.job == job => match event.what {
-                JobEvent::Started | JobEvent::Picture { .. } | JobEvent::Judged { .. } => {}
+                JobEvent::Started
+                | JobEvent::Picture { .. }
+                | JobEvent::PictureWritten { .. }
+                | JobEvent::Judged { .. } => {}
                 JobEvent::Update(update) => display.update(&update),
                 JobEvent::Found(found) => {
                     display.note(&format!("{}: {}", found.number, found.name));

@@ -45,7 +45,8 @@ fn a_folder_that_is_not_there() {
     Run::of(lobelia().arg("info").arg(&lost)).fails(1, &["lost", "Check that it exists"]);
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
-    Run::of(&mut coarse(&file, &out)).fails(1, &["file", "cannot be read"]);
+    Run::of(&mut coarse(&file, &out))
+        .fails(1, &["file", "this is a file, and a capture is a folder"]);
     assert!(!out.exists());
 }
 
