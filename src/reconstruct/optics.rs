@@ -17,6 +17,9 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::{MaterialKind, Optics, SurfacePoint, Views, agreed, fresnel};
 use crate::watch::{Cancelled, Watch};
 
+/// A pixel: an index into [`Views::buffers`], its column and its row.
+type Place = (usize, usize, usize);
+
 /// A pixel of a specular material, as other pixels predict it.
 struct Pixel {
     /// Cell of the grid that pixels are compared by.
@@ -52,45 +55,61 @@ const FAR: f64 = 1.5;
 /// If it is cancelled.
 pub fn find(views: &Views, watch: &Watch) -> Result<Vec<Optics>, Cancelled> {
     let capture = views.capture;
-    let mut shown: Vec<Vec<(usize, usize, usize)>> = vec![Vec::new(); capture.materials.len()];
+    let (low, high) = capture.mesh.bounds().unwrap_or_default();
+    let block_m = (SIDE * 0.5 * (high - low).length()).max(f32::MIN_POSITIVE);
+    // Counted first, so that memory holds those alone that are looked at.
+    let mut count = vec![0usize; capture.materials.len()];
+    visit(views, watch, &mut |material, _| count[material] += 1)?;
+    let step: Vec<usize> = count.iter().map(|count| count.div_ceil(PIXELS).max(1)).collect();
+    let mut places: Vec<Vec<Place>> = vec![Vec::new(); count.len()];
+    let mut next = vec![0usize; count.len()];
+    visit(views, watch, &mut |material, place| {
+        if next[material].is_multiple_of(step[material]) {
+            places[material].push(place);
+        }
+        next[material] += 1;
+    })?;
+    let of_material = |(material, places): (usize, &Vec<Place>)| {
+        let pixels: Vec<Option<Pixel>> = places
+            .par_iter()
+            .map(|&place| {
+                watch.check()?;
+                Ok(pixel(views, material, place, block_m))
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        let pixels: Vec<Pixel> = pixels.into_iter().flatten().collect();
+        Ok(classify(&pixels))
+    };
+    places.iter().enumerate().map(of_material).collect()
+}
+
+/// Every pixel off the edges that shows a material which is tagged as specular, photograph by
+/// photograph.
+fn visit(
+    views: &Views,
+    watch: &Watch,
+    each: &mut dyn FnMut(usize, Place),
+) -> Result<(), Cancelled> {
+    let capture = views.capture;
+    let is_specular = |material: &usize| capture.materials[*material].kind != MaterialKind::Diffuse;
     for (index, buffer) in views.buffers.iter().enumerate() {
         watch.check()?;
-        for y in 0..buffer.camera.height {
-            for x in 0..buffer.camera.width {
-                let Some((_, triangle)) = buffer.hit(x, y) else { continue };
-                let Some(material) = capture.material_of(triangle) else { continue };
-                if capture.materials[material].kind != MaterialKind::Diffuse
-                    && buffer.is_off_edges(x, y)
-                {
-                    shown[material].push((index, x, y));
-                }
+        for (x, y) in
+            (0..buffer.camera.height).flat_map(|y| (0..buffer.camera.width).map(move |x| (x, y)))
+        {
+            let Some((_, triangle)) = buffer.hit(x, y) else { continue };
+            let material = capture.material_of(triangle).filter(is_specular);
+            if let Some(material) = material.filter(|_| buffer.is_off_edges(x, y)) {
+                each(material, (index, x, y));
             }
         }
     }
-    shown
-        .iter()
-        .enumerate()
-        .map(|(material, shown)| of_material(views, material, shown, watch))
-        .collect()
+    Ok(())
 }
 
-fn of_material(
-    views: &Views,
-    material: usize,
-    shown: &[(usize, usize, usize)],
-    watch: &Watch,
-) -> Result<Optics, Cancelled> {
-    let step = shown.len().div_ceil(PIXELS).max(1);
-    let some: Vec<_> = shown.iter().step_by(step).collect();
-    let pixels: Vec<Option<Pixel>> = some
-        .par_iter()
-        .map(|&&place| {
-            watch.check()?;
-            Ok(pixel(views, material, place))
-        })
-        .collect::<Result<_, Cancelled>>()?;
-    let pixels: Vec<Pixel> = pixels.into_iter().flatten().collect();
-    let tint = tint(&pixels);
+/// What a material is by its pixels.
+fn classify(pixels: &[Pixel]) -> Optics {
+    let tint = tint(pixels);
     let mirror = |pixel: &Pixel| {
         Some(off(pixel.radiance, std::array::from_fn(|c| tint[c] * pixel.mirrored[c])))
     };
@@ -100,14 +119,14 @@ fn of_material(
             std::array::from_fn(|c| through * behind[c] + (1.0 - through) * pixel.mirrored[c]);
         Some(off(pixel.radiance, seen))
     };
-    let as_mirror = Improvement::of(&pixels, &mirror);
-    let as_glass = Improvement::of(&pixels, &glass);
-    Ok(match (as_mirror.is_clear(), as_glass.is_clear()) {
+    let as_mirror = Improvement::of(pixels, &mirror);
+    let as_glass = Improvement::of(pixels, &glass);
+    match (as_mirror.is_clear(), as_glass.is_clear()) {
         (false, false) => Optics::Opaque,
         (true, true) if as_glass.change < as_mirror.change => Optics::Glass,
         (true, _) => Optics::Mirror(tint),
         (false, true) => Optics::Glass,
-    })
+    }
 }
 
 /// How much better another way predicts the pixels that both do.
@@ -139,7 +158,7 @@ impl Improvement {
     }
 }
 
-fn pixel(views: &Views, material: usize, (index, x, y): (usize, usize, usize)) -> Option<Pixel> {
+fn pixel(views: &Views, material: usize, (index, x, y): Place, block_m: f32) -> Option<Pixel> {
     let capture = views.capture;
     let buffer = &views.buffers[index];
     let radiance = buffer.window(x, y, 3)?;
@@ -168,9 +187,7 @@ fn pixel(views: &Views, material: usize, (index, x, y): (usize, usize, usize)) -
     };
     let mirrored = met(&views.ray(point, mirror))?;
     let behind = behind(views, material, point, -towards);
-    let (low, high) = capture.mesh.bounds()?;
-    let side = SIDE * 0.5 * (high - low).length();
-    let cell = ((position - low) / side).floor().as_ivec3().to_array();
+    let cell = (position / block_m).floor().as_ivec3().to_array();
     Some(Pixel {
         block: (capture.mesh.surface[triangle as usize], cell),
         radiance,
