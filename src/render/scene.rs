@@ -253,7 +253,8 @@ impl<'a> Scene<'a> {
     }
 
     /// What a ray that is followed back from a camera meets. Of light that falls on glass a part is
-    /// reflected, chosen at random, and the rest goes straight on.
+    /// reflected, chosen at random, and the rest goes straight on. What light sources send through
+    /// glass is not lessened by that part, 4 to 10 %.
     pub fn closest(&self, ray: &Ray, random: &mut Random) -> Option<Hit> {
         let mut ray = *ray;
         loop {
