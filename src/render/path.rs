@@ -173,7 +173,7 @@ impl Scene<'_> {
         // all other surfaces.
         let mut is_mirrored = false;
         for depth in 0..=most {
-            let hit = self.closest(&ray, &mut sequence.random);
+            let hit = self.closest(&ray, from.is_none(), &mut sequence.random);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
             self.added_met(&ray, distance_m, from, throughput, depth, &mut gathered);
 

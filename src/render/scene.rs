@@ -252,10 +252,12 @@ impl<'a> Scene<'a> {
         triangle as usize >= self.known
     }
 
-    /// What a ray that is followed back from a camera meets. Of light that falls on glass a part is
-    /// reflected, chosen at random, and the rest goes straight on. What light sources send through
-    /// glass is not lessened by that part, 4 to 10 %.
-    pub fn closest(&self, ray: &Ray, random: &mut Random) -> Option<Hit> {
+    /// What a ray meets. Light passes glass whole, as in the solve; but `from_camera`, directly or by
+    /// way of mirrors, a part of it chosen at random is reflected, and the rest goes straight on.
+    pub fn closest(&self, ray: &Ray, from_camera: bool, random: &mut Random) -> Option<Hit> {
+        if !from_camera {
+            return self.geometry.caster.closest(ray);
+        }
         let mut ray = *ray;
         loop {
             let hit = self.geometry.seen_caster.closest(&ray)?;
