@@ -171,9 +171,8 @@ impl Glossy {
             let log = log_cosine(viewing.mirror, record.direction);
             if log > f32::NEG_INFINITY {
                 glossy.record_log_cosine.push(log);
-                for (channel, radiance) in record.radiance.iter().enumerate() {
-                    glossy.record_irradiance[channel]
-                        .push((f64::from(*radiance) * transport.record_weight) as f32);
+                for (channel, irradiance) in record.irradiance.iter().enumerate() {
+                    glossy.record_irradiance[channel].push(*irradiance);
                 }
             }
         }

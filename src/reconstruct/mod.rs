@@ -5,6 +5,7 @@
 //! reflectances and emissions (5.2 to 5.4), textures (5.5). [`run_cached`] is the same line, but
 //! takes products over from earlier runs of the same inputs ([`cache`]).
 
+pub mod bright;
 mod checks;
 mod clock;
 pub mod emission;

@@ -52,7 +52,7 @@ pub(super) fn radiance(
     options: &Options,
     watch: &Watch,
 ) -> Result<Vec<Predicted>, Cancelled> {
-    let light = Light::new(light, options);
+    let light = Light::new(views, light, options);
     let rays = TextureOptions {
         rays: options.transport.rays,
         disc_rays: options.transport.disc_rays,

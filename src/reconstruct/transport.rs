@@ -1,9 +1,10 @@
 //! Section 5.1: light transport to each sample, from photographed surfaces and from each lobe.
 
+use std::f32::consts::PI;
 use std::sync::Arc;
 
 use faer::Mat;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::spaced::Nearest;
@@ -11,6 +12,7 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
 use crate::options;
 use crate::reconstruct::Stream;
+use crate::reconstruct::bright::{Aim, BrightCells};
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
@@ -40,9 +42,6 @@ pub struct Transport {
     pub records: Arc<Vec<Record>>,
     /// Per sample the first of its records, and at the end their number; equal for diffuse ones.
     pub first_record: Vec<usize>,
-    /// The projected solid angle of each record, cos θ_j ω_j in sr: all are equal, since the
-    /// rays are distributed by the cosine.
-    pub record_weight: f64,
     /// k_ij, samples × lobes: irradiance at the sample per unit of the lobe's emittance, in sr
     /// (Eq. 10 with 1/r²).
     pub coupling: Mat<f64>,
@@ -52,6 +51,8 @@ pub struct Transport {
     pub first_unphotographed: Vec<usize>,
     /// The radiosity of those surfaces; zero unless it was computed.
     pub patch_radiosity: PatchRadiosity,
+    /// Where bright surfaces are, which rays are aimed at.
+    pub bright: Arc<BrightCells>,
 }
 
 /// Where a gathering ray hit a known surface that no photograph shows.
@@ -113,8 +114,8 @@ impl PatchRadiosity {
 pub struct Record {
     /// Unit direction from the sample to where the radiance comes from.
     pub direction: Vec3,
-    /// In the unit of the photographs.
-    pub radiance: Radiance,
+    /// L_j cos θ_j ω_j: its radiance times the projected solid angle that its ray stands for.
+    pub irradiance: Radiance,
 }
 
 /// Logarithm of a part of a specular lobe's height that is nothing.
@@ -142,12 +143,12 @@ impl Transport {
         for record in self.records_of(sample) {
             let factor = value(record.direction);
             if factor > 0.0 {
-                for (sum, radiance) in sum.iter_mut().zip(record.radiance) {
-                    *sum += f64::from(factor * radiance);
+                for (sum, irradiance) in sum.iter_mut().zip(record.irradiance) {
+                    *sum += f64::from(factor * irradiance);
                 }
             }
         }
-        sum.map(|sum| sum * self.record_weight)
+        sum
     }
 
     /// The hits of one sample on surfaces that no photograph shows.
@@ -187,6 +188,7 @@ pub fn photographed(
 ) -> Result<Transport, Cancelled> {
     let count = cloud.samples.len();
     watch.begin(count as u64);
+    let bright = BrightCells::new(views);
     let glossy_side = grid_side(options.glossy_rays);
     let gathered: Vec<Gathered> = cloud
         .samples
@@ -197,7 +199,7 @@ pub fn photographed(
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
             let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };
-            let mut gathered = hemisphere(views, sample.surface_point(), side, &mut random);
+            let mut gathered = hemisphere(views, &bright, sample.surface_point(), side, &mut random);
             if !specular {
                 gathered.records = Vec::new();
             }
@@ -218,11 +220,11 @@ pub fn photographed(
         irradiance,
         records: records.into(),
         first_record,
-        record_weight: std::f64::consts::PI / (glossy_side * glossy_side) as f64,
         coupling: Mat::zeros(count, 0),
         unphotographed: unphotographed.into(),
         first_unphotographed,
         patch_radiosity: PatchRadiosity::default(),
+        bright: bright.into(),
     })
 }
 
@@ -274,36 +276,72 @@ pub struct Gathered {
     pub unphotographed: Vec<UnphotographedHit>,
 }
 
-/// What `side`² cosine-distributed rays from a surface point find.
+/// What rays from a surface point find: `side`² that are distributed by the cosine, and a quarter as
+/// many that are aimed at bright cells.
 pub fn hemisphere(
     views: &Views,
+    bright: &BrightCells,
     point: SurfacePoint,
     side: usize,
     random: &mut Random,
 ) -> Gathered {
     let frame = Frame::about(point.normal);
-    let weight = std::f64::consts::PI / (side * side) as f64;
+    let count = (side * side) as f32;
+    let aimed = if bright.is_empty() { 0 } else { side * side / 4 };
+    // π p_h / (n_h p_h + n_b p_b): the projected solid angle that a ray of either kind stands for, by
+    // the balance heuristic. `geometry` is cos θ cos θ′ / r², π times p_h per m² there.
+    let weight =
+        |geometry: f32, density: f32| geometry / (count * geometry / PI + aimed as f32 * density);
     let (mut records, mut unphotographed) = (Vec::new(), Vec::new());
-    let mut sum = [0.0f64; CHANNELS];
     for square in stratified(side, random) {
         let direction = frame.to_world(square_to_cosine_hemisphere(square));
-        let Some((ray, hit, part)) = views.met(views.ray(point, direction)) else { continue };
+        let first = views.ray(point, direction);
+        let Some((ray, hit, part)) = views.met(first) else { continue };
         let met = views.surface_point(&ray, &hit);
         let Some(radiance) = views.radiance(met) else {
             unphotographed.push(UnphotographedHit {
                 point: met,
                 triangle: hit.triangle,
-                projected_sr: weight * f64::from(part.iter().sum::<f32>()) / CHANNELS as f64,
+                projected_sr: f64::from(PI / count * part.iter().sum::<f32>()) / CHANNELS as f64,
             });
             continue;
         };
-        let radiance = std::array::from_fn(|c| part[c] * radiance[c]);
-        for (sum, value) in sum.iter_mut().zip(radiance) {
+        // Nothing is aimed by way of a mirror.
+        let density = if ray.origin == first.origin {
+            bright.density(views, hit.triangle, met, Vec2::new(hit.u, hit.v))
+        } else {
+            0.0
+        };
+        let sr = if density > 0.0 {
+            let cosines = direction.dot(point.normal) * -ray.direction.dot(met.normal);
+            weight(cosines.max(1e-9) / hit.t.powi(2), density)
+        } else {
+            PI / count
+        };
+        let irradiance = std::array::from_fn(|c| part[c] * radiance[c] * sr);
+        records.push(Record { direction, irradiance });
+    }
+    for index in 0..aimed {
+        let choice = (index as f32 + random.uniform()) / aimed as f32;
+        let Aim { point: met, density } = bright.aim(views, choice, random.point());
+        let offset = met.position - point.position;
+        let direction = offset.normalize_or_zero();
+        let cosines = direction.dot(point.normal).max(0.0) * -direction.dot(met.normal).min(0.0);
+        let geometry = cosines / offset.length_squared().max(f32::MIN_POSITIVE);
+        if geometry <= 0.0 || !views.is_free(point, met.position) {
+            continue;
+        }
+        let Some(radiance) = views.radiance(met) else { continue };
+        let sr = weight(geometry, density);
+        records.push(Record { direction, irradiance: radiance.map(|value| value * sr) });
+    }
+    let mut sum = [0.0f64; CHANNELS];
+    for record in &records {
+        for (sum, value) in sum.iter_mut().zip(record.irradiance) {
             *sum += f64::from(value);
         }
-        records.push(Record { direction, radiance });
     }
-    Gathered { irradiance: sum.map(|value| (value * weight) as f32), records, unphotographed }
+    Gathered { irradiance: sum.map(|value| value as f32), records, unphotographed }
 }
 
 /// k_ij of one sample for every lobe.

@@ -21,7 +21,7 @@ use crate::reconstruct::{Options, Reconstruction};
 use crate::scene::{Brdf, Capture, MaterialKind, Optics};
 
 /// Changes with every field that is added below.
-const HEAD: &[u8; 16] = b"lobelia run 0002";
+const HEAD: &[u8; 16] = b"lobelia run 0003";
 
 by_fields! {
     SampleCloud { spacing_m, samples, views, relative_area, warnings }
@@ -31,7 +31,7 @@ by_fields! {
     VirtualLight { kind, position, normal, radius_m, half_angle }
     Lobes { lobes, first }
     Lobe { light, direction, exponent }
-    Record { direction, radiance }
+    Record { direction, irradiance }
     Brdf { diffuse, specular, exponent, coat }
     Solution {
         reflectances, optics, emission, iterations, stopped, computed, certainty, notes, warnings,
@@ -202,7 +202,6 @@ pub fn bytes(capture: &Capture, run: &Reconstruction) -> Vec<u8> {
     transport.irradiance.put(&mut out);
     transport.records.put(&mut out);
     transport.first_record.put(&mut out);
-    transport.record_weight.put(&mut out);
     transport.coupling.put(&mut out);
     run.solution.put(&mut out);
     run.gains.put(&mut out);
@@ -251,12 +250,12 @@ fn take(from: &mut &[u8], capture: &Capture, options: &Options) -> Option<Recons
         irradiance: Binary::take(from)?,
         records: Binary::take(from)?,
         first_record: Binary::take(from)?,
-        record_weight: Binary::take(from)?,
         coupling: Binary::take(from)?,
         // What only the solve needs.
         unphotographed: Arc::default(),
         first_unphotographed: vec![0; samples.samples.len() + 1],
         patch_radiosity: PatchRadiosity::default(),
+        bright: Arc::default(),
     };
     let solution: Arc<Solution> = Binary::take(from)?;
     is_sound(capture, &samples, &lights, &lobes, &transport, &solution).then_some(())?;

@@ -175,7 +175,8 @@ impl Patches {
     /// there are none.
     fn find(problem: &Problem) -> Result<Option<Self>, Cancelled> {
         let (views, watch) = (problem.data.views, problem.watch());
-        let unphotographed = &problem.data.transport.unphotographed;
+        let transport = &problem.data.transport;
+        let (unphotographed, bright) = (&transport.unphotographed, &transport.bright);
         let seed = problem.data.options.general.seed as u64;
         let positions: Vec<Vec3> = unphotographed.iter().map(|hit| hit.point.position).collect();
         // In the order of the samples, the first ones would decide where all patches are.
@@ -195,7 +196,7 @@ impl Patches {
                 watch.check()?;
                 let mut random = Random::new(seed, Stream::Unseen as u64, index as u64);
                 let Gathered { irradiance, unphotographed, .. } =
-                    hemisphere(views, place.point, PATCH_SIDE, &mut random);
+                    hemisphere(views, bright, place.point, PATCH_SIDE, &mut random);
                 let factor = |unphotographed: &UnphotographedHit| {
                     (nearest.to(unphotographed.point.position), unphotographed.projected_sr)
                 };

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
+use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::{Place, TextureOptions};
@@ -25,14 +26,20 @@ pub(in crate::reconstruct) struct Light<'a> {
     /// Indices of the lights with any emission.
     lit: Vec<usize>,
     seed: u64,
+    bright: BrightCells,
 }
 
 impl<'a> Light<'a> {
     /// The seed is that of `options`.
-    pub(in crate::reconstruct) fn new(recovered: &'a RecoveredLight, options: &Options) -> Self {
+    pub(in crate::reconstruct) fn new(
+        views: &Views,
+        recovered: &'a RecoveredLight,
+        options: &Options,
+    ) -> Self {
         let lights = 0..recovered.lights.lights.len();
         let lit = lights.filter(|&light| recovered.shines(light)).collect();
-        Self { recovered, lit, seed: options.general.seed as u64 }
+        let bright = BrightCells::new(views);
+        Self { recovered, lit, seed: options.general.seed as u64, bright }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -44,7 +51,7 @@ impl<'a> Light<'a> {
     /// I_s of Eq. 14 at a surface point.
     fn photographed(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
-        let gathered = hemisphere(views, point, side, &mut self.random());
+        let gathered = hemisphere(views, &self.bright, point, side, &mut self.random());
         self.recovered.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
     }
 
@@ -138,9 +145,9 @@ impl<'a> Light<'a> {
         options: &TextureOptions,
     ) -> Incident {
         let side = grid_side(options.rays);
-        let records = hemisphere(views, point, side, &mut self.random()).records;
+        let records = hemisphere(views, &self.bright, point, side, &mut self.random()).records;
         let lights = self.lights_apart(views, point, options);
-        Incident { records, record_weight: PI / (side * side) as f64, lights }
+        Incident { records, lights }
     }
 
     /// Radiance that a specular lobe of a strength per channel reflects from a surface point.
@@ -153,9 +160,9 @@ impl<'a> Light<'a> {
     ) -> Rgb {
         let mut total = [0.0; CHANNELS];
         for record in &incident.records {
-            let factor = incident.record_weight * gloss.value(viewing, record.direction, 0.0);
-            for (total, radiance) in total.iter_mut().zip(record.radiance) {
-                *total += factor * f64::from(radiance);
+            let factor = gloss.value(viewing, record.direction, 0.0);
+            for (total, irradiance) in total.iter_mut().zip(record.irradiance) {
+                *total += factor * f64::from(irradiance);
             }
         }
         for (index, irradiance) in &incident.lights {
@@ -172,8 +179,6 @@ impl<'a> Light<'a> {
 /// The light at a surface point by direction.
 pub(super) struct Incident {
     records: Vec<Record>,
-    /// The projected solid angle that a record stands for, in sr.
-    record_weight: f64,
     /// Irradiance from each light, with its index.
     lights: Vec<(usize, Rgb)>,
 }
