@@ -14,9 +14,12 @@ use crate::scene::{SurfacePoint, Views};
 const CELLS: f32 = 50_000.0;
 /// Cells along an edge of a triangle, at most.
 const MOST_ALONG_EDGE: f32 = 512.0;
+/// How many times as bright as the mean of photographed surfaces a cell is that rays are aimed at:
+/// others fill so much of a hemisphere that its own rays find their light.
+const BRIGHT: f32 = 2.0;
 
-/// What is brighter than photographed surfaces are in the mean: darker surfaces fill so much of a
-/// hemisphere that its own rays find their light. The default has no cells, and nothing is sampled.
+/// Cells that are much brighter than photographed surfaces are in the mean, and how often rays are
+/// aimed at each. The default has no cells, and nothing is aimed.
 #[derive(Clone, Debug, Default)]
 pub struct BrightCells {
     /// Per triangle the cells along its edges, n: both of its sides have n² cells.
@@ -33,6 +36,7 @@ pub struct BrightCells {
 
 /// A point that a ray is aimed at.
 pub struct Aim {
+    /// On the side that is bright.
     pub point: SurfacePoint,
     /// The probability by which it is chosen, per m².
     pub density: f32,
@@ -66,7 +70,8 @@ impl BrightCells {
                     .collect()
             })
             .collect();
-        let area_of = |triangle: usize| areas[triangle] / f32::from(cells.along_edge[triangle]).powi(2);
+        let area_of =
+            |triangle: usize| areas[triangle] / f32::from(cells.along_edge[triangle]).powi(2);
         let (mut sent, mut photographed_m2) = (0.0f64, 0.0f64);
         for (triangle, brightness) in brightness.iter().enumerate() {
             for value in brightness.iter().flatten() {
@@ -75,7 +80,7 @@ impl BrightCells {
             }
         }
         let mean = (sent / photographed_m2.max(f64::MIN_POSITIVE)) as f32;
-        let beyond = |value: &Option<f32>| value.map_or(0.0, |value| (value - mean).max(0.0));
+        let beyond = |value: &Option<f32>| value.map_or(0.0, |v| (v - BRIGHT * mean).max(0.0));
         let mut sum = 0.0f64;
         let mut sums = Vec::new();
         for (triangle, brightness) in brightness.iter().enumerate() {
@@ -94,14 +99,15 @@ impl BrightCells {
         cells
     }
 
-    /// The same without anything to aim at.
+    /// Whether there is nothing to aim at.
     pub fn is_empty(&self) -> bool {
         self.aimed_at.is_empty()
     }
 
     /// A point by a number in [0, 1) that chooses the cell, and one in the unit square within it.
     pub fn aim(&self, views: &Views, choice: f32, within: Vec2) -> Aim {
-        let index = self.cumulative.partition_point(|&sum| sum <= choice).min(self.aimed_at.len() - 1);
+        let index =
+            self.cumulative.partition_point(|&sum| sum <= choice).min(self.aimed_at.len() - 1);
         let (triangle, cell) = self.aimed_at[index];
         let triangle = triangle as usize;
         // Uniform over a triangle: the half of the square beyond its diagonal is folded back.
@@ -110,7 +116,8 @@ impl BrightCells {
         Aim { point: self.place(views, triangle, cell, within), density }
     }
 
-    /// The probability per m² by which [`Self::aim`] chooses the place of a hit.
+    /// The probability per m² by which [`Self::aim`] chooses the place of a hit: `at` has its
+    /// barycentric coordinates u and v, as in [`Hit`](crate::geometry::bvh::Hit).
     pub fn density(&self, views: &Views, triangle: u32, point: SurfacePoint, at: Vec2) -> f32 {
         if self.is_empty() {
             return 0.0;

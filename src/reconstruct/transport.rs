@@ -199,7 +199,8 @@ pub fn photographed(
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
             let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };
-            let mut gathered = hemisphere(views, &bright, sample.surface_point(), side, &mut random);
+            let mut gathered =
+                hemisphere(views, &bright, sample.surface_point(), side, &mut random);
             if !specular {
                 gathered.records = Vec::new();
             }

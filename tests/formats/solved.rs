@@ -140,7 +140,7 @@ fn reconstruction(solved: &Solved) -> Reconstruction {
             irradiance: Vec::new(),
             records: Arc::default(),
             first_record: vec![0],
-            record_weight: 0.0,
+            bright: Arc::default(),
             coupling: faer::Mat::zeros(0, solved.light.lobes.lobes.len()),
             unphotographed: Arc::default(),
             first_unphotographed: vec![0],

@@ -5,6 +5,8 @@
 /// Scenes in memory, their photographs rendered by this crate's own ray caster.
 mod rooms;
 
+/// Light of small bright patches.
+mod bright;
 /// A cancelled job ends.
 mod cancel;
 /// k_ij (Eq. 10) against the irradiance from discs.

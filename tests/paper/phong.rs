@@ -54,14 +54,16 @@ fn equations(tilt: f64, rings: usize, spokes: usize, radiance: [f32; 3]) -> Equa
         direction: DVec3::new(-tilt.sin(), 0.0, tilt.cos()).as_vec3(),
         radiance,
     });
+    let sr = std::f32::consts::PI / (rings * spokes) as f32;
+    let irradiance = radiance.map(|value| value * sr);
     let records: Vec<Record> = grid(rings, spokes)
-        .map(|direction| Record { direction: direction.as_vec3(), radiance })
+        .map(|direction| Record { direction: direction.as_vec3(), irradiance })
         .collect();
     let transport = Transport {
         irradiance: vec![radiance.map(|value| value * std::f32::consts::PI)],
         first_record: vec![0, records.len()],
         records: records.into(),
-        record_weight: PI / (rings * spokes) as f64,
+        bright: Arc::default(),
         coupling: faer::Mat::zeros(1, 0),
         unphotographed: Arc::default(),
         first_unphotographed: Vec::new(),
@@ -122,7 +124,7 @@ fn equation_7_adds_the_diffuse_and_the_specular_part() {
         irradiance: vec![radiance.map(|value| value * std::f32::consts::PI)],
         records: Arc::default(),
         first_record: vec![0, 0],
-        record_weight: 0.0,
+        bright: Arc::default(),
         coupling: faer::Mat::zeros(1, 0),
         unphotographed: Arc::default(),
         first_unphotographed: Vec::new(),

@@ -33,7 +33,7 @@ fn case(radiances: &[[f32; 3]], irradiances: &[[f32; 3]], coupling: &[[f64; 2]])
         irradiance: irradiances.to_vec(),
         records: Arc::default(),
         first_record: vec![0; radiances.len() + 1],
-        record_weight: 0.0,
+        bright: Arc::default(),
         coupling: Mat::from_fn(radiances.len(), 2, |row, column| coupling[row][column]),
         unphotographed: Arc::default(),
         first_unphotographed: Vec::new(),

@@ -98,7 +98,7 @@ pub(crate) fn reconstruction() -> Reconstruction {
             irradiance: Vec::new(),
             records: Arc::default(),
             first_record: Vec::new(),
-            record_weight: 0.0,
+            bright: Arc::default(),
             coupling: faer::Mat::zeros(0, 0),
             unphotographed: Arc::default(),
             first_unphotographed: Vec::new(),
