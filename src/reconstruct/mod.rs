@@ -11,6 +11,7 @@ mod clock;
 pub mod emission;
 pub mod equations;
 pub mod gain;
+pub mod hemisphere;
 pub mod joint;
 pub mod cache;
 pub mod lights;

@@ -1,18 +1,18 @@
 //! Section 5.1: light transport to each sample, from photographed surfaces and from each lobe.
 
-use std::f32::consts::PI;
 use std::sync::Arc;
 
 use faer::Mat;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::spaced::Nearest;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
-use crate::math::sampling::{Frame, Random, grid_side, square_to_cosine_hemisphere, stratified};
+use crate::math::sampling::{Random, grid_side};
 use crate::options;
 use crate::reconstruct::Stream;
-use crate::reconstruct::bright::{Aim, BrightCells};
+use crate::reconstruct::bright::BrightCells;
+use crate::reconstruct::hemisphere::{Gathered, Record, UnphotographedHit, hemisphere};
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
@@ -53,17 +53,6 @@ pub struct Transport {
     pub patch_radiosity: PatchRadiosity,
     /// Where bright surfaces are, which rays are aimed at.
     pub bright: Arc<BrightCells>,
-}
-
-/// Where a gathering ray hit a known surface that no photograph shows.
-#[derive(Clone, Copy, Debug)]
-pub struct UnphotographedHit {
-    /// The point, on the side that the ray hit.
-    pub point: SurfacePoint,
-    /// Index into `Mesh::triangles`.
-    pub triangle: u32,
-    /// The projected solid angle that the ray stands for, cos θ ω in sr.
-    pub projected_sr: f64,
 }
 
 /// The radiosity solution of known surfaces that no photograph shows: they are divided into
@@ -107,15 +96,6 @@ impl PatchRadiosity {
         }
         sum
     }
-}
-
-/// Radiance arriving at a specular sample from a photographed surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Record {
-    /// Unit direction from the sample to where the radiance comes from.
-    pub direction: Vec3,
-    /// L_j cos θ_j ω_j: its radiance times the projected solid angle that its ray stands for.
-    pub irradiance: Radiance,
 }
 
 /// Logarithm of a part of a specular lobe's height that is nothing.
@@ -265,84 +245,6 @@ pub(super) fn couple_some(
             Ok(couple_sample(views, sample, lights, lobes, options, &mut random))
         })
         .collect()
-}
-
-/// What rays over a surface point's hemisphere found.
-pub struct Gathered {
-    /// I_s, from photographed surfaces alone.
-    pub irradiance: Radiance,
-    /// Of the hits that a photograph measures, one per ray.
-    pub records: Vec<Record>,
-    /// The other hits.
-    pub unphotographed: Vec<UnphotographedHit>,
-}
-
-/// What rays from a surface point find: `side`² that are distributed by the cosine, and a quarter as
-/// many that are aimed at bright cells.
-pub fn hemisphere(
-    views: &Views,
-    bright: &BrightCells,
-    point: SurfacePoint,
-    side: usize,
-    random: &mut Random,
-) -> Gathered {
-    let frame = Frame::about(point.normal);
-    let count = (side * side) as f32;
-    let aimed = if bright.is_empty() { 0 } else { side * side / 4 };
-    // π p_h / (n_h p_h + n_b p_b): the projected solid angle that a ray of either kind stands for, by
-    // the balance heuristic. `geometry` is cos θ cos θ′ / r², π times p_h per m² there.
-    let weight =
-        |geometry: f32, density: f32| geometry / (count * geometry / PI + aimed as f32 * density);
-    let (mut records, mut unphotographed) = (Vec::new(), Vec::new());
-    for square in stratified(side, random) {
-        let direction = frame.to_world(square_to_cosine_hemisphere(square));
-        let first = views.ray(point, direction);
-        let Some((ray, hit, part)) = views.met(first) else { continue };
-        let met = views.surface_point(&ray, &hit);
-        let Some(radiance) = views.radiance(met) else {
-            unphotographed.push(UnphotographedHit {
-                point: met,
-                triangle: hit.triangle,
-                projected_sr: f64::from(PI / count * part.iter().sum::<f32>()) / CHANNELS as f64,
-            });
-            continue;
-        };
-        // Nothing is aimed by way of a mirror.
-        let density = if ray.origin == first.origin {
-            bright.density(views, hit.triangle, met, Vec2::new(hit.u, hit.v))
-        } else {
-            0.0
-        };
-        let sr = if density > 0.0 {
-            let cosines = direction.dot(point.normal) * -ray.direction.dot(met.normal);
-            weight(cosines.max(1e-9) / hit.t.powi(2), density)
-        } else {
-            PI / count
-        };
-        let irradiance = std::array::from_fn(|c| part[c] * radiance[c] * sr);
-        records.push(Record { direction, irradiance });
-    }
-    for index in 0..aimed {
-        let choice = (index as f32 + random.uniform()) / aimed as f32;
-        let Aim { point: met, density } = bright.aim(views, choice, random.point());
-        let offset = met.position - point.position;
-        let direction = offset.normalize_or_zero();
-        let cosines = direction.dot(point.normal).max(0.0) * -direction.dot(met.normal).min(0.0);
-        let geometry = cosines / offset.length_squared().max(f32::MIN_POSITIVE);
-        if geometry <= 0.0 || !views.is_free(point, met.position) {
-            continue;
-        }
-        let Some(radiance) = views.radiance(met) else { continue };
-        let sr = weight(geometry, density);
-        records.push(Record { direction, irradiance: radiance.map(|value| value * sr) });
-    }
-    let mut sum = [0.0f64; CHANNELS];
-    for record in &records {
-        for (sum, value) in sum.iter_mut().zip(record.irradiance) {
-            *sum += f64::from(value);
-        }
-    }
-    Gathered { irradiance: sum.map(|value| value as f32), records, unphotographed }
 }
 
 /// k_ij of one sample for every lobe.

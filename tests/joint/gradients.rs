@@ -46,11 +46,12 @@ impl Definition<'_> {
             };
             twice += held.weights[i] * loss;
         }
-        let square = |i: usize, j: usize| {
+        let unit_of = |i: usize| {
             let start = self.start.log_diffuse[rows.material[i]];
-            let unit = (start - rows.log_radiance[0][i]).exp();
-            held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
+            (start - rows.log_radiance[0][i]).exp()
         };
+        let square =
+            |i: usize, j: usize| held.weights[i] * (design.diffuse[(i, j)] * unit_of(i)).powi(2);
         let square = |j: usize| (0..rows.material.len()).map(|i| square(i, j)).sum::<f64>();
         let is_paired = |j: usize| held.pairs.iter().any(|pair| pair.columns.contains(&j));
         let paired: Vec<f64> = (0..state.emission.len())
@@ -71,9 +72,13 @@ impl Definition<'_> {
         // Relative to the light as a whole where nothing says what that is.
         if held.centre.iter().all(|&centre| centre == 0.0) {
             let whole: f64 = held.weights.iter().sum();
-            let level: f64 =
-                state.emission.iter().enumerate().map(|(j, e)| square(j).sqrt() * e).sum();
-            drawn *= whole / (level.powi(2) + 1e-4 * whole);
+            let known = |i: usize| held.weights[i] * (design.base[0][i] * unit_of(i)).powi(2);
+            let known = (0..rows.material.len()).map(known).sum::<f64>().sqrt();
+            let mut level = known.max(1e-2 * whole.sqrt());
+            for (j, emission) in state.emission.iter().enumerate() {
+                level += square(j).sqrt() * emission;
+            }
+            drawn *= whole / level.powi(2);
         }
         twice += drawn;
         for anchor in &held.anchors {

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec2, Vec3};
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::bright::BrightCells;
-use lobelia::reconstruct::transport::hemisphere;
+use lobelia::reconstruct::hemisphere::hemisphere;
 use lobelia::scene::{SurfacePoint, Views};
 use lobelia::watch::Watch;
 

@@ -6,8 +6,8 @@ use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::Ray;
 use lobelia::math::sampling::Random;
 use lobelia::reconstruct::bright::BrightCells;
+use lobelia::reconstruct::hemisphere::hemisphere;
 use lobelia::reconstruct::optics::find;
-use lobelia::reconstruct::transport::hemisphere;
 use lobelia::scene::{MaterialKind, MirrorsAndGlass, Optics, SurfacePoint, Views};
 use lobelia::watch::Watch;
 

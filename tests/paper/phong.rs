@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::equations::Equations;
+use lobelia::reconstruct::hemisphere::Record;
 use lobelia::reconstruct::lights::VirtualLights;
 use lobelia::reconstruct::samples::View;
-use lobelia::reconstruct::transport::{PatchRadiosity, Record, Transport};
+use lobelia::reconstruct::transport::{PatchRadiosity, Transport};
 use lobelia::scene::Brdf;
 use lobelia::scene::{Capture, MaterialKind};
 

@@ -9,6 +9,7 @@ use crate::io::binary::{Binary, by_fields, checksum};
 use crate::io::{Error, Fault};
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::gain::Gain;
+use crate::reconstruct::hemisphere::Record;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud, View};
@@ -16,7 +17,7 @@ use crate::reconstruct::solution::{
     Certainty, Iteration, MaterialCertainty, Rms, ScaleCertainty, Selection, Solution, Stopped,
     Trial, TrialPart,
 };
-use crate::reconstruct::transport::{PatchRadiosity, Record, Transport};
+use crate::reconstruct::transport::{PatchRadiosity, Transport};
 use crate::reconstruct::{Options, Reconstruction};
 use crate::scene::{Brdf, Capture, MaterialKind, Optics};
 

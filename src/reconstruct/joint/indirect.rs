@@ -16,13 +16,12 @@ use rayon::prelude::*;
 use crate::geometry::spaced::{Nearest, select_spaced};
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::Random;
+use crate::reconstruct::hemisphere::{Gathered, UnphotographedHit, hemisphere};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::glossy::{self, Reflection};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
-use crate::reconstruct::transport::{
-    self, Gathered, PatchRadiosity, TransportOptions, UnphotographedHit, hemisphere,
-};
+use crate::reconstruct::transport::{self, PatchRadiosity, TransportOptions};
 use crate::reconstruct::{Error, Stream};
 use crate::scene::Role;
 use crate::watch::Cancelled;

@@ -110,27 +110,43 @@ impl Anchor {
 }
 
 /// What draws the emissions of some terms to known values and to each other: R = Σ_j λ_j n_j² (E_j −
-/// centre_j)² plus the pairs. Without centres it is taken relative to the light as a whole, R s² / (M²
-/// + ε s²) with M = Σ_j n_j E_j and s² the sum of the rows' weights: dimmer light under brighter
-/// surfaces would otherwise cost less, and all reflectances would come out too high.
+/// centre_j)² plus the pairs. Without centres it is taken relative to the light as a whole, R s² / M²
+/// with M = P + Σ_j n_j E_j, P being the norm of the irradiance that is no unknown and s² the sum of
+/// the rows' weights: else dimmer light under brighter surfaces would cost less, and all reflectances
+/// would come out too high.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
     /// n̄².
     unit: f64,
     /// λ_j n_j² per column.
     ridge: Vec<f64>,
-    /// n_j per column where the ridge is relative.
-    norms: Option<Vec<f64>>,
+    /// What M is made of, where the ridge is relative.
+    whole: Option<Whole>,
+}
+
+/// The light as a whole, in units in which a residual is 1.
+struct Whole {
+    /// n_j per column.
+    norms: Vec<f64>,
+    /// P.
+    known: f64,
     /// s².
     weights: f64,
 }
 
-/// ε: no emissions at all have no shape.
-const NO_LIGHT: f64 = 1e-4;
+/// The least P, in units of s: no light at all has no shape.
+const LEAST_LIGHT: f64 = 1e-2;
+
+impl Whole {
+    /// M.
+    fn level(&self, emission: &[f64]) -> f64 {
+        self.known + dot(&self.norms, emission)
+    }
+}
 
 impl<'a> Ridge<'a> {
-    /// `norms` are those of the columns.
-    pub fn new(terms: &'a Terms, norms: &[f64]) -> Self {
+    /// `norms` are those of the columns, `known` is that of the irradiance that is no unknown.
+    pub fn new(terms: &'a Terms, norms: &[f64], known: f64) -> Self {
         let squares: Vec<f64> = norms.iter().map(|norm| norm * norm).collect();
         let mut is_paired = vec![false; norms.len()];
         for column in terms.pairs.iter().flat_map(|pair| pair.columns) {
@@ -144,23 +160,25 @@ impl<'a> Ridge<'a> {
         let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
         ridge.resize(norms.len(), 0.0);
         let is_relative = terms.centre.iter().all(|&centre| centre == 0.0);
-        let weights = terms.weights.iter().sum();
-        Self { terms, unit, ridge, norms: is_relative.then(|| norms.to_vec()), weights }
+        let weights: f64 = terms.weights.iter().sum();
+        let known = known.max(LEAST_LIGHT * weights.sqrt());
+        let whole = is_relative.then(|| Whole { norms: norms.to_vec(), known, weights });
+        Self { terms, unit, ridge, whole }
     }
 
     /// Twice its cost.
     pub fn value(&self, emission: &[f64]) -> f64 {
-        self.absolute(emission) * self.relative_to(emission).0
+        self.absolute(emission) * self.part(emission)
     }
 
     /// Its derivative by each emission.
     pub fn gradient(&self, emission: &[f64]) -> Vec<f64> {
-        let (part, whole) = self.relative_to(emission);
+        let part = self.part(emission);
         let mut gradient = self.slope(emission);
         gradient.iter_mut().for_each(|slope| *slope *= part);
-        if let Some(norms) = &self.norms {
-            let of_level = self.value(emission) * whole;
-            for (slope, norm) in gradient.iter_mut().zip(norms) {
+        if let Some(whole) = &self.whole {
+            let of_level = self.value(emission) / whole.level(emission);
+            for (slope, norm) in gradient.iter_mut().zip(&whole.norms) {
                 *slope -= of_level * norm;
             }
         }
@@ -170,7 +188,7 @@ impl<'a> Ridge<'a> {
     /// Adds its second derivatives by some columns, in ascending order, that come first in a
     /// Hessian; those of the Gauss-Newton method where it is relative.
     pub fn add_to(&self, hessian: &mut Mat<f64>, emission: &[f64], columns: &[usize]) {
-        let (part, whole) = self.relative_to(emission);
+        let part = self.part(emission);
         for (place, &column) in columns.iter().enumerate() {
             hessian[(place, place)] += part * self.ridge[column];
         }
@@ -185,12 +203,13 @@ impl<'a> Ridge<'a> {
                 hessian[(b, a)] -= weight;
             }
         }
-        if let Some(norms) = &self.norms {
+        if let Some(whole) = &self.whole {
             let (slope, value) = (self.slope(emission), self.value(emission));
+            let (norms, level) = (&whole.norms, whole.level(emission));
             for (i, &a) in columns.iter().enumerate() {
                 for (j, &b) in columns.iter().enumerate() {
                     let mixed = slope[a] * norms[b] + norms[a] * slope[b];
-                    hessian[(i, j)] += whole * (whole * value * norms[a] * norms[b] - part * mixed);
+                    hessian[(i, j)] += (value * norms[a] * norms[b] / level - part * mixed) / level;
                 }
             }
         }
@@ -207,12 +226,9 @@ impl<'a> Ridge<'a> {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// s² / (M² + ε s²), and M / (M² + ε s²), which its logarithm falls by, per 2 n_j.
-    fn relative_to(&self, emission: &[f64]) -> (f64, f64) {
-        let Some(norms) = &self.norms else { return (1.0, 0.0) };
-        let level = dot(norms, emission);
-        let square = level * level + NO_LIGHT * self.weights;
-        if square > 0.0 { (self.weights / square, level / square) } else { (1.0, 0.0) }
+    /// s² / M².
+    fn part(&self, emission: &[f64]) -> f64 {
+        self.whole.as_ref().map_or(1.0, |whole| whole.weights / whole.level(emission).powi(2))
     }
 
     /// R.

@@ -9,10 +9,11 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
 use crate::reconstruct::bright::BrightCells;
+use crate::reconstruct::hemisphere::{Record, hemisphere};
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::{Place, TextureOptions};
-use crate::reconstruct::transport::{Record, arriving, hemisphere};
+use crate::reconstruct::transport::arriving;
 use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 

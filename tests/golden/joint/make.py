@@ -112,8 +112,10 @@ def solve(c, objective):
     # Without centres relative to the light as a whole.
     norms, whole, relative = np.sqrt(squares), sum(c["weights"]), not centre.any()
 
+    known = max(np.linalg.norm(root * unit * base), 1e-2 * np.sqrt(whole))
+
     def part(e):
-        return np.sqrt(whole / ((norms @ e) ** 2 + 1e-4 * whole)) if relative else 1.0
+        return np.sqrt(whole) / (known + norms @ e) if relative else 1.0
 
     anchors = [(np.array(a["combination"]), a["target"], np.sqrt(a["weight"])) for a in c["anchors"]]
     free = [m for m in range(materials) if c["known"][m] is None]
@@ -150,7 +152,7 @@ def solve(c, objective):
         top = by[:, None] * np.hstack([de, du, ds[:, tags]])
         drawn = part(e) * even
         if relative:
-            drawn = drawn - np.outer(drawn @ e, norms) * (norms @ e) * part(e) ** 2 / whole
+            drawn = drawn - np.outer(drawn @ e, norms) / (known + norms @ e)
         more = [np.hstack([drawn, np.zeros((len(even), len(free) + len(tags)))])]
         more += [np.concatenate([np.zeros(n), w * k[free], np.zeros(len(tags))])[None] for k, t, w in anchors]
         return np.vstack([top] + more)
