@@ -46,12 +46,11 @@ impl Definition<'_> {
             };
             twice += held.weights[i] * loss;
         }
-        let unit_of = |i: usize| {
+        let square = |i: usize, j: usize| {
             let start = self.start.log_diffuse[rows.material[i]];
-            (start - rows.log_radiance[0][i]).exp()
+            let unit = (start - rows.log_radiance[0][i]).exp();
+            held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
         };
-        let square =
-            |i: usize, j: usize| held.weights[i] * (design.diffuse[(i, j)] * unit_of(i)).powi(2);
         let square = |j: usize| (0..rows.material.len()).map(|i| square(i, j)).sum::<f64>();
         let is_paired = |j: usize| held.pairs.iter().any(|pair| pair.columns.contains(&j));
         let paired: Vec<f64> = (0..state.emission.len())
@@ -61,26 +60,13 @@ impl Definition<'_> {
             .collect();
         let unit = paired.iter().sum::<f64>() / paired.len().max(1) as f64;
         let off = |j: usize| state.emission[j] - held.centre[j];
-        let mut drawn = 0.0;
         for j in 0..state.emission.len() {
-            drawn += held.ridge[j] * square(j) * off(j).powi(2);
+            twice += held.ridge[j] * square(j) * off(j).powi(2);
         }
         for pair in &held.pairs {
             let [a, b] = pair.columns;
-            drawn += unit * pair.weight * (off(a) - off(b)).powi(2);
+            twice += unit * pair.weight * (off(a) - off(b)).powi(2);
         }
-        // Relative to the light as a whole where nothing says what that is.
-        if held.centre.iter().all(|&centre| centre == 0.0) {
-            let whole: f64 = held.weights.iter().sum();
-            let known = |i: usize| held.weights[i] * (design.base[0][i] * unit_of(i)).powi(2);
-            let known = (0..rows.material.len()).map(known).sum::<f64>().sqrt();
-            let mut level = known.max(1e-2 * whole.sqrt());
-            for (j, emission) in state.emission.iter().enumerate() {
-                level += square(j).sqrt() * emission;
-            }
-            drawn *= whole / level.powi(2);
-        }
-        twice += drawn;
         for anchor in &held.anchors {
             let terms = anchor.combination.iter().zip(&state.log_diffuse).map(|(c, u)| c * u);
             twice += anchor.weight * (terms.sum::<f64>() - anchor.target).powi(2);

@@ -167,7 +167,14 @@ impl Channel<'_> {
     /// The norms of the columns, in units in which a residual is 1: those of the design divided
     /// by the irradiance that the reference reflectances ask for.
     pub fn norms(&self, terms: &Terms) -> Vec<f64> {
-        let scale = self.reference_scale(terms);
+        let log_radiance = &self.rows.log_radiance[self.channel];
+        let scale: Vec<f64> = (0..terms.weights.len())
+            .map(|row| {
+                let log = terms.reference[self.rows.material[row]] - log_radiance[row];
+                let weight = terms.weights[row];
+                if weight > 0.0 { weight * (2.0 * log).exp() } else { 0.0 }
+            })
+            .collect();
         (0..self.design.columns())
             .map(|column| {
                 let values = kernels::column_of(self.design.diffuse.as_ref(), column);
@@ -176,22 +183,10 @@ impl Channel<'_> {
             .collect()
     }
 
-    /// Per row its weight divided by the square of that irradiance.
-    fn reference_scale(&self, terms: &Terms) -> Vec<f64> {
-        let log_radiance = &self.rows.log_radiance[self.channel];
-        let of_row = |(row, &weight): (usize, &f64)| {
-            let log = terms.reference[self.rows.material[row]] - log_radiance[row];
-            if weight > 0.0 { weight * (2.0 * log).exp() } else { 0.0 }
-        };
-        terms.weights.iter().enumerate().map(of_row).collect()
-    }
-
     /// Descends from `start` to the minimum.
     pub fn fit(&self, terms: &Terms, start: &State, watch: &Watch) -> Result<Fit, BoundedError> {
         let norms = self.norms(terms);
-        let base = &self.design.base[self.channel];
-        let known = weighted_square(base, &self.reference_scale(terms)).sqrt();
-        let ridge = Ridge::new(terms, &norms, known);
+        let ridge = Ridge::new(terms, &norms);
         let norms = ridge.with_pairs(&norms);
         let mut state = start.clone();
         for (emission, held) in state.emission.iter_mut().zip(terms.held) {
@@ -428,7 +423,7 @@ impl Channel<'_> {
         let (columns, materials) = (state.emission.len(), self.rows.materials);
         let mut hessian = products;
         let lit = working.partition_point(|&unknown| unknown < columns);
-        ridge.add_to(&mut hessian, &state.emission, &working[..lit]);
+        ridge.add_to(&mut hessian, &working[..lit]);
         for anchor in terms.anchors {
             // Of log ρ_d alone, which come first.
             let factor =

@@ -109,44 +109,18 @@ impl Anchor {
     }
 }
 
-/// What draws the emissions of some terms to known values and to each other: R = Σ_j λ_j n_j² (E_j −
-/// centre_j)² plus the pairs. Without centres it is taken relative to the light as a whole, R s² / M²
-/// with M = P + Σ_j n_j E_j, P being the norm of the irradiance that is no unknown and s² the sum of
-/// the rows' weights: else dimmer light under brighter surfaces would cost less, and all reflectances
-/// would come out too high.
+/// What draws the emissions of some terms to known values and to each other.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
     /// n̄².
     unit: f64,
     /// λ_j n_j² per column.
     ridge: Vec<f64>,
-    /// What M is made of, where the ridge is relative.
-    whole: Option<Whole>,
-}
-
-/// The light as a whole, in units in which a residual is 1.
-struct Whole {
-    /// n_j per column.
-    norms: Vec<f64>,
-    /// P.
-    known: f64,
-    /// s².
-    weights: f64,
-}
-
-/// The least P, in units of s: no light at all has no shape.
-const LEAST_LIGHT: f64 = 1e-2;
-
-impl Whole {
-    /// M.
-    fn level(&self, emission: &[f64]) -> f64 {
-        self.known + dot(&self.norms, emission)
-    }
 }
 
 impl<'a> Ridge<'a> {
-    /// `norms` are those of the columns, `known` is that of the irradiance that is no unknown.
-    pub fn new(terms: &'a Terms, norms: &[f64], known: f64) -> Self {
+    /// `norms` are those of the columns.
+    pub fn new(terms: &'a Terms, norms: &[f64]) -> Self {
         let squares: Vec<f64> = norms.iter().map(|norm| norm * norm).collect();
         let mut is_paired = vec![false; norms.len()];
         for column in terms.pairs.iter().flat_map(|pair| pair.columns) {
@@ -159,41 +133,44 @@ impl<'a> Ridge<'a> {
         let unit = sum / f64::from(count.max(1));
         let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
         ridge.resize(norms.len(), 0.0);
-        let is_relative = terms.centre.iter().all(|&centre| centre == 0.0);
-        let weights: f64 = terms.weights.iter().sum();
-        let known = known.max(LEAST_LIGHT * weights.sqrt());
-        let whole = is_relative.then(|| Whole { norms: norms.to_vec(), known, weights });
-        Self { terms, unit, ridge, whole }
+        Self { terms, unit, ridge }
     }
 
     /// Twice its cost.
     pub fn value(&self, emission: &[f64]) -> f64 {
-        self.absolute(emission) * self.part(emission)
+        let mut sum = 0.0;
+        for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
+            sum += ridge * self.off(emission, column).powi(2);
+        }
+        for pair in self.terms.pairs {
+            sum += self.unit * pair.weight * self.difference(emission, pair).powi(2);
+        }
+        sum
     }
 
     /// Its derivative by each emission.
     pub fn gradient(&self, emission: &[f64]) -> Vec<f64> {
-        let part = self.part(emission);
-        let mut gradient = self.slope(emission);
-        gradient.iter_mut().for_each(|slope| *slope *= part);
-        if let Some(whole) = &self.whole {
-            let of_level = self.value(emission) / whole.level(emission);
-            for (slope, norm) in gradient.iter_mut().zip(&whole.norms) {
-                *slope -= of_level * norm;
-            }
+        let of_column = |(column, &ridge): (usize, &f64)| {
+            if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }
+        };
+        let mut gradient: Vec<f64> = self.ridge.iter().enumerate().map(of_column).collect();
+        for pair in self.terms.pairs {
+            let slope = self.unit * pair.weight * self.difference(emission, pair);
+            let [a, b] = pair.columns;
+            gradient[a] += slope;
+            gradient[b] -= slope;
         }
         gradient
     }
 
     /// Adds its second derivatives by some columns, in ascending order, that come first in a
-    /// Hessian; those of the Gauss-Newton method where it is relative.
-    pub fn add_to(&self, hessian: &mut Mat<f64>, emission: &[f64], columns: &[usize]) {
-        let part = self.part(emission);
+    /// Hessian.
+    pub fn add_to(&self, hessian: &mut Mat<f64>, columns: &[usize]) {
         for (place, &column) in columns.iter().enumerate() {
-            hessian[(place, place)] += part * self.ridge[column];
+            hessian[(place, place)] += self.ridge[column];
         }
         for pair in self.terms.pairs {
-            let weight = part * self.unit * pair.weight;
+            let weight = self.unit * pair.weight;
             let places = pair.columns.map(|column| columns.binary_search(&column));
             for place in places.into_iter().flatten() {
                 hessian[(place, place)] += weight;
@@ -201,16 +178,6 @@ impl<'a> Ridge<'a> {
             if let [Ok(a), Ok(b)] = places {
                 hessian[(a, b)] -= weight;
                 hessian[(b, a)] -= weight;
-            }
-        }
-        if let Some(whole) = &self.whole {
-            let (slope, value) = (self.slope(emission), self.value(emission));
-            let (norms, level) = (&whole.norms, whole.level(emission));
-            for (i, &a) in columns.iter().enumerate() {
-                for (j, &b) in columns.iter().enumerate() {
-                    let mixed = slope[a] * norms[b] + norms[a] * slope[b];
-                    hessian[(i, j)] += (value * norms[a] * norms[b] / level - part * mixed) / level;
-                }
             }
         }
     }
@@ -224,38 +191,6 @@ impl<'a> Ridge<'a> {
             }
         }
         squares.into_iter().map(f64::sqrt).collect()
-    }
-
-    /// s² / M².
-    fn part(&self, emission: &[f64]) -> f64 {
-        self.whole.as_ref().map_or(1.0, |whole| whole.weights / whole.level(emission).powi(2))
-    }
-
-    /// R.
-    fn absolute(&self, emission: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
-            sum += ridge * self.off(emission, column).powi(2);
-        }
-        for pair in self.terms.pairs {
-            sum += self.unit * pair.weight * self.difference(emission, pair).powi(2);
-        }
-        sum
-    }
-
-    /// Half its derivative by each emission.
-    fn slope(&self, emission: &[f64]) -> Vec<f64> {
-        let of_column = |(column, &ridge): (usize, &f64)| {
-            if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }
-        };
-        let mut slope: Vec<f64> = self.ridge.iter().enumerate().map(of_column).collect();
-        for pair in self.terms.pairs {
-            let own = self.unit * pair.weight * self.difference(emission, pair);
-            let [a, b] = pair.columns;
-            slope[a] += own;
-            slope[b] -= own;
-        }
-        slope
     }
 
     fn off(&self, emission: &[f64], column: usize) -> f64 {

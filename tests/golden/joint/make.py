@@ -109,14 +109,6 @@ def solve(c, objective):
         row[a] = np.sqrt(pair["weight"] * paired.mean())
         row[b] = -row[a]
         even = np.vstack([even, row])
-    # Without centres relative to the light as a whole.
-    norms, whole, relative = np.sqrt(squares), sum(c["weights"]), not centre.any()
-
-    known = max(np.linalg.norm(root * unit * base), 1e-2 * np.sqrt(whole))
-
-    def part(e):
-        return np.sqrt(whole) / (known + norms @ e) if relative else 1.0
-
     anchors = [(np.array(a["combination"]), a["target"], np.sqrt(a["weight"])) for a in c["anchors"]]
     free = [m for m in range(materials) if c["known"][m] is None]
     tags = sorted(set(material[shiny].tolist()))
@@ -139,7 +131,7 @@ def solve(c, objective):
     def residual(x):
         e, u, s, g, h, value = parts(x)
         r = np.log(value / radiance) if objective == "log" else value / radiance - 1
-        return np.concatenate([root * r, part(e) * (even @ (e - centre)), [w * (k @ u - t) for k, t, w in anchors]])
+        return np.concatenate([root * r, even @ (e - centre), [w * (k @ u - t) for k, t, w in anchors]])
 
     def jacobian(x):
         e, u, s, g, h, value = parts(x)
@@ -150,10 +142,7 @@ def solve(c, objective):
         ds = np.zeros((rows, materials))
         ds[shiny] = onehot[shiny] * h[:, None]
         top = by[:, None] * np.hstack([de, du, ds[:, tags]])
-        drawn = part(e) * even
-        if relative:
-            drawn = drawn - np.outer(drawn @ e, norms) / (known + norms @ e)
-        more = [np.hstack([drawn, np.zeros((len(even), len(free) + len(tags)))])]
+        more = [np.hstack([even, np.zeros((len(even), len(free) + len(tags)))])]
         more += [np.concatenate([np.zeros(n), w * k[free], np.zeros(len(tags))])[None] for k, t, w in anchors]
         return np.vstack([top] + more)
 
@@ -224,9 +213,6 @@ case("pairs and ridge, Cauchy by material", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2],
      held=dict(pairs=[dict(columns=[j, j + 3], weight=0.02) for j in range(0, 18, 2)],
                ridge=[0.01 * (j % 3) if j >= 20 else 0 for j in range(27)],
                centre=[0.1 * (j % 2) for j in range(27)], robust=[0.1, 0.05, 0.2, 0.1]))
-case("relative ridge and pairs, Cauchy", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3,
-     held=dict(pairs=[dict(columns=[j, j + 3], weight=0.2) for j in range(0, 18, 2)],
-               ridge=[0.1 if j >= 20 else 0 for j in range(27)], robust=[0.1] * 4))
 
 out = pathlib.Path(__file__).with_name("systems.json")
 made = f"make.py, Python numpy {np.__version__}, scipy {scipy.__version__}"
