@@ -10,6 +10,7 @@
 //! One reconstruction is a straight line of plain data:
 //!
 //! ```text
+//! (Model               io::model::read, model::solve: cameras and geometry from photographs alone)
 //! Capture              io::capture::load       geometry, cameras, photographs, tags
 //!                      (exposures, where photographs are series of them)
 //!   -> SampleCloud     reconstruct::samples    4.1  points seen in the photographs
@@ -28,7 +29,7 @@
 //! # The ladder
 //!
 //! Modules import only from those above them in this list: `watch`, `options`, `math` < `geometry`,
-//! `solve`, `exposures` < `scene` < `reconstruct` < `render` < `io` < `study` < `worker` < `app` <
+//! `solve`, `exposures` < `scene` < `model` < `reconstruct` < `render` < `io` < `study` < `worker` < `app` <
 //! `cli`.
 //!
 //! # What always holds
@@ -64,6 +65,12 @@
 //! - *Stage cache*: products of earlier runs ([`reconstruct::StageCache`]).
 //! - *Degradation*, *variant*: what is made worse about a capture, and which solve it is tried on
 //!   ([`study::stability`]).
+//! - *Stroke*: what a person draws on a photograph, or types, to place cameras and things
+//!   ([`model::Stroke`]); *thing*: a room's shell, box, prism, cylinder or polygon
+//!   ([`model::Thing`]); *lens*: the numbers of a camera that photographs may share.
+//! - *Vanishing point*: where the images of parallel lines meet; *resection*: a camera from points
+//!   whose places are known; *bundle adjustment*: cameras, things and points at the least sum of
+//!   squared residuals ([`model::adjust`]).
 //! - *Command*, *event*, *job*: what the worker is sent, what it reports, and the two together
 //!   ([`worker`]).
 
@@ -80,6 +87,8 @@ pub mod solve;
 pub mod exposures;
 
 pub mod scene;
+
+pub mod model;
 
 #[warn(missing_docs)]
 pub mod reconstruct;

@@ -22,8 +22,8 @@ pub(super) fn command() -> Command {
         .about(env!("CARGO_PKG_DESCRIPTION"))
         .subcommand(reconstruct())
         .subcommand(render())
-        .subcommand(merge())
-        .subcommand(export())
+        .subcommands([super::modelling::new(), super::modelling::model(capture())])
+        .subcommands([merge(), export()])
         .subcommand(
             Command::new("info")
                 .about("Show what a capture holds and what is odd about it")

@@ -1,17 +1,24 @@
 //! `lobelia info CAPTURE`.
 
+use std::path::Path;
+
 use clap::ArgMatches;
 use glam::Vec3;
 
 use crate::cli::print::{note_line, say, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
+use crate::io::{Error, capture, model};
 use crate::math::rgb::Rgb;
 use crate::scene::{Capture, Emitter, KnownLight, MaterialKind, Role};
 use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let path = arguments::required_path(matches, "capture");
+    if let Some(begun) = begun(&path)? {
+        begun.iter().for_each(|line| say_line!("{line}"));
+        return Ok(());
+    }
     job::catch_interrupts()?;
     let mut worker = Worker::start(|| ())?;
     let mut display = Display::new(true);
@@ -20,6 +27,40 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         print(&capture);
     }
     Ok(())
+}
+
+/// What a capture without a mesh, or without a camera, has and what is still to do; `None` for one
+/// that can be loaded.
+fn begun(folder: &Path) -> Result<Option<Vec<String>>, Error> {
+    let cameras = folder.join("transforms.json");
+    if !cameras.is_file() {
+        return Ok(None);
+    }
+    let has_mesh = !matches!(capture::find_geometry(folder), Err(Error::Missing(_)));
+    let (count, unplaced) = model::unplaced(&cameras)?;
+    if has_mesh && unplaced.len() < count {
+        return Ok(None);
+    }
+    let mut lines = vec![capture::name(folder), format!("photographs: {count}")];
+    if !unplaced.is_empty() {
+        lines.push(format!("without a camera: {}", unplaced.join(", ")));
+    }
+    lines.push(if has_mesh { "geometry: there" } else { "geometry: none" }.to_owned());
+    let strokes = folder.join(model::NAME);
+    if strokes.is_file() {
+        let model = model::read(&strokes)?;
+        let (things, strokes) = (model.things.len(), model.strokes.len());
+        lines.push(format!("{}: {things} things, {strokes} strokes", model::NAME));
+        lines.push(format!("to do: lobelia model {}", folder.display()));
+    } else {
+        lines.push(format!(
+            "to do: draw on the photographs ({}), then lobelia model {}; or bring the mesh as \
+             scene.obj and the cameras as transforms.json (lobelia import)",
+            model::NAME,
+            folder.display()
+        ));
+    }
+    Ok(Some(lines))
 }
 
 fn print(capture: &Capture) {

@@ -6,6 +6,9 @@ mod import;
 mod info;
 mod job;
 mod merge;
+mod model;
+mod modelling;
+mod new;
 mod print;
 mod progress;
 mod reconstruct;
@@ -53,6 +56,8 @@ pub fn main() -> ExitCode {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),
+        Some(("new", matches)) => new::run(matches),
+        Some(("model", matches)) => model::run(matches),
         Some(("export", matches)) => export::run(matches),
         Some(("import", matches)) => import::run(matches),
         Some(("info", matches)) => info::run(matches),

@@ -138,6 +138,14 @@ pub(super) fn interpret(
     }
     if frames.is_empty() {
         let problems = &reader.problems;
+        if problems.unplaced.len() == items.len() {
+            return Err(Error::Missing(Fault::new(
+                file,
+                "frames",
+                "no photograph has a camera yet",
+                "Draw on the photographs, and place their cameras with lobelia model",
+            )));
+        }
         let places = problems.missing.iter().chain(&problems.outside).chain(&problems.sizeless);
         let first = places.map(String::as_str).next().unwrap_or("");
         return Err(Error::Missing(Fault::new(

@@ -21,6 +21,7 @@ pub(super) struct Problems {
     pub(super) missing_exposures: Vec<String>,
     pub(super) outside: Vec<String>,
     pub(super) sizeless: Vec<String>,
+    pub(super) unplaced: Vec<String>,
     pub(super) scaled: Vec<String>,
     pub(super) sheared: Vec<String>,
     pub(super) lens_unnamed: Vec<String>,
@@ -50,6 +51,10 @@ impl Problems {
              is skipped. Copy it into the folder, and name it relative to this file.",
         );
         warn(&self.sizeless, "neither image nor image size is there, so the frame is skipped.");
+        warn(
+            &self.unplaced,
+            "the photograph has no camera yet, so it is left out. Place it with lobelia model.",
+        );
         warn(&self.scaled, "the rotation is scaled; the scale is taken out, the position kept.");
         warn(&self.sheared, "the matrix is not quite a rotation; the nearest one is used.");
         warn(
@@ -96,6 +101,11 @@ impl Reader<'_> {
         let name = named.text()?.to_owned();
         // From here on complaints name the image as well.
         let place = format!("{} ({name})", item.path);
+        let is_placed = item.get("placed").map_or(Ok(true), |field| field.truth())?;
+        if !is_placed {
+            self.problems.unplaced.push(place);
+            return Ok(None);
+        }
         let item = &Field { path: place.clone(), ..item.clone() };
         let brackets = self.brackets(&place, &series)?;
         let image =

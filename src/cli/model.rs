@@ -1,0 +1,111 @@
+//! `lobelia model CAPTURE`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::ArgMatches;
+
+use crate::cli::print::{note_line, say, say_line};
+use crate::cli::{Ending, arguments};
+use crate::io::model as files;
+use crate::io::{Error, Fault};
+use crate::model::{AdjustOptions, Estimate, Model, ModelError, Solution, Stroke, solve};
+
+pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
+    let capture = arguments::required_path(matches, "capture");
+    let out = matches.get_one::<PathBuf>("out").cloned();
+    let mesh = out.unwrap_or_else(|| capture.join("scene.obj"));
+    let is_glb = match mesh.extension().map(|own| own.to_ascii_lowercase()) {
+        Some(own) if own == "obj" => false,
+        Some(own) if own == "glb" => true,
+        _ => {
+            let problem = format!("{}: --out must end in .obj or .glb", mesh.display());
+            return Err(anyhow!(problem).into());
+        }
+    };
+    let file = capture.join(files::NAME);
+    if !file.exists() {
+        return Err(Error::Missing(Fault::new(
+            &file,
+            "",
+            "there is nothing to place cameras by",
+            "Write what is drawn on the photographs into this file; the guide describes it",
+        ))
+        .into());
+    }
+    let model = files::read(&file)?;
+    let solution =
+        solve(&model, &AdjustOptions::default()).map_err(|error| fault(&file, &error))?;
+    print(&model, &solution);
+    for problem in &solution.unplaced {
+        note_line!("warning: {}", fault(&file, problem));
+    }
+    if let Some(first) = solution.problems.first() {
+        for other in &solution.problems[1..] {
+            note_line!("error: {}", fault(&file, other));
+        }
+        note_line!("nothing is written");
+        return Err(fault(&file, first).into());
+    }
+    if !solution.faces.is_empty() {
+        if is_glb {
+            files::write_glb(&mesh, &crate::io::capture::name(&capture), &solution.faces)?;
+        } else {
+            files::write_obj(&mesh, &solution.faces)?;
+        }
+        say_line!("written: {}", mesh.display());
+    }
+    let cameras = capture.join("transforms.json");
+    files::write_cameras(&cameras, &model, &solution)?;
+    say_line!("written: {}", cameras.display());
+    Ok(())
+}
+
+fn fault(file: &Path, error: &ModelError) -> Error {
+    Error::Invalid(Fault::new(file, &*error.place, &*error.problem, &*error.remedy))
+}
+
+fn print(model: &Model, solution: &Solution) {
+    for own in &solution.photographs {
+        let name = &model.photographs[own.photograph].name;
+        say!("{name}  {} strokes, {:.2} px", own.strokes, own.rms_px);
+        if let (Some(direction), Some(position)) = (own.direction_sd, own.position_sd_m) {
+            say!(", direction ± {:.2}°, position ± {position:.3} m", direction.to_degrees());
+        }
+        say_line!();
+        for stroke in &solution.strokes {
+            if model.strokes[stroke.stroke].photograph() == Some(own.photograph) {
+                say_line!("  {:7.2} px  {}", stroke.residual, model.stroke_name(stroke.stroke));
+            }
+        }
+    }
+    for stroke in &solution.strokes {
+        if let Stroke::Position { sd_m, .. } | Stroke::Length { sd_m, .. } =
+            model.strokes[stroke.stroke]
+        {
+            let off = stroke.residual * sd_m;
+            say_line!("  {off:7.4} m   {}", model.stroke_name(stroke.stroke));
+        }
+    }
+    for own in &solution.lenses {
+        say_line!("lens {}: {}", model.lenses[own.lens].id, numbers(&own.numbers, 2));
+    }
+    for own in &solution.things {
+        let thing = &model.things[own.thing];
+        say_line!("{} {}: {}", thing.shape.name(), thing.id, numbers(&own.numbers, 4));
+    }
+    if let Some(worst) = solution.worst() {
+        say_line!("off by most: {}", model.stroke_name(worst.stroke));
+    }
+    for note in &solution.notes {
+        note_line!("warning: {note}");
+    }
+}
+
+fn numbers(list: &[Estimate], digits: usize) -> String {
+    let number = |own: &Estimate| match own.sd {
+        Some(sd) => format!("{} {:.digits$} ± {sd:.digits$}", own.name, own.value),
+        None => format!("{} {:.digits$}", own.name, own.value),
+    };
+    list.iter().map(number).collect::<Vec<_>>().join(", ")
+}

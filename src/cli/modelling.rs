@@ -1,0 +1,45 @@
+//! The arguments of `new` and `model`.
+
+use std::path::PathBuf;
+
+use clap::{Arg, Command, value_parser};
+
+pub(super) fn new() -> Command {
+    Command::new("new")
+        .about("Make a capture of photographs alone, without cameras or a mesh")
+        .arg(
+            Arg::new("folder")
+                .value_name("DIR")
+                .help("Folder for the capture; must be new or empty")
+                .required(true)
+                .value_parser(value_parser!(PathBuf)),
+        )
+        .arg(
+            Arg::new("images")
+                .long("images")
+                .value_name("FILES")
+                .help("The photographs: OpenEXR, Radiance, JPEG, PNG, TIFF or RAW")
+                .required(true)
+                .num_args(1..)
+                .value_parser(value_parser!(PathBuf)),
+        )
+}
+
+pub(super) fn model(capture: Arg) -> Command {
+    Command::new("model")
+        .about("Place cameras and things by what is drawn on the photographs (model.json)")
+        .long_about(
+            "Place cameras and things by what is drawn on the photographs, which CAPTURE/model.json \
+             holds: lines along the axes, corners of boxes and rooms, points, known lengths. Prints \
+             how far each stroke is off and how well each number is known, and writes \
+             transforms.json and the mesh where the strokes determine them.",
+        )
+        .arg(capture.help("Folder with model.json and the photographs"))
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("FILE")
+                .help("Mesh to write, .obj or .glb [default: CAPTURE/scene.obj]")
+                .value_parser(value_parser!(PathBuf)),
+        )
+}

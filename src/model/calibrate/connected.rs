@@ -1,0 +1,83 @@
+//! What can be placed together: photographs with a known rotation and what they show.
+
+use glam::DMat3;
+
+use super::linear::Seen;
+use crate::model::{Model, Place, Stroke};
+
+/// What hangs together by picks and edges with the first known position, or else with the
+/// first photograph.
+pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
+    let mut seen = Seen {
+        photographs: vec![false; model.photographs.len()],
+        things: vec![false; model.things.len()],
+        points: vec![false; model.points.len()],
+    };
+    let reach = |seen: &mut Seen, place: Place| -> bool {
+        let flag = match place {
+            Place::Corner { thing, .. } => &mut seen.things[thing],
+            Place::Point(point) => &mut seen.points[point],
+        };
+        !std::mem::replace(flag, true)
+    };
+    let has = |seen: &Seen, place: Place| match place {
+        Place::Corner { thing, .. } => seen.things[thing],
+        Place::Point(point) => seen.points[point],
+    };
+    let is_shown = |place: &Place| {
+        model.strokes.iter().any(|stroke| {
+            let is_same = |own: &Place| match (own, place) {
+                (Place::Corner { thing: a, .. }, Place::Corner { thing: b, .. }) => a == b,
+                _ => own == place,
+            };
+            stroke.photograph().is_some_and(|index| rotations[index].is_some())
+                && stroke.places().iter().any(is_same)
+        })
+    };
+    let mut known = model.strokes.iter().filter_map(|stroke| match stroke {
+        Stroke::Position { at, .. } => Some(*at),
+        _ => None,
+    });
+    match known.find(is_shown) {
+        Some(first) => {
+            reach(&mut seen, first);
+        }
+        None => {
+            if let Some(first) = rotations.iter().position(Option::is_some) {
+                seen.photographs[first] = true;
+            }
+        }
+    }
+    let mut grows = true;
+    while grows {
+        grows = false;
+        for stroke in &model.strokes {
+            let Some(photograph) = stroke.photograph() else { continue };
+            if rotations[photograph].is_none() {
+                continue;
+            }
+            for &place in stroke.places() {
+                if has(&seen, place) && !seen.photographs[photograph] {
+                    seen.photographs[photograph] = true;
+                    grows = true;
+                }
+                if seen.photographs[photograph] && is_told(model, rotations, place) {
+                    grows |= reach(&mut seen, place);
+                }
+            }
+        }
+    }
+    seen
+}
+
+/// A corner belongs to a thing; a point alone needs rays of two photographs, or a position.
+fn is_told(model: &Model, rotations: &[Option<DMat3>], place: Place) -> bool {
+    let Place::Point(_) = place else { return true };
+    let strokes = || model.strokes.iter().filter(|own| own.places().contains(&place));
+    let mut shown: Vec<usize> = strokes()
+        .filter_map(Stroke::photograph)
+        .filter(|&index| rotations[index].is_some())
+        .collect();
+    shown.dedup();
+    shown.len() > 1 || strokes().any(|own| matches!(own, Stroke::Position { .. }))
+}

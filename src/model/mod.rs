@@ -1,0 +1,144 @@
+//! Cameras and a partial model from photographs alone: what a person draws on photographs
+//! ([`Stroke`]) places the cameras and the things ([`Thing`]) that were drawn.
+//!
+//! ```text
+//! Model                   lenses, photographs, things, points, strokes
+//!   -> calibrate::start   closed forms: vanishing points, linear places, resection
+//!   -> adjust             one bundle adjustment of everything, with a robust loss
+//!   -> determined         standard errors, and what the strokes leave open, in words
+//!   -> Solution           cameras, corners, faces, the residual of every stroke
+//! ```
+//!
+//! The world is in metres, z up, the floor at z = 0. No files, and nothing of a window.
+
+pub mod adjust;
+pub mod calibrate;
+mod check;
+mod conventions;
+pub mod determined;
+pub mod jet;
+mod report;
+pub mod residuals;
+mod solve;
+pub mod strokes;
+pub mod things;
+pub mod unknowns;
+pub mod view;
+
+use glam::DVec2;
+
+pub use adjust::{AdjustOptions, Stopped};
+pub use report::{Estimate, LensReport, PhotographReport, StrokeReport, ThingReport};
+pub use solve::{Solution, solve};
+pub use strokes::{Axis, Place, Stroke};
+pub use things::{Opening, Shape, Side, Support, Surfaces, Thing};
+pub use view::{Optic, Pose};
+
+/// Photographs, things that are to be placed, and the strokes that place them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    pub lenses: Vec<Lens>,
+    pub photographs: Vec<Photograph>,
+    pub things: Vec<Thing>,
+    pub points: Vec<Point>,
+    pub strokes: Vec<Stroke>,
+}
+
+/// A lens with its sensor, of one photograph or of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lens {
+    pub id: String,
+    /// In pixels; `None` where only the strokes can tell.
+    pub focal_px: Option<f64>,
+    /// In pixels from the image's top left corner; `None` is the middle of the image.
+    pub principal_px: Option<DVec2>,
+    /// OpenCV's k1 and k2.
+    pub radial: DVec2,
+    pub fit: Fit,
+}
+
+/// Which numbers of a lens are adjusted; others are held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fit {
+    pub focal: bool,
+    pub principal: bool,
+    pub k1: bool,
+    pub k2: bool,
+}
+
+/// A photograph, by what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photograph {
+    /// `file_path` in the camera file.
+    pub name: String,
+    /// Index into `Model::lenses`.
+    pub lens: usize,
+    /// Width and height in pixels.
+    pub size: (usize, usize),
+}
+
+/// A point that belongs to no thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    pub id: String,
+}
+
+/// What is wrong with a model, in words: a clause that names what is meant, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{problem}. {remedy}.")]
+pub struct ModelError {
+    /// The place in the model, as its file names it: `strokes[3]`, `things[1] (box1)`. Empty where
+    /// the whole is meant.
+    pub place: String,
+    /// Without a full stop.
+    pub problem: String,
+    /// Without a full stop.
+    pub remedy: String,
+}
+
+impl Default for Fit {
+    /// The focal length alone.
+    fn default() -> Self {
+        Self { focal: true, principal: false, k1: false, k2: false }
+    }
+}
+
+impl ModelError {
+    fn new(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { place: place.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
+impl Model {
+    /// What a place is called: `box1.top2`, or the id of a point.
+    pub fn place_name(&self, place: Place) -> String {
+        match place {
+            Place::Corner { thing, corner } => {
+                let names = things::corner_names(&self.things[thing]);
+                format!("{}.{}", self.things[thing].id, names[corner])
+            }
+            Place::Point(index) => self.points[index].id.clone(),
+        }
+    }
+
+    /// What a stroke is called in messages: where it stands and what it says.
+    pub fn stroke_name(&self, index: usize) -> String {
+        let stroke = &self.strokes[index];
+        let what: Vec<String> = match stroke {
+            Stroke::Line { axis, .. } => vec![format!("along {}", axis.name())],
+            Stroke::Rim { thing, top, .. } => {
+                let circle = if *top { "top" } else { "bottom" };
+                vec![format!("{}.{circle}", self.things[*thing].id)]
+            }
+            _ => stroke.places().iter().map(|&place| self.place_name(place)).collect(),
+        };
+        let photograph = stroke
+            .photograph()
+            .map_or(String::new(), |index| format!(" in {}", self.photographs[index].name));
+        format!("strokes[{index}] ({} {}{photograph})", stroke.name(), what.join(" to "))
+    }
+}

@@ -1,0 +1,141 @@
+//! What a solve tells: how far each stroke is off, and how well everything is known.
+
+use glam::DVec3;
+
+use super::adjust::Adjusted;
+use super::determined::Certainty;
+use super::unknowns::{Owner, State};
+use super::{Model, Stroke, things};
+
+/// A number with its standard error; `None` where it was held, or nothing tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    pub name: String,
+    /// Pixels, metres or radians.
+    pub value: f64,
+    pub sd: Option<f64>,
+}
+
+/// How far a stroke is from what everything together says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StrokeReport {
+    /// Index into `Model::strokes`.
+    pub stroke: usize,
+    /// Root mean square of its residuals: pixels, or standard deviations of what was typed.
+    pub residual: f64,
+}
+
+/// A lens as it was adjusted: `focal_px`, `cx`, `cy`, `k1`, `k2`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LensReport {
+    pub lens: usize,
+    pub numbers: Vec<Estimate>,
+}
+
+/// A placed photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhotographReport {
+    pub photograph: usize,
+    /// Strokes drawn on it, and the root mean square of their residuals in pixels.
+    pub strokes: usize,
+    pub rms_px: f64,
+    /// Standard errors of direction (radians) and position (metres), the three axes together;
+    /// `None` where the strokes leave something open.
+    pub direction_sd: Option<f64>,
+    pub position_sd_m: Option<f64>,
+}
+
+/// A placed thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThingReport {
+    pub thing: usize,
+    pub numbers: Vec<Estimate>,
+}
+
+/// The report of each stroke that takes part, in the strokes' order.
+pub(super) fn strokes(adjusted: &Adjusted) -> Vec<StrokeReport> {
+    let chunks = adjusted.rows.chunk_by(|a, b| a.stroke == b.stroke);
+    let report = |rows: &[super::residuals::Row]| {
+        let squares: f64 = rows.iter().map(|row| row.value * row.value).sum();
+        let residual = (squares / rows.len() as f64).sqrt();
+        StrokeReport { stroke: rows[0].stroke, residual }
+    };
+    chunks.map(report).collect()
+}
+
+pub(super) fn lenses(
+    model: &Model,
+    adjusted: &Adjusted,
+    certainty: Option<&Certainty>,
+) -> Vec<LensReport> {
+    let report = |lens: usize| {
+        let own = adjusted.state.lenses[lens];
+        let values =
+            [own.focal_px, own.principal_px.x, own.principal_px.y, own.radial.x, own.radial.y];
+        let names = ["focal_px", "cx", "cy", "k1", "k2"];
+        let columns = adjusted.unknowns.lens(lens);
+        let number = |k: usize| Estimate {
+            name: names[k].to_owned(),
+            value: values[k],
+            sd: certainty
+                .zip(columns[k])
+                .map(|(certainty, column)| certainty.standard_error(column)),
+        };
+        LensReport { lens, numbers: (0..5).map(number).collect() }
+    };
+    (0..model.lenses.len()).map(report).collect()
+}
+
+pub(super) fn photographs(
+    model: &Model,
+    adjusted: &Adjusted,
+    strokes: &[StrokeReport],
+    certainty: Option<&Certainty>,
+) -> Vec<PhotographReport> {
+    let report = |(photograph, first): (usize, usize)| {
+        let own: Vec<f64> = strokes
+            .iter()
+            .filter(|own| {
+                model.strokes.get(own.stroke).and_then(Stroke::photograph) == Some(photograph)
+            })
+            .map(|own| own.residual * own.residual)
+            .collect();
+        let together = |from: usize| {
+            let sd = |k| certainty.map_or(0.0, |certainty| certainty.standard_error(from + k));
+            certainty.map(|_| DVec3::new(sd(0), sd(1), sd(2)).length())
+        };
+        PhotographReport {
+            photograph,
+            strokes: own.len(),
+            rms_px: (own.iter().sum::<f64>() / own.len().max(1) as f64).sqrt(),
+            direction_sd: together(first),
+            position_sd_m: together(first + 3),
+        }
+    };
+    let placed = (0..model.photographs.len())
+        .filter_map(|index| Some((index, adjusted.unknowns.pose(index)?)));
+    placed.map(report).collect()
+}
+
+pub(super) fn things(
+    model: &Model,
+    adjusted: &Adjusted,
+    certainty: Option<&Certainty>,
+) -> Vec<ThingReport> {
+    let state: &State = &adjusted.state;
+    let report = |thing: usize| {
+        let values = state.things[thing].as_ref()?;
+        let names = things::parameters(&model.things[thing]);
+        let column = |part: usize| {
+            let list = &adjusted.unknowns.list;
+            list.iter().position(|own| own.owner == Owner::Thing(thing) && own.part == part)
+        };
+        let number = |(part, parameter): (usize, things::Parameter)| Estimate {
+            name: parameter.name,
+            value: values[part],
+            sd: certainty.zip(column(part)).map(|(certainty, at)| certainty.standard_error(at)),
+        };
+        Some(ThingReport { thing, numbers: names.into_iter().enumerate().map(number).collect() })
+    };
+    (0..model.things.len()).filter_map(report).collect()
+}

@@ -1,0 +1,212 @@
+//! From strokes to cameras and faces: start values, adjustment, certainty, and whether the result
+//! can be used.
+
+use glam::DVec3;
+
+use super::adjust::{self, AdjustOptions, Adjusted, Stopped};
+use super::determined::{self, Certainty};
+use super::things::{self, Face, Kind};
+use super::unknowns::State;
+use super::{
+    LensReport, Model, ModelError, PhotographReport, Shape, Stroke, StrokeReport, Support,
+    ThingReport, calibrate, check, conventions, report,
+};
+use crate::scene::Camera;
+
+/// Strokes that are off by more than this part of the image's diagonal contradict others; where
+/// more than [`CONTRADICTED`] of all do, nothing can be believed.
+const CONTRADICTORY: f64 = 0.01;
+const CONTRADICTED: f64 = 0.25;
+/// A stroke that is off by more than this many times what strokes are off by is named.
+const OUTLYING: f64 = 5.0;
+
+/// What the strokes of a model say.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// The adjusted numbers.
+    pub state: State,
+    /// By photograph; `None` where it could not be placed.
+    pub cameras: Vec<Option<Camera>>,
+    /// The corners of each placed thing in metres; of others none.
+    pub corners: Vec<Vec<DVec3>>,
+    /// The faces of all placed things.
+    pub faces: Vec<Face>,
+    pub strokes: Vec<StrokeReport>,
+    pub lenses: Vec<LensReport>,
+    pub photographs: Vec<PhotographReport>,
+    pub things: Vec<ThingReport>,
+    /// What strokes are off by: a standard deviation in pixels. `None` where something is open.
+    pub stroke_px: Option<f64>,
+    pub steps: usize,
+    pub stopped: Stopped,
+    /// What was chosen, and which strokes disagree with the others.
+    pub notes: Vec<String>,
+    /// What was left out because too little is known of it.
+    pub unplaced: Vec<ModelError>,
+    /// Why cameras and things cannot be used as they are; empty where they can.
+    pub problems: Vec<ModelError>,
+}
+
+impl Solution {
+    /// Whether nothing stands against using the cameras and the mesh.
+    pub fn is_usable(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// The stroke that disagrees most with everything else, by its residual.
+    pub fn worst(&self) -> Option<&StrokeReport> {
+        self.strokes.iter().max_by(|a, b| a.residual.total_cmp(&b.residual))
+    }
+}
+
+/// Places cameras and things by the strokes. An error where the model contradicts itself, or
+/// nothing can be placed; what makes a result useless stands in [`Solution::problems`].
+pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelError> {
+    check::check(model)?;
+    let (completed, mut notes) = conventions::completed(model);
+    let start = calibrate::start(&completed)?;
+    let adjusted = adjust::adjust(&completed, &start.state, options)?;
+    let mut problems = inside_out(model, &adjusted.state);
+    let certainty = match determined::certainty(&completed, &adjusted, options.loss_px) {
+        Ok(certainty) => {
+            problems.extend(determined::vague(&completed, &adjusted, &certainty));
+            Some(certainty)
+        }
+        Err(open) => {
+            problems.push(open);
+            None
+        }
+    };
+    if adjusted.stopped == Stopped::MaxSteps && problems.is_empty() {
+        problems.push(ModelError::new(
+            "",
+            format!("the adjustment has not settled after {} steps", adjusted.steps),
+            "Check the strokes that are off by most",
+        ));
+    }
+    let strokes = report::strokes(&adjusted);
+    problems.extend(contradictions(&completed, &strokes));
+    let sd = certainty.as_ref().map_or(1.0, |certainty: &Certainty| certainty.stroke_px.max(1.0));
+    for own in strokes.iter().filter(|own| own.residual > OUTLYING * sd) {
+        notes.push(outlier(&completed, own));
+    }
+    let known = certainty.as_ref();
+    let Adjusted { state, steps, stopped, .. } = &adjusted;
+    let corners = state.corners(&completed);
+    Ok(Solution {
+        cameras: (0..model.photographs.len())
+            .map(|index| {
+                let (pose, lens) = state.camera(model, index)?;
+                Some(pose.camera(&lens, model.photographs[index].size))
+            })
+            .collect(),
+        faces: faces(&completed, state, &corners),
+        lenses: report::lenses(&completed, &adjusted, known),
+        photographs: report::photographs(&completed, &adjusted, &strokes, known),
+        things: report::things(&completed, &adjusted, known),
+        strokes: strokes.into_iter().filter(|own| own.stroke < model.strokes.len()).collect(),
+        stroke_px: known.map(|certainty| certainty.stroke_px),
+        steps: *steps,
+        stopped: *stopped,
+        state: state.clone(),
+        corners,
+        notes,
+        unplaced: start.unplaced,
+        problems,
+    })
+}
+
+fn faces(model: &Model, state: &State, corners: &[Vec<DVec3>]) -> Vec<Face> {
+    let values = state.constants();
+    let placed = (0..model.things.len()).filter(|&index| state.things[index].is_some());
+    placed
+        .flat_map(|index| {
+            let rims = things::rims(&model.things, index, &values);
+            let circles = rims.map(|(circles, radius)| {
+                (circles.each_ref().map(super::jet::position), radius.value)
+            });
+            things::faces(&model.things[index], &corners[index], circles)
+        })
+        .collect()
+}
+
+/// Things whose sizes came out negative, or whose outlines run the wrong way.
+fn inside_out(model: &Model, state: &State) -> Vec<ModelError> {
+    let mut problems = Vec::new();
+    let corners = state.corners(model);
+    for (index, thing) in model.things.iter().enumerate() {
+        let Some(values) = &state.things[index] else { continue };
+        let place = format!("things[{index}] ({})", thing.id);
+        let sizes = ["width", "depth", "height", "radius"];
+        let negative = things::parameters(thing).into_iter().zip(values).find(|(own, value)| {
+            let is_size = sizes.iter().any(|size| own.name.ends_with(size));
+            own.kind == Kind::Length && is_size && **value <= 0.0
+        });
+        if let Some((own, value)) = negative {
+            problems.push(ModelError::new(
+                place,
+                format!("it is turned inside out: its {} is {value:.3} m", own.name),
+                "Check which of its corners were picked: bottom below top, and outlines \
+                 counter-clockwise seen from above",
+            ));
+            continue;
+        }
+        let count = match thing.shape {
+            Shape::Room { corners, .. } | Shape::Prism { corners } => corners,
+            Shape::Polygon { corners } if thing.on != Support::Free => corners,
+            _ => continue,
+        };
+        let normal = things::normal(&corners[index][..count]);
+        let seen_from = match thing.on {
+            Support::Side(_) => continue,
+            _ => DVec3::Z,
+        };
+        if normal.dot(seen_from) <= 0.0 {
+            problems.push(ModelError::new(
+                place,
+                "it is turned inside out: its outline runs clockwise seen from above",
+                "Number its corners counter-clockwise",
+            ));
+        }
+    }
+    problems
+}
+
+fn contradictions(model: &Model, strokes: &[StrokeReport]) -> Option<ModelError> {
+    let limit = |own: &StrokeReport| {
+        let photograph = model.strokes[own.stroke].photograph()?;
+        let (width, height) = model.photographs[photograph].size;
+        Some(CONTRADICTORY * (width as f64).hypot(height as f64))
+    };
+    let drawn: Vec<(&StrokeReport, f64)> =
+        strokes.iter().filter_map(|own| Some((own, limit(own)?))).collect();
+    let wrong = drawn.iter().filter(|(own, limit)| own.residual > *limit).count();
+    if (wrong as f64) <= CONTRADICTED * drawn.len() as f64 {
+        return None;
+    }
+    let worst = drawn.iter().map(|own| own.0).max_by(|a, b| a.residual.total_cmp(&b.residual))?;
+    Some(ModelError::new(
+        format!("strokes[{}]", worst.stroke),
+        format!(
+            "the strokes contradict each other: {wrong} of {} are off by more than 1 % of the \
+             image; most is {}, by {:.1} px",
+            drawn.len(),
+            model.stroke_name(worst.stroke),
+            worst.residual
+        ),
+        "Check that stroke: the corner and the photograph that it names",
+    ))
+}
+
+fn outlier(model: &Model, own: &StrokeReport) -> String {
+    let name = model.stroke_name(own.stroke);
+    match model.strokes[own.stroke] {
+        Stroke::Position { sd_m, .. } | Stroke::Length { sd_m, .. } => format!(
+            "{name} disagrees with the photographs: it is off by {:.3} m.",
+            own.residual * sd_m
+        ),
+        _ => {
+            format!("{name} disagrees with the other strokes: it is off by {:.1} px.", own.residual)
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Cameras and things from strokes: against SciPy, OpenCV, known scenes, and degenerate cases.
+
+mod scenes; // strokes with one pixel of error on captures of known answer
+
+use std::path::{Path, PathBuf};
+
+use lobelia::model::{AdjustOptions, Model, Solution, solve};
+use serde_json::Value;
+
+/// A file of tests/golden/model.
+fn golden(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/model").join(name)
+}
+
+fn read(name: &str) -> Model {
+    lobelia::io::model::read(&golden(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn json(name: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(golden(name)).unwrap()).unwrap()
+}
+
+#[track_caller]
+fn solved(model: &Model) -> Solution {
+    let solution = solve(model, &AdjustOptions::default());
+    let solution = solution.unwrap_or_else(|error| panic!("{}: {error}", error.place));
+    assert_eq!(solution.problems, [], "{:?}", solution.notes);
+    solution
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}

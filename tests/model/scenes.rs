@@ -1,0 +1,89 @@
+//! Scenes of known answer. `LOBELIA_STROKES` names a folder with strokes of another seed.
+
+use glam::{DMat3, DVec3};
+use lobelia::model::{Model, Place, Solution};
+
+use crate::{golden, json, numbers, solved};
+
+/// How far a solution is from the truth.
+#[derive(Debug, Default)]
+struct Errors {
+    /// Of cameras: degrees, and position as a part of the distance from the scene's middle.
+    turn_deg: f64,
+    position: f64,
+    focal: f64,
+    /// Of corners, as a part of the scene's size.
+    corner: f64,
+}
+
+fn errors(model: &Model, solution: &Solution, truth: &serde_json::Value) -> Errors {
+    let mut errors = Errors::default();
+    let known = truth["corners"].as_object().unwrap();
+    let places: Vec<DVec3> =
+        known.values().map(|value| DVec3::from_slice(&numbers(value))).collect();
+    let middle = places.iter().sum::<DVec3>() / places.len() as f64;
+    for (own, camera) in truth["cameras"].as_array().unwrap().iter().zip(&solution.cameras) {
+        let camera = camera.expect("every photograph is placed");
+        let rows: Vec<Vec<f64>> = own["rotation"].as_array().unwrap().iter().map(numbers).collect();
+        let rotation = DMat3::from_cols_slice(&rows.concat()).transpose();
+        let turn = rotation.transpose() * camera.world_from_camera;
+        let cosine = 0.5 * (turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0);
+        errors.turn_deg = errors.turn_deg.max(cosine.clamp(-1.0, 1.0).acos().to_degrees());
+        let position = DVec3::from_slice(&numbers(&own["position"]));
+        let off = camera.position.distance(position) / position.distance(middle);
+        errors.position = errors.position.max(off);
+        let focal = own["focal_px"].as_f64().unwrap();
+        errors.focal = errors.focal.max((camera.focal_px.x / focal - 1.0).abs());
+    }
+    let size = truth["size_m"].as_f64().unwrap();
+    for (thing, corners) in solution.corners.iter().enumerate() {
+        for (corner, place) in corners.iter().enumerate() {
+            let name = model.place_name(Place::Corner { thing, corner });
+            let own = DVec3::from_slice(&numbers(&known[&name]));
+            errors.corner = errors.corner.max(place.distance(own) / size);
+        }
+    }
+    errors
+}
+
+fn scene(name: &str) -> Errors {
+    let folder = std::env::var_os("LOBELIA_STROKES").map(std::path::PathBuf::from);
+    let file = |file: String| match &folder {
+        Some(folder) => folder.join(file),
+        None => golden(&file),
+    };
+    let model = lobelia::io::model::read(&file(format!("{name}.json"))).unwrap();
+    let solution = solved(&model);
+    let errors = errors(&model, &solution, &json(&format!("{name}.truth.json")));
+    println!("{name}: {errors:?}, stroke {:?} px, {} steps", solution.stroke_px, solution.steps);
+    errors
+}
+
+/// The bounds are those of the task: 0.15°, 0.5 % of the camera's distance and of the scene's size.
+fn is_placed(name: &str) {
+    let errors = scene(name);
+    assert!(errors.turn_deg < 0.15, "{errors:?}");
+    assert!(errors.position < 0.005, "{errors:?}");
+    assert!(errors.corner < 0.005, "{errors:?}");
+}
+
+#[test]
+fn a_corner_of_a_room_from_six_photographs() {
+    is_placed("corner-diffuse");
+}
+
+#[test]
+fn a_corner_in_coloured_light_from_six_photographs() {
+    is_placed("coloured-light");
+}
+
+#[test]
+fn boxes_on_a_floor_from_three_photographs() {
+    is_placed("boxes-artificial");
+}
+
+#[test]
+fn one_photograph_of_boxes_tells_focal_length_and_rotation() {
+    let errors = scene("boxes-one");
+    assert!(errors.focal < 0.015 && errors.turn_deg < 0.4, "{errors:?}");
+}
