@@ -9,6 +9,7 @@ mod import; // captures of other programs' cameras and meshes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
 mod merge; // exposures merged: EXIF, grouping, times, refusals
+mod modelling; // captures begun with photographs alone: new, model
 mod options; // flags, options files, help
 mod render; // pictures of a recovered scene
 mod score; // `score` against the truth

@@ -1,5 +1,9 @@
 //! Cameras and things from strokes: against SciPy, OpenCV, known scenes, and degenerate cases.
 
+mod degenerate; // cases without an answer
+mod files; // model.json written, read, damaged
+mod opencv; // projections against OpenCV
+mod scipy; // the adjustment against SciPy's least_squares
 mod scenes; // strokes with one pixel of error on captures of known answer
 
 use std::path::{Path, PathBuf};

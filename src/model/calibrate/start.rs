@@ -180,15 +180,27 @@ impl<'a> Search<'a> {
             }
             let drawn = self.drawn(photograph);
             for thing in self.boxes() {
-                let Some(yaw) = self.yaw(thing) else { continue };
                 let points = self.vanishing(&drawn.of_box(thing), photograph);
                 if points.iter().flatten().count() < 2 {
                     continue;
                 }
-                if let Ok(rotation) = vanishing::rotation(&points, focal_px) {
-                    self.rotations[photograph] = Some(DMat3::from_rotation_z(yaw) * rotation);
-                    found = true;
-                    break;
+                match (self.yaw(thing), vanishing::rotation(&points, focal_px)) {
+                    (Some(yaw), Ok(rotation)) => {
+                        self.rotations[photograph] = Some(DMat3::from_rotation_z(yaw) * rotation);
+                        found = true;
+                        break;
+                    }
+                    (_, Err(vanishing::NoRotation::Mirrored)) => {
+                        self.reasons[photograph] = Some(ModelError::new(
+                            format!("things[{thing}] ({})", self.model.things[thing].id),
+                            format!(
+                                "{} shows it turned inside out",
+                                self.model.photographs[photograph].name
+                            ),
+                            "Number its corners counter-clockwise seen from above, bottom below top",
+                        ));
+                    }
+                    _ => {}
                 }
             }
         }

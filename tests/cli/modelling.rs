@@ -1,0 +1,127 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lobelia::io::exr;
+
+use crate::{Run, files_below, json, lobelia};
+
+fn golden(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/model").join(name)
+}
+
+/// A new capture of the photographs of the boxes, which are grey here.
+fn begun(folder: &Path) -> PathBuf {
+    let photos = folder.join("my photos");
+    let names = ["000.exr", "001.exr", "002.exr"].map(|name| photos.join(name));
+    for file in &names {
+        exr::write_rgb(file, 640, 480, &vec![[0.5; 3]; 640 * 480]).unwrap();
+    }
+    let capture = folder.join("capture");
+    let run = Run::of(lobelia().arg("new").arg(&capture).arg("--images").args(&names)).succeeds();
+    assert!(run.out.contains("images/001.exr  640×480  focal length unknown"), "{}", run.out);
+    capture
+}
+
+/// The strokes of three photographs; two of them are PNG there.
+fn strokes() -> String {
+    fs::read_to_string(golden("boxes-artificial.json")).unwrap().replace(".png", ".exr")
+}
+
+#[test]
+fn photographs_alone_become_a_capture_with_cameras_and_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = begun(folder.path());
+    let files = files_below(&capture);
+    assert_eq!(files, ["images/000.exr", "images/001.exr", "images/002.exr", "transforms.json"]);
+    let info = Run::of(lobelia().arg("info").arg(&capture)).succeeds();
+    for part in ["photographs: 3", "without a camera: images/000.exr", "geometry: none", "to do: "]
+    {
+        assert!(info.out.contains(part), "\"{part}\" is missing in: {}", info.out);
+    }
+    Run::of(lobelia().arg("model").arg(&capture)).fails(1, &["model.json", "guide"]);
+
+    fs::write(capture.join("model.json"), strokes()).unwrap();
+    let run = Run::of(lobelia().arg("model").arg(&capture)).succeeds();
+    for part in [
+        "images/001.exr  ",
+        "direction ± ",
+        "strokes[0] (",
+        "lens lens: focal_px ",
+        "box cardboard3: x ",
+        "off by most: strokes[",
+        "scene.obj",
+    ] {
+        assert!(run.out.contains(part), "\"{part}\" is missing in: {}", run.out);
+    }
+    let cameras = fs::read(capture.join("transforms.json")).unwrap();
+    let mesh = fs::read(capture.join("scene.obj")).unwrap();
+    let info = Run::of(lobelia().arg("info").arg(&capture)).succeeds();
+    assert!(info.out.contains("photographs: 3 (3 measure radiance)"), "{}", info.out);
+    assert!(info.out.contains("in 5 surfaces"), "{}", info.out);
+    assert_eq!(info.err, "");
+    // Again gives the same bytes.
+    Run::of(lobelia().arg("model").arg(&capture)).succeeds();
+    assert_eq!(fs::read(capture.join("transforms.json")).unwrap(), cameras);
+    assert_eq!(fs::read(capture.join("scene.obj")).unwrap(), mesh);
+    // glTF reads back with the same surfaces.
+    let glb = capture.join("model.glb");
+    Run::of(lobelia().arg("model").arg(&capture).arg("--out").arg(&glb)).succeeds();
+    let read = lobelia::io::mesh::load(&glb).unwrap();
+    let names: Vec<&str> = read.surfaces.iter().map(|surface| surface.name.as_str()).collect();
+    assert_eq!(names, ["book_cover", "cardboard1", "cardboard2", "cardboard3", "floor"]);
+    assert_eq!(read.mesh.triangles.len(), 42);
+}
+
+#[test]
+fn what_cannot_be_used_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = begun(folder.path());
+    let before = fs::read(capture.join("transforms.json")).unwrap();
+    let mut model = json(&golden("boxes-artificial.json"));
+    // One photograph with lines along one axis alone.
+    model["photographs"] = serde_json::json!([{"file_path": "images/000.exr", "w": 640, "h": 480}]);
+    model["things"] = serde_json::json!([]);
+    model["points"] = serde_json::json!([]);
+    model["strokes"] = (0..4)
+        .map(|k| {
+            serde_json::json!({"kind": "line", "photograph": "images/000.exr", "axis": "x",
+                "from": [100, 100 + 40 * k], "to": [500, 130 + 20 * k]})
+        })
+        .collect();
+    fs::write(capture.join("model.json"), model.to_string()).unwrap();
+    Run::of(lobelia().arg("model").arg(&capture)).fails(
+        1,
+        &["model.json, photographs[0]", "one vanishing point", "add lines along a second axis"]
+            .map(|part| part.trim_start_matches("add ")),
+    );
+    fs::write(capture.join("model.json"), &strokes()[..5000]).unwrap();
+    Run::of(lobelia().arg("model").arg(&capture)).fails(1, &["model.json", "cut off"]);
+    let out = capture.join("mesh.stl");
+    Run::of(lobelia().arg("model").arg(&capture).arg("--out").arg(out)).fails(1, &[".obj or .glb"]);
+    assert_eq!(fs::read(capture.join("transforms.json")).unwrap(), before);
+    assert!(!capture.join("scene.obj").exists());
+    Run::of(lobelia().arg("reconstruct").arg(&capture).arg("--out").arg(folder.path().join("out")))
+        .fails(1, &["no geometry"]);
+}
+
+#[test]
+fn a_photograph_that_cannot_be_read_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let (wrong, capture) = (folder.path().join("notes.txt"), folder.path().join("capture"));
+    fs::write(&wrong, "no picture").unwrap();
+    let sound = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photographs/exif.jpg");
+    let mut command = lobelia();
+    command.arg("new").arg(&capture).arg("--images").args([&sound, &wrong]);
+    Run::of(&mut command).fails(1, &["notes.txt", "no photograph"]);
+    assert!(!capture.exists());
+    // One is enough, and two of one name are told apart.
+    let twin = folder.path().join("exif.jpg");
+    fs::copy(&sound, &twin).unwrap();
+    let mut command = lobelia();
+    command.arg("new").arg(&capture).arg("--images").args([&sound, &twin]);
+    Run::of(&mut command).succeeds();
+    let files = files_below(&capture);
+    assert_eq!(files, ["images/exif.jpg", "images/exif_2.jpg", "transforms.json"]);
+    // It is not written over.
+    Run::of(&mut command).fails(1, &["not empty"]);
+}
