@@ -88,6 +88,7 @@ pub mod exposures;
 
 pub mod scene;
 
+#[warn(missing_docs)]
 pub mod model;
 
 #[warn(missing_docs)]

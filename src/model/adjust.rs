@@ -46,13 +46,17 @@ pub enum Stopped {
 /// What an adjustment found.
 #[derive(Clone, Debug)]
 pub struct Adjusted {
+    /// The values at the minimum.
     pub state: State,
+    /// Which of them were adjusted.
     pub unknowns: Unknowns,
     /// The residuals there.
     pub rows: Vec<Row>,
     /// The cost before and after, in square pixels.
     pub cost: [f64; 2],
+    /// Steps that were tried.
     pub steps: usize,
+    /// Why it ended.
     pub stopped: Stopped,
 }
 

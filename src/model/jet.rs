@@ -10,6 +10,7 @@ use glam::DVec3;
 /// A value and its derivatives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Jet {
+    /// The number itself.
     pub value: f64,
     /// Unknown and derivative by it, in ascending order of the unknowns. Others are zero.
     pub slopes: Vec<(usize, f64)>,

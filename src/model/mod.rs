@@ -37,16 +37,22 @@ pub use view::{Optic, Pose};
 /// Photographs, things that are to be placed, and the strokes that place them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
+    /// Lenses of the photographs.
     pub lenses: Vec<Lens>,
+    /// What is drawn on.
     pub photographs: Vec<Photograph>,
+    /// Each is listed before those that it carries.
     pub things: Vec<Thing>,
+    /// Points that belong to no thing.
     pub points: Vec<Point>,
+    /// What places everything.
     pub strokes: Vec<Stroke>,
 }
 
 /// A lens with its sensor, of one photograph or of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lens {
+    /// Its name, different from others.
     pub id: String,
     /// In pixels; `None` where only the strokes can tell.
     pub focal_px: Option<f64>,
@@ -54,15 +60,20 @@ pub struct Lens {
     pub principal_px: Option<DVec2>,
     /// OpenCV's k1 and k2.
     pub radial: DVec2,
+    /// What of it is adjusted.
     pub fit: Fit,
 }
 
 /// Which numbers of a lens are adjusted; others are held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fit {
+    /// The focal length.
     pub focal: bool,
+    /// The principal point.
     pub principal: bool,
+    /// The radial term of r².
     pub k1: bool,
+    /// The radial term of r⁴.
     pub k2: bool,
 }
 
@@ -80,6 +91,7 @@ pub struct Photograph {
 /// A point that belongs to no thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
+    /// Its name, different from others.
     pub id: String,
 }
 

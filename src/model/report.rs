@@ -10,9 +10,11 @@ use super::{Model, Stroke, things};
 /// A number with its standard error; `None` where it was held, or nothing tells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
+    /// The name of the parameter.
     pub name: String,
     /// Pixels, metres or radians.
     pub value: f64,
+    /// Its standard error.
     pub sd: Option<f64>,
 }
 
@@ -28,27 +30,34 @@ pub struct StrokeReport {
 /// A lens as it was adjusted: `focal_px`, `cx`, `cy`, `k1`, `k2`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensReport {
+    /// Index into `Model::lenses`.
     pub lens: usize,
+    /// Its parameters.
     pub numbers: Vec<Estimate>,
 }
 
 /// A placed photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhotographReport {
+    /// Index into `Model::photographs`.
     pub photograph: usize,
     /// Strokes drawn on it, and the root mean square of their residuals in pixels.
     pub strokes: usize,
+    /// Over its strokes.
     pub rms_px: f64,
     /// Standard errors of direction (radians) and position (metres), the three axes together;
     /// `None` where the strokes leave something open.
     pub direction_sd: Option<f64>,
+    /// As for the direction.
     pub position_sd_m: Option<f64>,
 }
 
 /// A placed thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThingReport {
+    /// Index into `Model::things`.
     pub thing: usize,
+    /// Its parameters.
     pub numbers: Vec<Estimate>,
 }
 

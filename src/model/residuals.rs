@@ -17,6 +17,7 @@ use super::{Model, Place, Stroke, things};
 /// One residual.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
+    /// Index into `Model::strokes`.
     pub stroke: usize,
     /// Pixels, or standard deviations.
     pub value: f64,

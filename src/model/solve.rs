@@ -31,13 +31,19 @@ pub struct Solution {
     pub corners: Vec<Vec<DVec3>>,
     /// The faces of all placed things.
     pub faces: Vec<Face>,
+    /// Of each stroke that takes part.
     pub strokes: Vec<StrokeReport>,
+    /// Of every lens.
     pub lenses: Vec<LensReport>,
+    /// Of each placed photograph.
     pub photographs: Vec<PhotographReport>,
+    /// Of each placed thing.
     pub things: Vec<ThingReport>,
     /// What strokes are off by: a standard deviation in pixels. `None` where something is open.
     pub stroke_px: Option<f64>,
+    /// Steps of the adjustment.
     pub steps: usize,
+    /// Why the adjustment ended.
     pub stopped: Stopped,
     /// What was chosen, and which strokes disagree with the others.
     pub notes: Vec<String>,

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 /// A corner of a thing, or a free point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "the variants say what their fields are")]
 pub enum Place {
     /// Corner `corner` of thing `thing`, in the order of [`super::things::corner_names`].
     Corner { thing: usize, corner: usize },
@@ -14,14 +15,18 @@ pub enum Place {
 /// An axis of the world. z is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
+    /// Level.
     X,
+    /// Level, a quarter turn to the left of x.
     Y,
+    /// Up.
     Z,
 }
 
 /// Something that a person has said. Pixels are counted from the image's top left corner, so the
 /// middle of the first pixel is (0.5, 0.5).
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the variants say what their fields are")]
 pub enum Stroke {
     /// A line in a photograph along an axis of the world, drawn in the axis' direction.
     Line { photograph: usize, axis: Axis, from: DVec2, to: DVec2 },
@@ -72,6 +77,7 @@ impl Stroke {
 }
 
 impl Axis {
+    /// In their order.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// The unit vector along it.

@@ -25,9 +25,13 @@ pub struct State {
 /// Whose number an unknown is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Owner {
+    /// Of a lens, by index.
     Lens(usize),
+    /// Of a camera.
     Photograph(usize),
+    /// Of a thing.
     Thing(usize),
+    /// Of a point.
     Point(usize),
     /// The angle of a rim's pick.
     Stroke(usize),
@@ -39,13 +43,16 @@ pub enum Owner {
 /// about its three axes and its position; of a thing its parameters; of a point its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unknown {
+    /// Whose it is.
     pub owner: Owner,
+    /// Which of its numbers.
     pub part: usize,
 }
 
 /// Which numbers are unknown, in the order of the columns of the Jacobian.
 #[derive(Clone, Debug, Default)]
 pub struct Unknowns {
+    /// By column.
     pub list: Vec<Unknown>,
     lenses: Vec<[Option<usize>; 5]>,
     poses: Vec<Option<usize>>,

@@ -39,6 +39,7 @@ pub struct Projected {
     pub by_turn: [DVec2; 3],
     /// By focal length, and by k1 and k2. By the principal point it is the unit matrix.
     pub by_focal: DVec2,
+    /// By k1 and k2.
     pub by_radial: [DVec2; 2],
 }
 

@@ -27,6 +27,7 @@ pub struct Placed {
     pub cameras: Vec<Option<DVec3>>,
     /// The corners of things, as far as they are linear; empty of others.
     pub corners: Vec<Vec<Option<DVec3>>>,
+    /// By point, where it takes part.
     pub points: Vec<Option<DVec3>>,
 }
 
@@ -123,8 +124,11 @@ fn only_position(model: &Model, seen: &Seen) -> DVec3 {
 /// What takes part.
 #[derive(Clone, Debug)]
 pub struct Seen {
+    /// By photograph.
     pub photographs: Vec<bool>,
+    /// By thing.
     pub things: Vec<bool>,
+    /// By point.
     pub points: Vec<bool>,
 }
 

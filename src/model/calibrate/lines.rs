@@ -95,15 +95,25 @@ impl<'a> Drawn<'a> {
         }
     }
 
-    /// The edge of a thing between two corners, from the picks of both and from pieces drawn on it.
+    /// The edge of a thing between two corners: from one pick to the other, or else from end to end
+    /// of what was drawn of it, as one line, since short pieces tell a direction badly.
     fn edge(&self, thing: usize, ends: [usize; 2], is_directed: bool, lines: &mut Vec<Line>) {
         let [a, b] = ends.map(|corner| Place::Corner { thing, corner });
-        if let (Some(&from), Some(&to)) = (self.picks.get(&a), self.picks.get(&b))
-            && from.distance(to) > 2.0
-        {
-            lines.push(Line { from, to, is_directed });
+        let (from, to) = (self.picks.get(&a).copied(), self.picks.get(&b).copied());
+        if let (Some(from), Some(to)) = (from, to) {
+            if from.distance(to) > 2.0 {
+                lines.push(Line { from, to, is_directed });
+            }
+            return;
         }
         let is_own = |between: &[Place; 2]| *between == [a, b] || *between == [b, a];
-        lines.extend(self.edges.iter().filter(|own| is_own(&own.0)).map(|own| own.1));
+        let pieces = self.edges.iter().filter(|own| is_own(&own.0)).map(|own| own.1);
+        let drawn: Vec<DVec2> = pieces.flat_map(|piece| [piece.from, piece.to]).collect();
+        let places: Vec<DVec2> = from.into_iter().chain(to).chain(drawn.iter().copied()).collect();
+        let pairs = places.iter().flat_map(|a| drawn.iter().map(move |b| (*a, *b)));
+        let longest = pairs.max_by(|x, y| x.0.distance(x.1).total_cmp(&y.0.distance(y.1)));
+        if let Some((from, to)) = longest.filter(|(from, to)| from.distance(*to) > 2.0) {
+            lines.push(Line { from, to, is_directed: false });
+        }
     }
 }

@@ -21,19 +21,25 @@ const FOCAL_RANGE: (f64, f64) = (0.1, 50.0);
 /// distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
+    /// In the world, in metres.
     pub point: DVec3,
+    /// Where it is seen.
     pub pixel: DVec2,
 }
 
 /// Why points do not give a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoCamera {
+    /// Fewer than four points, or fewer than six that are not in one plane.
     #[error("it shows too few corners that are placed: six are needed, or four in one plane")]
     TooFew,
+    /// The points tell no plane.
     #[error("the corners that it shows lie on one line, or in one place")]
     OnALine,
+    /// There is no perspective.
     #[error("the plane of the corners is seen face on, which leaves the focal length open")]
     FaceOn,
+    /// Points behind the camera, or no rotation.
     #[error("no camera sees the corners where they were picked")]
     Impossible,
 }

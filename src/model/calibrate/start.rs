@@ -16,6 +16,7 @@ use crate::model::{Model, ModelError, Place, Pose, Shape, Stroke};
 /// Where everything is to begin with.
 #[derive(Clone, Debug)]
 pub struct Start {
+    /// The values of what could be placed.
     pub state: State,
     /// What could not be placed, and why.
     pub unplaced: Vec<ModelError>,
@@ -138,35 +139,34 @@ impl<'a> Search<'a> {
     }
 
     /// A photograph's rotation from lines along two axes of the world or more, or from what is
-    /// upright in it and a level line.
+    /// upright in it, by itself or with a box, and a level line. Of all that are possible it is the
+    /// one that most lines agree with: strokes that are wrong are outvoted.
     fn by_axes(&mut self, photograph: usize) {
+        let Some(focal_px) = self.focal_px[self.lens(photograph)] else { return };
         let drawn = self.drawn(photograph);
         let lines = drawn.of_world();
         let points = self.vanishing(&lines, photograph);
-        let Some(focal_px) = self.focal_px[self.lens(photograph)] else { return };
-        if points.iter().flatten().count() < 2 {
-            let boxes = self.boxes().into_iter().filter_map(|thing| {
-                let points = self.vanishing(&drawn.of_box(thing), photograph);
-                let is_told = points.iter().flatten().count() > 1;
-                is_told.then(|| vanishing::rotation(&points, focal_px).ok()).flatten()
-            });
-            let plumb = points[2].and_then(|up| vanishing::upright(&up, focal_px));
-            let mut upright = boxes.chain(plumb);
-            self.rotations[photograph] = upright.find_map(|upright| {
-                vanishing::turned_level(upright, [&lines[0], &lines[1]], focal_px)
-            });
-            return;
-        }
-        match vanishing::rotation(&points, focal_px) {
-            Ok(rotation) => self.rotations[photograph] = Some(rotation),
-            Err(problem) => {
-                let name = &self.model.photographs[photograph].name;
-                self.reasons[photograph] = Some(ModelError::new(
-                    format!("photographs[{photograph}] ({name})"),
-                    problem.to_string(),
-                    "Check along which axis, and in which direction, each line was drawn",
-                ));
-            }
+        let boxes = self.boxes().into_iter().filter_map(|thing| {
+            let points = self.vanishing(&drawn.of_box(thing), photograph);
+            let is_told = points.iter().flatten().count() > 1;
+            is_told.then(|| vanishing::rotation(&points, focal_px).ok()).flatten()
+        });
+        let plumb = points[2].and_then(|up| vanishing::upright(&up, focal_px));
+        let level = boxes.chain(plumb).filter_map(|upright| {
+            vanishing::turned_level(upright, [&lines[0], &lines[1]], focal_px)
+        });
+        let is_told = points.iter().flatten().count() > 1;
+        let by_axes = is_told.then(|| vanishing::rotation(&points, focal_px));
+        let misfit = |rotation: &DMat3| vanishing::misfit(*rotation, &lines, focal_px);
+        let all = level.chain(by_axes.clone().and_then(Result::ok));
+        self.rotations[photograph] = all.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+        if let (None, Some(Err(problem))) = (self.rotations[photograph], by_axes) {
+            let name = &self.model.photographs[photograph].name;
+            self.reasons[photograph] = Some(ModelError::new(
+                format!("photographs[{photograph}] ({name})"),
+                problem.to_string(),
+                "Check along which axis, and in which direction, each line was drawn",
+            ));
         }
     }
 

@@ -12,7 +12,9 @@ use crate::model::view::flip;
 /// A line in an image, in pixels from the principal point and without distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
+    /// Where it begins.
     pub from: DVec2,
+    /// Where it ends.
     pub to: DVec2,
     /// It was drawn from `from` to `to` in the direction of its axis; else it may run either way.
     pub is_directed: bool,
@@ -23,6 +25,7 @@ pub struct Line {
 pub struct VanishingPoint {
     /// Homogeneous, of unit length, in units of `scale_px` from the principal point.
     pub point: DVec3,
+    /// The unit of `point`, in pixels.
     pub scale_px: f64,
     /// Standard deviation of `point.z` for strokes that are one pixel off.
     pub sd: f64,
@@ -32,6 +35,8 @@ pub struct VanishingPoint {
 
 /// Times its standard deviation that a vanishing point must be from infinity to be finite.
 const FINITE: f64 = 3.0;
+/// A line that is off by this many pixels or more is no line of that axis.
+const MISSED_PX: f64 = 10.0;
 /// Pixels by which lines must differ from one and the same line.
 const DISTINCT_PX: f64 = 5.0;
 /// Directions of two axes nearer to each other than this (its cosine, 30°) contradict each other:
@@ -110,14 +115,18 @@ impl VanishingPoint {
 /// Why vanishing points do not give a focal length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoFocal {
+    /// No axis has two lines.
     #[error("there is no vanishing point, so the focal length is not determined")]
     None,
+    /// One axis has.
     #[error("there is one vanishing point, so the focal length is not determined")]
     One,
+    /// Fewer than two vanishing points are finite.
     #[error(
         "the lines of an axis are parallel in the image, so the focal length is not determined"
     )]
     Parallel,
+    /// The squared focal length is negative.
     #[error("the lines of two axes contradict each other: no camera sees right angles so")]
     Contradictory,
 }
@@ -187,10 +196,13 @@ pub fn principal(points: &[Option<VanishingPoint>; 3]) -> Option<DVec2> {
 /// Why vanishing points do not give a rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoRotation {
+    /// Fewer than two directions, or no line that tells their sense.
     #[error("the lines do not tell how the camera is turned")]
     TooFew,
+    /// Less than 30° apart.
     #[error("the lines of two axes run in nearly the same direction")]
     Alike,
+    /// Left-handed.
     #[error("the axes make a left-handed frame: lines of one axis run against its direction")]
     Mirrored,
 }
@@ -272,6 +284,25 @@ pub fn turned_level(upright: DMat3, lines: [&[Line]; 2], focal_px: f64) -> Optio
     }
     let length = sum.length();
     (length > 0.0).then(|| DMat3::from_rotation_z(-sum.y.atan2(sum.x)) * upright)
+}
+
+/// By how much lines along x, y and z miss a rotation, in pixels, summed: the distance of a line's
+/// ends from where the axis would run, at most [`MISSED_PX`], which also counts for a line that was
+/// drawn against its axis.
+pub fn misfit(rotation: DMat3, lines: &[Vec<Line>; 3], focal_px: f64) -> f64 {
+    let mut sum = 0.0;
+    for (axis, lines) in DVec3::AXES.into_iter().zip(lines) {
+        let direction = flip(rotation.transpose() * axis);
+        for line in lines {
+            let middle = 0.5 * (line.from + line.to);
+            let toward = direction.truncate() * focal_px - middle * direction.z;
+            let (along, half) = (toward.normalize_or_zero(), 0.5 * (line.to - line.from));
+            let is_against = line.is_directed && along.dot(half) < 0.0;
+            let missed = half.perp_dot(along).abs();
+            sum += if is_against { MISSED_PX } else { missed.min(MISSED_PX) };
+        }
+    }
+    sum
 }
 
 /// A rotation that has z right and is turned about it in some way, from upright lines alone.

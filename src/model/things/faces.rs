@@ -16,6 +16,7 @@ const LIFT_M: f64 = 1e-3;
 pub struct Face {
     /// The stable id of the surface that it belongs to.
     pub surface: String,
+    /// Corners in metres, in order.
     pub polygons: Vec<Vec<DVec3>>,
 }
 

@@ -16,16 +16,19 @@ pub use shape::{Kind, Parameter, corner_names, corners, parameters, rims};
 pub struct Thing {
     /// Its name in strokes and surfaces: not empty, without a full stop, different from others.
     pub id: String,
+    /// What it is.
     pub shape: Shape,
     /// What it stands on or lies in.
     pub on: Support,
     /// Parameters that were typed, by name ([`parameters`]): metres, radians. They are held.
     pub held: Vec<(String, f64)>,
+    /// What its faces are called.
     pub surfaces: Surfaces,
 }
 
 /// The shape of a thing.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the variants say what their fields are")]
 pub enum Shape {
     /// Floor, walls and ceiling of a room, seen from inside. It stands on the floor.
     Room {
@@ -61,7 +64,9 @@ pub struct Opening {
 /// `index` and `index + 1`; of a box or prism the same of its bottom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Side {
+    /// Index into `Model::things`.
     pub thing: usize,
+    /// Counted from 0.
     pub index: usize,
 }
 

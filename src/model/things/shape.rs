@@ -20,7 +20,9 @@ pub enum Kind {
 /// A parameter of a thing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
+    /// As files and messages call it.
     pub name: String,
+    /// What it measures.
     pub kind: Kind,
 }
 
