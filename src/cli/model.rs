@@ -14,6 +14,7 @@ use crate::model::{AdjustOptions, Estimate, Model, ModelError, Solution, Stroke,
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let capture = arguments::required_path(matches, "capture");
     let out = matches.get_one::<PathBuf>("out").cloned();
+    let is_named = out.is_some();
     let mesh = out.unwrap_or_else(|| capture.join("scene.obj"));
     let is_glb = match mesh.extension().map(|own| own.to_ascii_lowercase()) {
         Some(own) if own == "obj" => false,
@@ -29,7 +30,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             &file,
             "",
             "there is nothing to place cameras by",
-            "Write what is drawn on the photographs into this file; the guide describes it",
+            "Write what is drawn on the photographs into this file, as assets/guide/modelling.md describes",
         ))
         .into());
     }
@@ -48,6 +49,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         return Err(fault(&file, first).into());
     }
     if !solution.faces.is_empty() {
+        if !is_named {
+            files::check_own(&mesh)?;
+        }
         if is_glb {
             files::write_glb(&mesh, &crate::io::capture::name(&capture), &solution.faces)?;
         } else {

@@ -2,8 +2,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lobelia::io::exr;
+use serde_json::Value;
 
-use crate::{Run, files_below, json, lobelia};
+use crate::{Run, example, files_below, json, lobelia};
+
+/// What the model of the boxes has.
+const SURFACES: [&str; 6] =
+    ["book_cover", "book_pages", "cardboard1", "cardboard2", "cardboard3", "floor"];
 
 fn golden(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/model").join(name)
@@ -57,7 +62,7 @@ fn photographs_alone_become_a_capture_with_cameras_and_a_mesh() {
     let mesh = fs::read(capture.join("scene.obj")).unwrap();
     let info = Run::of(lobelia().arg("info").arg(&capture)).succeeds();
     assert!(info.out.contains("photographs: 3 (3 measure radiance)"), "{}", info.out);
-    assert!(info.out.contains("in 5 surfaces"), "{}", info.out);
+    assert!(info.out.contains("in 6 surfaces"), "{}", info.out);
     assert_eq!(info.err, "");
     // Again gives the same bytes.
     Run::of(lobelia().arg("model").arg(&capture)).succeeds();
@@ -68,8 +73,59 @@ fn photographs_alone_become_a_capture_with_cameras_and_a_mesh() {
     Run::of(lobelia().arg("model").arg(&capture).arg("--out").arg(&glb)).succeeds();
     let read = lobelia::io::mesh::load(&glb).unwrap();
     let names: Vec<&str> = read.surfaces.iter().map(|surface| surface.name.as_str()).collect();
-    assert_eq!(names, ["book_cover", "cardboard1", "cardboard2", "cardboard3", "floor"]);
-    assert_eq!(read.mesh.triangles.len(), 42);
+    assert_eq!(names, SURFACES);
+    assert_eq!(read.mesh.triangles.len(), 52);
+    // A mesh that came from elsewhere is not written over, and the cameras stay as they are.
+    fs::write(capture.join("scene.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let run = Run::of(lobelia().arg("model").arg(&capture));
+    assert_eq!(run.code, Some(1));
+    run.says(&["scene.obj", "Move it away", "--out"]);
+    assert_eq!(fs::read(capture.join("transforms.json")).unwrap(), cameras);
+    assert!(fs::read_to_string(capture.join("scene.obj")).unwrap().starts_with("v 0 0 0"));
+}
+
+#[test]
+fn reflectances_from_the_modelled_geometry_are_those_from_the_true_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = folder.path().join("capture");
+    let mut images: Vec<PathBuf> = fs::read_dir(example().join("images"))
+        .unwrap()
+        .map(|image| image.unwrap().path())
+        .collect();
+    images.sort();
+    Run::of(lobelia().arg("new").arg(&capture).arg("--images").args(&images)).succeeds();
+    // The example has the photographs of corner-diffuse at half their size.
+    let mut model = json(&golden("corner-diffuse.json"));
+    for photograph in model["photographs"].as_array_mut().unwrap() {
+        (photograph["w"], photograph["h"]) = (320.into(), 240.into());
+    }
+    for stroke in model["strokes"].as_array_mut().unwrap() {
+        for key in ["pixel", "from", "to"] {
+            for number in stroke.get_mut(key).and_then(Value::as_array_mut).into_iter().flatten() {
+                *number = (0.5 * number.as_f64().unwrap()).into();
+            }
+        }
+    }
+    fs::write(capture.join("model.json"), model.to_string()).unwrap();
+    Run::of(lobelia().arg("model").arg(&capture)).succeeds();
+    fs::copy(example().join("tags.json"), capture.join("tags.json")).unwrap();
+    let solved = |capture: &Path, name: &str| -> Vec<(String, Vec<f64>)> {
+        let out = folder.path().join(name);
+        Run::of(lobelia().arg("reconstruct").arg(capture).arg("--out").arg(&out)).succeeds();
+        let solution = json(&out.join("solution.json"));
+        let numbers = |own: &Value| -> Vec<f64> {
+            own.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+        };
+        let materials = solution["materials"].as_array().unwrap();
+        let one = |own: &Value| (own["name"].as_str().unwrap().into(), numbers(&own["diffuse"]));
+        materials.iter().map(one).collect()
+    };
+    for (own, given) in solved(&capture, "own").iter().zip(&solved(&example(), "given")) {
+        assert_eq!(own.0, given.0);
+        for (a, b) in own.1.iter().zip(&given.1) {
+            assert!((a - b).abs() < 0.01, "{own:?} {given:?}");
+        }
+    }
 }
 
 #[test]

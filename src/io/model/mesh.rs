@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
@@ -9,7 +10,7 @@ use glam::{DVec3, Vec3};
 use crate::geometry::mesh::Mesh;
 use crate::io::export::glb;
 use crate::io::obj::{self, Geometry};
-use crate::io::{Error, atomic};
+use crate::io::{Error, Fault, atomic};
 use crate::model::things::Face;
 use crate::render::looks::BrdfF32;
 use crate::render::model::{Model, Part, PartLook};
@@ -17,6 +18,8 @@ use crate::watch::Watch;
 
 /// The reflectance that surfaces show before one is found.
 const GREY: f32 = 0.5;
+/// How an OBJ file begins that was written here.
+const OWN: &str = "# made by lobelia model: metres, z up\n";
 
 /// Writes `FILE.obj` and its library beside it, `FILE.mtl`: metres, z up, a group and a material
 /// for each surface, by its id. Faces are counter-clockwise from where they are seen.
@@ -28,7 +31,28 @@ pub fn write_obj(file: &Path, faces: &[Face]) -> Result<(), Error> {
         let _ = write!(text, "newmtl {surface}\nKd {GREY} {GREY} {GREY}\nillum 1\n\n");
     }
     atomic::write_bytes(&library, text.as_bytes())?;
-    atomic::write_bytes(file, format!("mtllib {name}\n{}", obj_text(faces)).as_bytes())
+    atomic::write_bytes(file, format!("{OWN}mtllib {name}\n{}", obj_text(faces)).as_bytes())
+}
+
+/// An error where the file is there and was not written by [`write_obj`]: a mesh of another program
+/// must not be lost.
+pub fn check_own(file: &Path) -> Result<(), Error> {
+    if !file.exists() {
+        return Ok(());
+    }
+    let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let mut start = Vec::new();
+    let opened = std::fs::File::open(file).map_err(unreadable)?;
+    opened.take(OWN.len() as u64).read_to_end(&mut start).map_err(unreadable)?;
+    if start == OWN.as_bytes() {
+        return Ok(());
+    }
+    Err(Error::Invalid(Fault::new(
+        file,
+        "",
+        "this mesh was not made from model.json, and would be written over",
+        "Move it away, or name another file with --out",
+    )))
 }
 
 /// The faces as triangles, each belonging to a surface.
@@ -80,7 +104,7 @@ fn by_surface(faces: &[Face]) -> BTreeMap<&str, Vec<&Vec<DVec3>>> {
 }
 
 fn obj_text(faces: &[Face]) -> String {
-    let mut text = String::from("# metres, z up\n");
+    let mut text = String::new();
     let mut count = 0;
     for (surface, polygons) in by_surface(faces) {
         let _ = writeln!(text, "g {surface}\nusemtl {surface}");

@@ -42,7 +42,7 @@ mod write;
 
 pub use begin::new_capture;
 pub use cameras::{Unplaced, unplaced, write_cameras};
-pub use mesh::{geometry, write_glb, write_obj};
+pub use mesh::{check_own, geometry, write_glb, write_obj};
 pub use read::read;
 pub use write::{to_text, write};
 

@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
         let is_told = points.iter().flatten().count() > 1;
         let by_axes = is_told.then(|| vanishing::rotation(&points, focal_px));
         let misfit = |rotation: &DMat3| vanishing::misfit(*rotation, &lines, focal_px);
-        let all = level.chain(by_axes.clone().and_then(Result::ok));
+        let all = level.chain(by_axes.and_then(Result::ok));
         self.rotations[photograph] = all.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
         if let (None, Some(Err(problem))) = (self.rotations[photograph], by_axes) {
             let name = &self.model.photographs[photograph].name;

@@ -224,8 +224,23 @@ def corner(scene, seed):
     return strokes, corners, boxes, things, points, "room.floor1"
 
 
+def pages(scene, cover):
+    """The pages of the open book as a box on its cover: they bulge by 6 mm between its corners."""
+    sides = [cover[1] - cover[0], cover[3] - cover[0]]
+    axes = [side / np.linalg.norm(side) for side in sides]
+    vertices = scene.vertices[np.unique(scene.groups["book_pages"])]
+    along = [(vertices - cover[0]) @ axis for axis in axes]
+    (a, c), (b, d) = ((own.min(), own.max()) for own in along)
+    ring = [cover[0] + u * axes[0] + v * axes[1] for u, v in [(a, b), (c, b), (c, d), (a, d)]]
+    low = vertices[:, 2].min()
+    # As high as the mesh is at its corners.
+    near = np.linalg.norm((vertices - ring[0])[:, :2], axis=1) < 1e-3
+    high = vertices[near, 2].max()
+    return np.array([[x, y, z] for z in (low, high) for x, y, _ in ring])
+
+
 def table(scene, seed, cameras):
-    """boxes-artificial: a floor, boxes on it and on each other, the cover of a book."""
+    """boxes-artificial: a floor, boxes on it and on each other, a book."""
     floor = np.array([[-1.5, -1.3, 0], [1.5, -1.3, 0], [1.5, 1.3, 0], [-1.5, 1.3, 0]])
     corners = np.concatenate([floor, floor + [0, 0, 1]])
     boxes = {name: scene.box(name) for name in ["cardboard1", "cardboard2", "cardboard3", "book_cover"]}
@@ -236,6 +251,9 @@ def table(scene, seed, cameras):
             strokes.thing(camera, name, BOX, own, EDGES)
         strokes.lines(camera, [("x", corners[0], corners[1]), ("x", corners[3], corners[2]),
                                ("y", corners[0], corners[3]), ("y", corners[1], corners[2])])
+    boxes["book_pages"] = pages(scene, boxes["book_cover"])
+    for camera in cameras:
+        strokes.thing(camera, "book_pages", BOX, boxes["book_pages"], EDGES)
     things = [{"id": "room", "kind": "room", "corners": 4, "rectilinear": True,
                "hold": {"y1": -1.3, "height": 1.0} | ({"x2": 1.5} if len(cameras) == 1 else {}),
                "surfaces": {"floor": "floor", "wall1": None, "wall2": None, "wall3": None,
@@ -246,6 +264,8 @@ def table(scene, seed, cameras):
             thing["on"] = "cardboard2.top"
         if name == "book_cover":
             thing["hold"] = {"height": 0.008}
+        if name == "book_pages":
+            thing["on"] = "book_cover.top"
         things.append(thing)
     points = strokes.marks(cameras, MARKS) if len(cameras) > 1 else []
     return strokes, corners, boxes, things, points, "cardboard1.bottom1"
