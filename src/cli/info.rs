@@ -30,7 +30,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 }
 
 /// What a capture without a mesh, or without a camera, has and what is still to do; `None` for one
-/// that can be loaded.
+/// that can be loaded, or that is damaged.
 fn begun(folder: &Path) -> Result<Option<Vec<String>>, Error> {
     let cameras = folder.join("transforms.json");
     if !cameras.is_file() {
@@ -38,7 +38,7 @@ fn begun(folder: &Path) -> Result<Option<Vec<String>>, Error> {
     }
     let has_mesh = !matches!(capture::find_geometry(folder), Err(Error::Missing(_)));
     let (count, unplaced) = model::unplaced(&cameras)?;
-    if has_mesh && unplaced.len() < count {
+    if count == 0 || (has_mesh && unplaced.len() < count) {
         return Ok(None);
     }
     let mut lines = vec![capture::name(folder), format!("photographs: {count}")];

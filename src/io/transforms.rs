@@ -138,7 +138,7 @@ pub(super) fn interpret(
     }
     if frames.is_empty() {
         let problems = &reader.problems;
-        if problems.unplaced.len() == items.len() {
+        if !items.is_empty() && problems.unplaced.len() == items.len() {
             return Err(Error::Missing(Fault::new(
                 file,
                 "frames",
