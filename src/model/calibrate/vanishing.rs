@@ -287,7 +287,7 @@ pub fn turned_level(upright: DMat3, lines: [&[Line]; 2], focal_px: f64) -> Optio
 }
 
 /// By how much lines along x, y and z miss a rotation, in pixels, summed: the distance of a line's
-/// ends from where the axis would run, at most [`MISSED_PX`], which also counts for a line that was
+/// ends from where the axis would run, at most 10 (`MISSED_PX`), which also counts for a line that was
 /// drawn against its axis.
 pub fn misfit(rotation: DMat3, lines: &[Vec<Line>; 3], focal_px: f64) -> f64 {
     let mut sum = 0.0;
