@@ -14,7 +14,7 @@ const OUTSIDE: f64 = 3.0;
 /// Shortest stroke along a line, in pixels: shorter ones have no direction.
 const SHORTEST_PX: f64 = 2.0;
 /// No room is larger, and no number that is typed, in metres.
-const LARGEST_M: f64 = 1e6;
+pub(super) const LARGEST_M: f64 = 1e6;
 
 /// Checks that every part of a model refers to what is there, and that all numbers are possible.
 pub fn check(model: &Model) -> Result<(), ModelError> {

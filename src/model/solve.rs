@@ -72,7 +72,8 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
     let (completed, mut notes) = conventions::completed(model);
     let start = calibrate::start(&completed)?;
     let adjusted = adjust::adjust(&completed, &start.state, options)?;
-    let mut problems = inside_out(model, &adjusted.state);
+    let mut problems = boundless(model, &adjusted.state);
+    problems.extend(inside_out(model, &adjusted.state));
     let certainty = match determined::certainty(&completed, &adjusted, options.loss_px) {
         Ok(certainty) => {
             problems.extend(determined::vague(&completed, &adjusted, &certainty));
@@ -132,6 +133,27 @@ fn faces(model: &Model, state: &State, corners: &[Vec<DVec3>]) -> Vec<Face> {
                 (circles.each_ref().map(super::jet::position), radius.value)
             });
             things::faces(&model.things[index], &corners[index], circles)
+        })
+        .collect()
+}
+
+/// Things of which a number has run away: only strokes that the robust loss outvotes hold it.
+fn boundless(model: &Model, state: &State) -> Vec<ModelError> {
+    let placed = model.things.iter().zip(&state.things).enumerate();
+    placed
+        .filter_map(|(index, (thing, values))| {
+            let is_far = |value: &f64| !value.is_finite() || value.abs() > check::LARGEST_M;
+            let parameters = things::parameters(thing).into_iter().zip(values.as_ref()?);
+            let (own, _) = parameters.into_iter().find(|(_, value)| is_far(value))?;
+            Some(ModelError::new(
+                format!("things[{index}] ({})", thing.id),
+                format!(
+                    "its {} is not determined: the strokes that show it are outvoted",
+                    own.name
+                ),
+                "Pick more of its corners, check those that are off by most, or type the number \
+                 (\"hold\")",
+            ))
         })
         .collect()
 }
