@@ -30,6 +30,9 @@ pub struct Viewing {
 const DARK_LOG: f64 = -40.0;
 /// Index of refraction of a coat: of varnish, plastic and glaze within a few hundredths.
 const INDEX: f64 = 1.5;
+/// The reflectance of a smooth coat for evenly distributed light, 2 ∫ F(μ) μ dμ from 0 to 1. A rough
+/// coat reflects a few thousandths less.
+const MEAN_FRESNEL: f64 = 0.0918;
 
 impl Viewing {
     /// From the unit direction towards the viewer.
@@ -71,6 +74,15 @@ impl Gloss {
     /// surface vary by α²/2 along each axis and directions by twice as many radians, 2 α² = 1/n.
     pub fn coat_like(exponent: f64) -> Self {
         Self::Coat { roughness: (0.5 / exponent).sqrt().min(1.0) }
+    }
+
+    /// The part of evenly distributed light that a lobe of strength 1 reflects in all directions
+    /// together.
+    pub fn diffuse_reflectance(self) -> f64 {
+        match self {
+            Self::Phong { .. } => 1.0,
+            Self::Coat { .. } => MEAN_FRESNEL,
+        }
     }
 
     /// The exponent of a Phong lobe that is about as wide.
@@ -175,6 +187,16 @@ mod tests {
         let brewster = 1.5f64.atan().cos();
         let across = (2.25f64 - 1.0) / (2.25 + 1.0);
         assert!((fresnel(brewster) - 0.5 * across * across).abs() < 1e-12);
+    }
+
+    #[test]
+    fn diffuse_light_is_reflected_by_a_coat_as_by_glass() {
+        let steps = 10_000;
+        let cosines = (0..steps).map(|step| (f64::from(step) + 0.5) / f64::from(steps));
+        let mean: f64 =
+            cosines.map(|cosine| 2.0 * fresnel(cosine) * cosine).sum::<f64>() / f64::from(steps);
+        let found = Gloss::Coat { roughness: 0.1 }.diffuse_reflectance();
+        assert!((found - mean).abs() < 1e-4, "{found} {mean}");
     }
 
     #[test]

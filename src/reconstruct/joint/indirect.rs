@@ -260,7 +260,10 @@ impl Patches {
                 .iter()
                 .map(|material| {
                     material.map_or(mean, |m| {
-                        (fit.state.log_diffuse[m].exp() + fit.state.specular[m]).min(1.0)
+                        let lobe = fitted.model.gloss[m].map_or(0.0, |gloss| {
+                            fit.state.specular[m] * gloss.diffuse_reflectance()
+                        });
+                        (fit.state.log_diffuse[m].exp() + lobe).min(1.0)
                     })
                 })
                 .collect();
