@@ -60,13 +60,21 @@ impl Definition<'_> {
             .collect();
         let unit = paired.iter().sum::<f64>() / paired.len().max(1) as f64;
         let off = |j: usize| state.emission[j] - held.centre[j];
+        let mut drawn = 0.0;
         for j in 0..state.emission.len() {
-            twice += held.ridge[j] * square(j) * off(j).powi(2);
+            drawn += held.ridge[j] * square(j) * off(j).powi(2);
         }
         for pair in &held.pairs {
             let [a, b] = pair.columns;
-            twice += unit * pair.weight * (off(a) - off(b)).powi(2);
+            drawn += unit * pair.weight * (off(a) - off(b)).powi(2);
         }
+        if held.relative_ridge {
+            let whole: f64 = held.weights.iter().sum();
+            let level: f64 =
+                state.emission.iter().enumerate().map(|(j, e)| square(j).sqrt() * e).sum();
+            drawn *= whole / (level.powi(2) + 1e-4 * whole);
+        }
+        twice += drawn;
         for anchor in &held.anchors {
             let terms = anchor.combination.iter().zip(&state.log_diffuse).map(|(c, u)| c * u);
             twice += anchor.weight * (terms.sum::<f64>() - anchor.target).powi(2);

@@ -234,3 +234,26 @@ fn common_scale_is_lost_without_interreflected_light() {
         assert!(whole > 1.5 * half, "{half} {whole}");
     }
 }
+
+/// Dimmer light costs an absolute ridge less, and reflectances make up for it; relative to the light as
+/// a whole the same emissions cost the same however bright they are.
+#[test]
+fn an_absolute_ridge_makes_reflectances_too_high() {
+    let mut biases = [Vec::new(), Vec::new()];
+    for seed in 0..DRAWS {
+        let scene = Recipe { seed, lights: 20, ..Recipe::default() }.make();
+        let rows = scene.seen(&scene.noise(seed, 0.02));
+        for (biases, relative_ridge) in biases.iter_mut().zip([false, true]) {
+            let plain = scene.held(Objective::Log);
+            let ridge = vec![0.01; scene.design.columns()];
+            let held = Held { ridge, relative_ridge, ..plain };
+            let fit = scene.fit(&rows, &held, &scene.start(0.5));
+            biases.push(log_bias(&reflectances(&fit.state), &scene.reflectance));
+        }
+    }
+    let certainty = z_score(&biases[0]);
+    let [absolute, relative] = biases.map(|of| mean(&of));
+    println!("bias {absolute:.3} ({certainty:.1} standard errors), relative {relative:.3}");
+    assert!(absolute > 0.0 && certainty > CERTAIN, "{absolute}, {certainty}");
+    assert!(relative.abs() < 0.5 * absolute, "{relative} beside {absolute}");
+}

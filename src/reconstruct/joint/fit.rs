@@ -274,6 +274,7 @@ pub fn with_terms<T>(
         weights,
         ridge: &ridge,
         centre: &centre,
+        relative_ridge: priors.relative_ridge,
         pairs: &pairs,
         held: &held,
         reference: &priors.reference[channel],

@@ -115,7 +115,7 @@ pub fn solve(
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);
-    let all = with_noise(&all, &fit(&all, &fitted.model, Some(&fitted), ROUGH)?);
+    let all = measuring(&all, &fit(&all, &fitted.model, Some(&fitted), ROUGH)?);
     let ensemble = Ensemble::new(&all, &found, &fitted.model, data.options.joint.light_sets)?;
     history.push(&all, ensemble.main());
     watch.tick()?;
@@ -204,10 +204,12 @@ pub fn solve(
     })
 }
 
-/// The problem with the noise of its rows as a fit shows it.
-fn with_noise<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
+/// The problem by which reflectances are measured, once the light model is chosen: with the noise of
+/// its rows as a fit shows it, and a ridge that leaves the level of the light to the data.
+fn measuring<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
     let noise = uncertainty::row_noise(problem, fitted);
-    problem.with_priors(priors::Priors { noise, ..(*problem.priors).clone() })
+    let priors = (*problem.priors).clone();
+    problem.with_priors(priors::Priors { noise, relative_ridge: true, ..priors })
 }
 
 /// Fine lobes beside the lights that were found, where they predict better; none are tried where

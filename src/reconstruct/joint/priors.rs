@@ -36,6 +36,11 @@ pub struct Priors {
     /// Variance of a row's residual, per channel, as far as a mean over many rows is concerned:
     /// that of single residuals times how much neighbours repeat each other.
     pub noise: Rgb,
+    /// Whether the ridge is relative to the light as a whole (see
+    /// [`Terms`](crate::reconstruct::joint::terms::Terms)). Not while the light is looked for: parts
+    /// of a model that are not there yet are made up for by light that is too bright by orders of
+    /// magnitude over surfaces that are nearly black, and no later part leads back from there.
+    pub relative_ridge: bool,
 }
 
 impl Priors {
@@ -79,6 +84,7 @@ impl Priors {
             upper: std::array::from_fn(|_| vec![options.brightest.ln(); materials]),
             robust: vec![f64::INFINITY; materials],
             noise: [TYPICAL_ERROR * TYPICAL_ERROR; CHANNELS],
+            relative_ridge: false,
         }
     }
 

@@ -423,7 +423,7 @@ impl Channel<'_> {
         let (columns, materials) = (state.emission.len(), self.rows.materials);
         let mut hessian = products;
         let lit = working.partition_point(|&unknown| unknown < columns);
-        ridge.add_to(&mut hessian, &working[..lit]);
+        ridge.add_to(&mut hessian, &state.emission, &working[..lit]);
         for anchor in terms.anchors {
             // Of log ρ_d alone, which come first.
             let factor =

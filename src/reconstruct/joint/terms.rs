@@ -55,6 +55,9 @@ pub struct Terms<'a> {
     pub reference: &'a [f64],
     /// What the ridge draws each emission to; 0 where nothing is known.
     pub centre: &'a [f64],
+    /// Whether ridge and pairs are divided by the square of the light as a whole, where no centre is
+    /// known: they then say nothing of how bright the light is, only of its shape.
+    pub relative_ridge: bool,
     /// Per column an emission that is known.
     pub held: &'a [Option<f64>],
     /// Per material a log reflectance that is known exactly.
@@ -82,6 +85,7 @@ impl Default for Terms<'_> {
             pairs: &[],
             reference: &[],
             centre: &[],
+            relative_ridge: false,
             held: &[],
             known: &[],
             known_specular: &[],
@@ -109,14 +113,24 @@ impl Anchor {
     }
 }
 
-/// What draws the emissions of some terms to known values and to each other.
+/// What draws the emissions of some terms to known values and to each other: R = Σ_j λ_j n_j² (E_j −
+/// centre_j)² plus the pairs. A relative ridge is R s² / (M² + ε s²), with M = Σ_j n_j E_j and s² the
+/// sum of the rows' weights: of R alone, dimmer light under brighter surfaces costs less, and all
+/// reflectances come out too high.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
     /// n̄².
     unit: f64,
     /// λ_j n_j² per column.
     ridge: Vec<f64>,
+    /// n_j per column where the ridge is relative.
+    norms: Option<Vec<f64>>,
+    /// s².
+    weights: f64,
 }
+
+/// ε: no emissions at all have no shape.
+const NO_LIGHT: f64 = 1e-4;
 
 impl<'a> Ridge<'a> {
     /// `norms` are those of the columns.
@@ -133,44 +147,39 @@ impl<'a> Ridge<'a> {
         let unit = sum / f64::from(count.max(1));
         let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
         ridge.resize(norms.len(), 0.0);
-        Self { terms, unit, ridge }
+        let is_relative = terms.relative_ridge && terms.centre.iter().all(|&centre| centre == 0.0);
+        let weights = terms.weights.iter().sum();
+        Self { terms, unit, ridge, norms: is_relative.then(|| norms.to_vec()), weights }
     }
 
     /// Twice its cost.
     pub fn value(&self, emission: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
-            sum += ridge * self.off(emission, column).powi(2);
-        }
-        for pair in self.terms.pairs {
-            sum += self.unit * pair.weight * self.difference(emission, pair).powi(2);
-        }
-        sum
+        self.absolute(emission) * self.relative_to(emission).0
     }
 
     /// Its derivative by each emission.
     pub fn gradient(&self, emission: &[f64]) -> Vec<f64> {
-        let of_column = |(column, &ridge): (usize, &f64)| {
-            if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }
-        };
-        let mut gradient: Vec<f64> = self.ridge.iter().enumerate().map(of_column).collect();
-        for pair in self.terms.pairs {
-            let slope = self.unit * pair.weight * self.difference(emission, pair);
-            let [a, b] = pair.columns;
-            gradient[a] += slope;
-            gradient[b] -= slope;
+        let (part, whole) = self.relative_to(emission);
+        let mut gradient = self.slope(emission);
+        gradient.iter_mut().for_each(|slope| *slope *= part);
+        if let Some(norms) = &self.norms {
+            let of_level = self.value(emission) * whole;
+            for (slope, norm) in gradient.iter_mut().zip(norms) {
+                *slope -= of_level * norm;
+            }
         }
         gradient
     }
 
     /// Adds its second derivatives by some columns, in ascending order, that come first in a
-    /// Hessian.
-    pub fn add_to(&self, hessian: &mut Mat<f64>, columns: &[usize]) {
+    /// Hessian; those of the Gauss-Newton method where it is relative.
+    pub fn add_to(&self, hessian: &mut Mat<f64>, emission: &[f64], columns: &[usize]) {
+        let (part, whole) = self.relative_to(emission);
         for (place, &column) in columns.iter().enumerate() {
-            hessian[(place, place)] += self.ridge[column];
+            hessian[(place, place)] += part * self.ridge[column];
         }
         for pair in self.terms.pairs {
-            let weight = self.unit * pair.weight;
+            let weight = part * self.unit * pair.weight;
             let places = pair.columns.map(|column| columns.binary_search(&column));
             for place in places.into_iter().flatten() {
                 hessian[(place, place)] += weight;
@@ -178,6 +187,15 @@ impl<'a> Ridge<'a> {
             if let [Ok(a), Ok(b)] = places {
                 hessian[(a, b)] -= weight;
                 hessian[(b, a)] -= weight;
+            }
+        }
+        if let Some(norms) = &self.norms {
+            let (slope, value) = (self.slope(emission), self.value(emission));
+            for (i, &a) in columns.iter().enumerate() {
+                for (j, &b) in columns.iter().enumerate() {
+                    let mixed = slope[a] * norms[b] + norms[a] * slope[b];
+                    hessian[(i, j)] += whole * (whole * value * norms[a] * norms[b] - part * mixed);
+                }
             }
         }
     }
@@ -191,6 +209,41 @@ impl<'a> Ridge<'a> {
             }
         }
         squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// s² / (M² + ε s²), and M / (M² + ε s²), which its logarithm falls by, per 2 n_j.
+    fn relative_to(&self, emission: &[f64]) -> (f64, f64) {
+        let Some(norms) = &self.norms else { return (1.0, 0.0) };
+        let level = dot(norms, emission);
+        let square = level * level + NO_LIGHT * self.weights;
+        if square > 0.0 { (self.weights / square, level / square) } else { (1.0, 0.0) }
+    }
+
+    /// R.
+    fn absolute(&self, emission: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
+            sum += ridge * self.off(emission, column).powi(2);
+        }
+        for pair in self.terms.pairs {
+            sum += self.unit * pair.weight * self.difference(emission, pair).powi(2);
+        }
+        sum
+    }
+
+    /// Half its derivative by each emission.
+    fn slope(&self, emission: &[f64]) -> Vec<f64> {
+        let of_column = |(column, &ridge): (usize, &f64)| {
+            if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }
+        };
+        let mut slope: Vec<f64> = self.ridge.iter().enumerate().map(of_column).collect();
+        for pair in self.terms.pairs {
+            let own = self.unit * pair.weight * self.difference(emission, pair);
+            let [a, b] = pair.columns;
+            slope[a] += own;
+            slope[b] -= own;
+        }
+        slope
     }
 
     fn off(&self, emission: &[f64], column: usize) -> f64 {

@@ -63,7 +63,7 @@ def case(name, rows, materials, lights, per, reflectance, share, gloss=None, hel
     c = dict(name=name, rows=rows, columns=n, materials=materials, material=material.tolist(), base=base.tolist(),
              diffuse=diffuse.T.ravel().tolist(), glossy=[None] * rows, specular=[], specular_base=[],
              weights=[1] * rows, ridge=[0] * n, centre=[0] * n, known=[None] * materials, upper=[0] * materials,
-             anchors=[], start=[0.5] * materials, pairs=[], robust=None)
+             relative_ridge=False, anchors=[], start=[0.5] * materials, pairs=[], robust=None)
     reflectance = np.array(reflectance)
     computed = reflectance[material] * (base + diffuse @ emission)
     if gloss is not None:
@@ -109,6 +109,12 @@ def solve(c, objective):
         row[a] = np.sqrt(pair["weight"] * paired.mean())
         row[b] = -row[a]
         even = np.vstack([even, row])
+    # A relative one is divided by the square of the light as a whole.
+    norms, whole = np.sqrt(squares), sum(c["weights"])
+
+    def part(e):
+        return np.sqrt(whole / ((norms @ e) ** 2 + 1e-4 * whole)) if c["relative_ridge"] else 1.0
+
     anchors = [(np.array(a["combination"]), a["target"], np.sqrt(a["weight"])) for a in c["anchors"]]
     free = [m for m in range(materials) if c["known"][m] is None]
     tags = sorted(set(material[shiny].tolist()))
@@ -131,7 +137,7 @@ def solve(c, objective):
     def residual(x):
         e, u, s, g, h, value = parts(x)
         r = np.log(value / radiance) if objective == "log" else value / radiance - 1
-        return np.concatenate([root * r, even @ (e - centre), [w * (k @ u - t) for k, t, w in anchors]])
+        return np.concatenate([root * r, part(e) * (even @ (e - centre)), [w * (k @ u - t) for k, t, w in anchors]])
 
     def jacobian(x):
         e, u, s, g, h, value = parts(x)
@@ -142,7 +148,10 @@ def solve(c, objective):
         ds = np.zeros((rows, materials))
         ds[shiny] = onehot[shiny] * h[:, None]
         top = by[:, None] * np.hstack([de, du, ds[:, tags]])
-        more = [np.hstack([even, np.zeros((len(even), len(free) + len(tags)))])]
+        drawn = part(e) * even
+        if c["relative_ridge"]:
+            drawn = drawn - np.outer(drawn @ e, norms) * (norms @ e) * part(e) ** 2 / whole
+        more = [np.hstack([drawn, np.zeros((len(even), len(free) + len(tags)))])]
         more += [np.concatenate([np.zeros(n), w * k[free], np.zeros(len(tags))])[None] for k, t, w in anchors]
         return np.vstack([top] + more)
 
@@ -213,6 +222,9 @@ case("pairs and ridge, Cauchy by material", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2],
      held=dict(pairs=[dict(columns=[j, j + 3], weight=0.02) for j in range(0, 18, 2)],
                ridge=[0.01 * (j % 3) if j >= 20 else 0 for j in range(27)],
                centre=[0.1 * (j % 2) for j in range(27)], robust=[0.1, 0.05, 0.2, 0.1]))
+case("relative ridge and pairs, Cauchy", 150, 4, 9, 3, [0.6, 0.3, 0.45, 0.2], 0.3,
+     held=dict(pairs=[dict(columns=[j, j + 3], weight=0.2) for j in range(0, 18, 2)],
+               ridge=[0.1 if j >= 20 else 0 for j in range(27)], robust=[0.1] * 4, relative_ridge=True))
 
 out = pathlib.Path(__file__).with_name("systems.json")
 made = f"make.py, Python numpy {np.__version__}, scipy {scipy.__version__}"
