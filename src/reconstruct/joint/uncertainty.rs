@@ -115,9 +115,11 @@ pub fn assess(
             let shared = noise * determined.common;
             let whole = WHOLE_SURFACE.powi(2) * of_blocks[channel];
             let between = posterior.log_diffuse_variance[channel][material];
-            let variance = UNDERSTATED * (shared + noise * own + between + whole);
-            // Beyond that the weak prior says more than the photographs.
-            entry.identified[channel] = variance.sqrt() < problem.options().prior_sd;
+            let stated = shared + noise * own + between + whole;
+            // Beyond that the weak prior, which was weighed by the same noise, says more than the
+            // photographs.
+            entry.identified[channel] = stated.sqrt() < problem.options().prior_sd;
+            let variance = UNDERSTATED * stated;
             if variance.sqrt() > WARN_SD {
                 open[material].push(channel);
             }
