@@ -40,8 +40,8 @@ const WHOLE_SURFACE: f64 = 0.5;
 
 /// How many times the sum of these variances the square of an error is: what all light sets have in
 /// common, such as which lamps were chosen, is in none of them. Set on the random captures 4 to 7 of
-/// every kind (`assets/study/random`), where the intervals then hold 93 % of 861 true values, and 83 %
-/// without it; on captures 0 to 3, which judge, 96 % of 747.
+/// every kind (`assets/study/random`), where the intervals then hold 93 % of 835 true values, and 82 %
+/// without it; on captures 0 to 3, which judge, 95 % of 773, and 90 % without it.
 const UNDERSTATED: f64 = 2.5;
 
 /// Variance of a row's residual per channel, as far as a factor common to all reflectances is
