@@ -76,9 +76,9 @@ impl Gloss {
         Self::Coat { roughness: (0.5 / exponent).sqrt().min(1.0) }
     }
 
-    /// The part of evenly distributed light that a lobe of strength 1 reflects in all directions
-    /// together.
-    pub fn diffuse_reflectance(self) -> f64 {
+    /// The part of evenly distributed light that a lobe of strength 1 reflects, over all directions (the
+    /// bihemispherical reflectance). What a Phong lobe loses below the surface is left out.
+    pub fn albedo(self) -> f64 {
         match self {
             Self::Phong { .. } => 1.0,
             Self::Coat { .. } => MEAN_FRESNEL,
@@ -195,7 +195,7 @@ mod tests {
         let cosines = (0..steps).map(|step| (f64::from(step) + 0.5) / f64::from(steps));
         let mean: f64 =
             cosines.map(|cosine| 2.0 * fresnel(cosine) * cosine).sum::<f64>() / f64::from(steps);
-        let found = Gloss::Coat { roughness: 0.1 }.diffuse_reflectance();
+        let found = Gloss::Coat { roughness: 0.1 }.albedo();
         assert!((found - mean).abs() < 1e-4, "{found} {mean}");
     }
 

@@ -260,9 +260,8 @@ impl Patches {
                 .iter()
                 .map(|material| {
                     material.map_or(mean, |m| {
-                        let lobe = fitted.model.gloss[m].map_or(0.0, |gloss| {
-                            fit.state.specular[m] * gloss.diffuse_reflectance()
-                        });
+                        let lobe = fitted.model.gloss[m]
+                            .map_or(0.0, |gloss| fit.state.specular[m] * gloss.albedo());
                         (fit.state.log_diffuse[m].exp() + lobe).min(1.0)
                     })
                 })

@@ -115,7 +115,7 @@ pub fn solve(
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);
-    let all = measuring(&all, &fit(&all, &fitted.model, Some(&fitted), ROUGH)?);
+    let all = for_last_fits(&all, &fit(&all, &fitted.model, Some(&fitted), ROUGH)?);
     let ensemble = Ensemble::new(&all, &found, &fitted.model, data.options.joint.light_sets)?;
     history.push(&all, ensemble.main());
     watch.tick()?;
@@ -204,9 +204,9 @@ pub fn solve(
     })
 }
 
-/// The problem by which reflectances are measured, once the light model is chosen: with the noise of
-/// its rows as a fit shows it, and a ridge that leaves the level of the light to the data.
-fn measuring<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
+/// The problem once the light model is chosen: the noise of its rows is what a fit shows, and its ridge
+/// leaves the level of the light to the photographs.
+fn for_last_fits<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
     let noise = uncertainty::row_noise(problem, fitted);
     let priors = (*problem.priors).clone();
     problem.with_priors(priors::Priors { noise, relative_ridge: true, ..priors })

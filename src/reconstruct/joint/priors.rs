@@ -36,10 +36,10 @@ pub struct Priors {
     /// Variance of a row's residual, per channel, as far as a mean over many rows is concerned:
     /// that of single residuals times how much neighbours repeat each other.
     pub noise: Rgb,
-    /// Whether the ridge is relative to the light as a whole (see
-    /// [`Terms`](crate::reconstruct::joint::terms::Terms)). Not while the light is looked for: parts
-    /// of a model that are not there yet are made up for by light that is too bright by orders of
-    /// magnitude over surfaces that are nearly black, and no later part leads back from there.
+    /// Whether the ridge is relative to the level of all light (see
+    /// [`Terms`](crate::reconstruct::joint::terms::Terms)); not while the light model is searched for.
+    /// With too few lights, a fit is then best at light that is orders of magnitude too bright over
+    /// surfaces that are nearly black, and lights that are added later do not lead away from there.
     pub relative_ridge: bool,
 }
 

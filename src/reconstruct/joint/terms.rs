@@ -55,8 +55,8 @@ pub struct Terms<'a> {
     pub reference: &'a [f64],
     /// What the ridge draws each emission to; 0 where nothing is known.
     pub centre: &'a [f64],
-    /// Whether ridge and pairs are divided by the square of the light as a whole, where no centre is
-    /// known: they then say nothing of how bright the light is, only of its shape.
+    /// Whether ridge and pairs are divided by the square of the level of all light, where no centre is
+    /// known: they then have no effect on that level, only on how the light is distributed.
     pub relative_ridge: bool,
     /// Per column an emission that is known.
     pub held: &'a [Option<f64>],
@@ -114,8 +114,8 @@ impl Anchor {
 }
 
 /// What draws the emissions of some terms to known values and to each other: R = Σ_j λ_j n_j² (E_j −
-/// centre_j)² plus the pairs. A relative ridge is R s² / (M² + ε s²), with M = Σ_j n_j E_j and s² the
-/// sum of the rows' weights: of R alone, dimmer light under brighter surfaces costs less, and all
+/// centre_j)² plus the pairs. A relative ridge is R s² / (M² + ε s²), with the level M = Σ_j n_j E_j of
+/// the light and s² the sum of the rows' weights. With R alone, dimmer light costs less, so that all
 /// reflectances come out too high.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
@@ -129,7 +129,7 @@ pub(super) struct Ridge<'a> {
     weights: f64,
 }
 
-/// ε: no emissions at all have no shape.
+/// ε keeps the relative ridge finite where all emissions are 0.
 const NO_LIGHT: f64 = 1e-4;
 
 impl<'a> Ridge<'a> {
@@ -154,16 +154,16 @@ impl<'a> Ridge<'a> {
 
     /// Twice its cost.
     pub fn value(&self, emission: &[f64]) -> f64 {
-        self.absolute(emission) * self.relative_to(emission).0
+        self.absolute(emission) * self.scale(emission).0
     }
 
     /// Its derivative by each emission.
     pub fn gradient(&self, emission: &[f64]) -> Vec<f64> {
-        let (part, whole) = self.relative_to(emission);
+        let (scale, falls_by) = self.scale(emission);
         let mut gradient = self.slope(emission);
-        gradient.iter_mut().for_each(|slope| *slope *= part);
+        gradient.iter_mut().for_each(|slope| *slope *= scale);
         if let Some(norms) = &self.norms {
-            let of_level = self.value(emission) * whole;
+            let of_level = scale * self.absolute(emission) * falls_by;
             for (slope, norm) in gradient.iter_mut().zip(norms) {
                 *slope -= of_level * norm;
             }
@@ -174,12 +174,12 @@ impl<'a> Ridge<'a> {
     /// Adds its second derivatives by some columns, in ascending order, that come first in a
     /// Hessian; those of the Gauss-Newton method where it is relative.
     pub fn add_to(&self, hessian: &mut Mat<f64>, emission: &[f64], columns: &[usize]) {
-        let (part, whole) = self.relative_to(emission);
+        let (scale, falls_by) = self.scale(emission);
         for (place, &column) in columns.iter().enumerate() {
-            hessian[(place, place)] += part * self.ridge[column];
+            hessian[(place, place)] += scale * self.ridge[column];
         }
         for pair in self.terms.pairs {
-            let weight = part * self.unit * pair.weight;
+            let weight = scale * self.unit * pair.weight;
             let places = pair.columns.map(|column| columns.binary_search(&column));
             for place in places.into_iter().flatten() {
                 hessian[(place, place)] += weight;
@@ -190,11 +190,13 @@ impl<'a> Ridge<'a> {
             }
         }
         if let Some(norms) = &self.norms {
-            let (slope, value) = (self.slope(emission), self.value(emission));
+            let slope = self.slope(emission);
+            let of_level = falls_by * self.absolute(emission);
             for (i, &a) in columns.iter().enumerate() {
                 for (j, &b) in columns.iter().enumerate() {
                     let mixed = slope[a] * norms[b] + norms[a] * slope[b];
-                    hessian[(i, j)] += whole * (whole * value * norms[a] * norms[b] - part * mixed);
+                    let own = of_level * norms[a] * norms[b];
+                    hessian[(i, j)] += scale * falls_by * (own - mixed);
                 }
             }
         }
@@ -211,15 +213,16 @@ impl<'a> Ridge<'a> {
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// s² / (M² + ε s²), and M / (M² + ε s²), which its logarithm falls by, per 2 n_j.
-    fn relative_to(&self, emission: &[f64]) -> (f64, f64) {
+    /// What R is multiplied by, s² / (M² + ε s²), and half of what the logarithm of that falls by per
+    /// M, M / (M² + ε s²); 1 and 0 where the ridge is not relative.
+    fn scale(&self, emission: &[f64]) -> (f64, f64) {
         let Some(norms) = &self.norms else { return (1.0, 0.0) };
         let level = dot(norms, emission);
         let square = level * level + NO_LIGHT * self.weights;
         if square > 0.0 { (self.weights / square, level / square) } else { (1.0, 0.0) }
     }
 
-    /// R.
+    /// R, not relative to anything.
     fn absolute(&self, emission: &[f64]) -> f64 {
         let mut sum = 0.0;
         for (column, ridge) in self.ridge.iter().enumerate().filter(|(_, ridge)| **ridge > 0.0) {
@@ -231,7 +234,7 @@ impl<'a> Ridge<'a> {
         sum
     }
 
-    /// Half its derivative by each emission.
+    /// Half the derivative of R by each emission.
     fn slope(&self, emission: &[f64]) -> Vec<f64> {
         let of_column = |(column, &ridge): (usize, &f64)| {
             if ridge > 0.0 { ridge * self.off(emission, column) } else { 0.0 }

@@ -2,9 +2,9 @@
 //!
 //! Nothing of this comes from residuals that are taken to be independent: the error is the light
 //! model's, alike for neighbours, and intervals from independent errors cover a third of what they
-//! promise. The variance of a reflectance is the sum of four: of a factor that is common to all
-//! reflectances, of its own with the light and all others free, between light sets, and of light that
-//! is wrong alike over the whole of its surface.
+//! promise. The variance of a reflectance is the sum of four, times a factor for what is in none of
+//! them: of a factor that is common to all reflectances, of its own with the light and all others free,
+//! between light sets, and of light that is wrong alike over the whole of its surface.
 
 use faer::linalg::matmul::matmul;
 use faer::prelude::*;
@@ -38,10 +38,11 @@ const MODEL_ERROR: f64 = 1.5;
 /// on large, outdoor-open, corner-glossy, kitchen-full and kitchen-coarse, 0.3 to 0.5 elsewhere.
 const WHOLE_SURFACE: f64 = 0.5;
 
-/// How many times the sum of these variances the square of an error is: what all light sets have in
-/// common, such as which lamps were chosen, is in none of them. Set on the random captures 4 to 7 of
-/// every kind (`assets/study/random`), where the intervals then hold 93 % of 835 true values, and 82 %
-/// without it; on captures 0 to 3, which judge, 95 % of 773, and 90 % without it.
+/// The variance of a log ρ_d is this many times the sum of the four variances: errors that all light
+/// sets have in common, such as which lamps were chosen, are in none of these. Set on the random captures
+/// 4 to 7 of every kind (`assets/study/random`), where the intervals then hold 93 % of 835 true values,
+/// and 82 % without it; on captures 0 to 3, which judge, 95 % of 773, and 90 % without it. Intervals of
+/// ρ_s are without it: no capture there shows how far they are wrong.
 const UNDERSTATED: f64 = 2.5;
 
 /// Variance of a row's residual per channel, as far as a factor common to all reflectances is
@@ -100,8 +101,9 @@ pub fn assess(
         let determined = Determined::of(problem, fitted, channel);
         let noise = MODEL_ERROR.powi(2) * certainty.scale.log_rms[channel].powi(2);
         certainty.scale.singular_value[channel] = determined.singular_value;
+        let shared = noise * determined.common;
         certainty.scale.log_sd[channel] =
-            if priors.has_pin() { 0.0 } else { (UNDERSTATED * noise * determined.common).sqrt() };
+            if priors.has_pin() { 0.0 } else { (UNDERSTATED * shared).sqrt() };
         for (material, (entry, of_blocks)) in
             certainty.materials.iter_mut().zip(&of_blocks).enumerate()
         {
@@ -112,14 +114,13 @@ pub fn assess(
                 entry.diffuse[channel] = (light_sets > 1).then_some([log.exp(); 2]);
                 continue;
             };
-            let shared = noise * determined.common;
             let whole = WHOLE_SURFACE.powi(2) * of_blocks[channel];
             let between = posterior.log_diffuse_variance[channel][material];
-            let stated = shared + noise * own + between + whole;
+            let sum = shared + noise * own + between + whole;
             // Beyond that the weak prior, which was weighed by the same noise, says more than the
             // photographs.
-            entry.identified[channel] = stated.sqrt() < problem.options().prior_sd;
-            let variance = UNDERSTATED * stated;
+            entry.identified[channel] = sum.sqrt() < problem.options().prior_sd;
+            let variance = UNDERSTATED * sum;
             if variance.sqrt() > WARN_SD {
                 open[material].push(channel);
             }
