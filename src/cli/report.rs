@@ -8,6 +8,8 @@ use crate::reconstruct::{Reconstruction, Stage};
 use crate::scene::{Capture, MaterialKind, Optics};
 
 const COLUMNS: usize = 100;
+/// Stands after a reflectance that the photographs determine less than the weak prior does.
+const UNIDENTIFIED: &str = "*";
 /// Longer names of materials get a line of their own.
 const LONGEST_NAME: usize = 20;
 
@@ -84,7 +86,7 @@ fn light_counts(reconstruction: &Reconstruction) -> String {
 fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<String> {
     let solution = &reconstruction.solution;
     let mut rows: Vec<(&str, &str, Vec<String>)> = Vec::new();
-    let mut has_intervals = false;
+    let (mut has_intervals, mut all_identified) = (false, true);
     for (index, material) in capture.materials.iter().enumerate() {
         let name = material.name.as_str();
         let Some(reflectance) = solution.reflectances.get(index).copied().flatten() else {
@@ -103,6 +105,7 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
                 identified: [true; CHANNELS],
                 ..MaterialCertainty::default()
             });
+        all_identified &= identified == [true; CHANNELS];
         has_intervals |= diffuse.iter().chain(&specular).any(Option::is_some) || exponent.is_some();
         let cells = |values: Rgb, intervals: [Option<[f64; 2]>; CHANNELS]| {
             (0..CHANNELS).map(|c| cell(values[c], intervals[c], identified[c])).collect()
@@ -143,14 +146,20 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
         }
         lines.push(line.trim_end().to_owned());
     }
+    if !all_identified {
+        lines.push(format!(
+            "  {UNIDENTIFIED} not identified: the photographs say less of it than what surfaces usually \
+             reflect"
+        ));
+    }
     lines
 }
 
 fn cell(value: f64, interval: Option<[f64; 2]>, identified: bool) -> String {
+    let mark = if identified { "" } else { UNIDENTIFIED };
     match interval {
-        _ if !identified => format!("{value:.3} not identified"),
-        Some([low, high]) => format!("{value:.3} [{low:.3}, {high:.3}]"),
-        None => format!("{value:.3}"),
+        Some([low, high]) => format!("{value:.3}{mark} [{low:.3}, {high:.3}]"),
+        None => format!("{value:.3}{mark}"),
     }
 }
 
@@ -197,11 +206,12 @@ mod tests {
   10.0 / 10.0 / 10.0 % (R / G / B)
 note: the world is open: a sky explains the photographs better
 reflectances in red, green and blue [95 % interval]
-  floor   diffuse   0.500 [0.450, 0.560]  0.400 [0.350, 0.460]  0.300 not identified
-          specular  0.050 [0.040, 0.060]  0.060 [0.050, 0.070]  0.070 not identified
+  floor   diffuse   0.500 [0.450, 0.560]  0.400 [0.350, 0.460]  0.300*
+          specular  0.050 [0.040, 0.060]  0.060 [0.050, 0.070]  0.070*
           exponent  40.0 [30.0, 52.0]
   wall    diffuse   0.200                 0.200                 0.200
   unseen  not measured
+  * not identified: the photographs say less of it than what surfaces usually reflect
 error of samples held out: 4.0 / 5.0 / 6.0 % (R / G / B, of the logarithm)
 standard deviation of a factor common to all reflectances: 10.0 / 11.0 / 12.0 % (R / G / B)
 seconds: load 0.25, samples 0.00, lights 0.00, transport 0.00, solve 0.00, textures 0.00, total 0.25"

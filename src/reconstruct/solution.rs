@@ -171,7 +171,7 @@ pub enum TrialPart {
 /// 95 % intervals of one material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MaterialCertainty {
-    /// Of ρ_d per channel; `None` where it is not identified or there is only one light set.
+    /// Of ρ_d per channel; `None` where there is only one light set.
     pub diffuse: [Option<[f64; 2]>; CHANNELS],
     /// Of ρ_s; `None` also for diffuse materials.
     pub specular: [Option<[f64; 2]>; CHANNELS],

@@ -16,6 +16,7 @@ use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::gloss::Sharpness;
 use crate::reconstruct::joint::hessian::gram;
 use crate::reconstruct::joint::linearised::linearise;
+use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, ScaleCertainty};
 use crate::scene::Gloss;
@@ -59,18 +60,31 @@ fn effective_count(shares: &[f64]) -> f64 {
     if squares > 0.0 { squares.recip() } else { 0.0 }
 }
 
-/// What the light and the reflectances of one channel determine of each other.
+/// What the rows of one channel say of the reflectances, with the light free.
 struct Determined {
-    /// Variance of every material's log ρ_d for rows of noise 1; `None` where it is known.
-    log_diffuse: Vec<Option<f64>>,
-    /// The same of ρ_s of glossy materials.
+    /// Materials of unknown ρ_d, ascending.
+    unknown: Vec<usize>,
+    /// Their shares of the area of all of them.
+    shares: Vec<f64>,
+    /// JᵀJ over their log ρ_d, the rest projected out; `None` without such materials, or where the
+    /// rest depends on itself.
+    diffuse: Option<Mat<f64>>,
+    /// Variance of ρ_s of glossy materials, for rows of noise 1.
     specular: Vec<Option<f64>>,
-    /// The same of a factor common to all unknown ρ_d, by area, whose errors all materials share: as
-    /// many times that of a mean of independent errors as there are materials.
-    common: f64,
     /// Smallest singular value over all measured materials, the light projected out and known
     /// reflectances taken for unknown.
     singular_value: f64,
+}
+
+/// Variances of the reflectances of one channel, for rows of noise 1.
+struct Variances {
+    /// Of every material's log ρ_d; `None` where it is known.
+    log_diffuse: Vec<Option<f64>>,
+    /// Of a factor common to all unknown ρ_d, by area. Its errors are shared by all materials, so
+    /// this is as many times the variance of a mean of independent errors as there are materials.
+    common: f64,
+    /// Of the mean of all unknown log ρ_d.
+    level: f64,
 }
 
 /// Intervals, what is identified, and what to warn of. `rows` have the noise that the problem's
@@ -97,41 +111,51 @@ pub fn assess(
     let mut open: Vec<Vec<usize>> = vec![Vec::new(); problem.materials()];
     let of_blocks: Vec<Rgb> =
         (0..problem.materials()).map(|m| problem.mean_square_of_blocks(fitted, m)).collect();
+    let determined: [Determined; CHANNELS] =
+        std::array::from_fn(|channel| Determined::of(problem, fitted, channel));
+    let noise = certainty.scale.log_rms.map(|rms| (MODEL_ERROR * rms).powi(2));
+    let from_rows = determined.each_ref().map(|determined| determined.variances(0.0));
+    let levels: Rgb = std::array::from_fn(|c| UNDERSTATED * noise[c] * from_rows[c].level);
     for channel in 0..CHANNELS {
-        let determined = Determined::of(problem, fitted, channel);
-        let noise = MODEL_ERROR.powi(2) * certainty.scale.log_rms[channel].powi(2);
-        certainty.scale.singular_value[channel] = determined.singular_value;
-        let shared = noise * determined.common;
+        let (noise, from_rows) = (noise[channel], &from_rows[channel]);
+        let prior = if priors.has_pin() {
+            0.0
+        } else {
+            UNDERSTATED * noise / prior_variance(problem.options(), &levels, channel)
+        };
+        let with_prior = determined[channel].variances(prior);
+        certainty.scale.singular_value[channel] = determined[channel].singular_value;
         certainty.scale.log_sd[channel] =
-            if priors.has_pin() { 0.0 } else { (UNDERSTATED * shared).sqrt() };
+            if priors.has_pin() { 0.0 } else { (UNDERSTATED * noise * from_rows.common).sqrt() };
         for (material, (entry, of_blocks)) in
             certainty.materials.iter_mut().zip(&of_blocks).enumerate()
         {
             let Some(entry) = entry else { continue };
             let log = posterior.log_diffuse[channel][material];
-            let Some(own) = determined.log_diffuse[material] else {
+            let Some(own) = from_rows.log_diffuse[material] else {
                 entry.identified[channel] = true;
                 entry.diffuse[channel] = (light_sets > 1).then_some([log.exp(); 2]);
                 continue;
             };
             let whole = WHOLE_SURFACE.powi(2) * of_blocks[channel];
             let between = posterior.log_diffuse_variance[channel][material];
-            let sum = shared + noise * own + between + whole;
+            let sum = noise * (from_rows.common + own) + between + whole;
             // Beyond that the weak prior, which was weighed by the same noise, says more than the
             // photographs.
             entry.identified[channel] = sum.sqrt() < problem.options().prior_sd;
-            let variance = UNDERSTATED * sum;
-            if variance.sqrt() > WARN_SD {
+            if (UNDERSTATED * sum).sqrt() > WARN_SD {
                 open[material].push(channel);
             }
-            if light_sets < 2 || !entry.identified[channel] {
+            if light_sets < 2 {
                 continue;
             }
-            entry.diffuse[channel] = Some(interval(log, variance.sqrt()));
-            if let Some(own) = determined.specular[material] {
+            let own = with_prior.log_diffuse[material].unwrap_or(own);
+            let sum = noise * (with_prior.common + own) + between + whole;
+            entry.diffuse[channel] = Some(interval(log, (UNDERSTATED * sum).sqrt()));
+            let specular = determined[channel].specular[material];
+            if let Some(own) = specular.filter(|_| entry.identified[channel]) {
                 let value = posterior.specular[channel][material];
-                let variance = noise * own + posterior.specular_variance[channel][material];
-                let sd = variance.sqrt();
+                let sd = (noise * own + posterior.specular_variance[channel][material]).sqrt();
                 entry.specular[channel] =
                     Some([(value - QUANTILE * sd).max(0.0), (value + QUANTILE * sd).min(1.0)]);
             }
@@ -156,6 +180,16 @@ pub fn assess(
         );
     }
     (certainty, warnings)
+}
+
+/// Variance of the weak prior on a channel's mean log ρ_d, given what the rows of the other channels
+/// say of theirs (`levels`: variances): the mean is a + b, with a common to all channels (see
+/// [`fit_with_scale_prior`](crate::reconstruct::joint::fit::fit_with_scale_prior)).
+fn prior_variance(options: &JointOptions, levels: &Rgb, channel: usize) -> f64 {
+    let own = options.channel_tie.powi(2);
+    let others = (0..CHANNELS).filter(|other| *other != channel);
+    let told: f64 = others.map(|other| (own + levels[other]).recip()).sum();
+    own + (options.prior_sd.powi(-2) + told).recip()
 }
 
 /// One warning for all materials that are open in the same channels.
@@ -221,46 +255,59 @@ impl Determined {
         let specular: Vec<usize> = glossy.iter().map(|m| lit + materials + m).collect();
         let diffuse = |of: &[usize]| of.iter().map(|m| lit + m).collect::<Vec<_>>();
 
-        let mut determined = Self {
-            log_diffuse: known
-                .iter()
-                .map(|known| known.is_none().then_some(f64::INFINITY))
-                .collect(),
-            specular: (0..materials)
-                .map(|m| glossy.contains(&m).then_some(f64::INFINITY))
-                .collect(),
-            common: 0.0,
-            singular_value: 0.0,
-        };
         let free: Vec<usize> = light.iter().chain(&specular).copied().collect();
+        let mut singular_value = 0.0;
         if let Some(schur) = schur(&products, &diffuse(&all), &free)
             && let Ok(eigen) = schur.self_adjoint_eigen(Side::Lower)
-            && !all.is_empty()
         {
             // Ascending.
-            determined.singular_value = eigen.S()[0].max(0.0).sqrt();
+            singular_value = eigen.S()[0].max(0.0).sqrt();
         }
-        let Some(left) = schur(&products, &diffuse(&unknown), &free) else {
-            determined.common = if unknown.is_empty() { 0.0 } else { f64::INFINITY };
-            return determined;
-        };
-        let Some(variance) = inverse(&left) else { return determined };
-        for (place, &material) in unknown.iter().enumerate() {
-            determined.log_diffuse[material] = Some(variance[(place, place)]);
-        }
-        let shares = problem.shares(&unknown);
-        let mean: f64 = (0..unknown.len())
-            .flat_map(|i| (0..unknown.len()).map(move |j| (i, j)))
-            .map(|(i, j)| shares[i] * shares[j] * variance[(i, j)])
-            .sum();
-        determined.common = effective_count(&shares) * mean;
-        let free: Vec<usize> = light.iter().copied().chain(diffuse(&unknown)).collect();
-        if let Some(variance) = schur(&products, &specular, &free).and_then(|left| inverse(&left)) {
+        let mut of_specular: Vec<Option<f64>> =
+            (0..materials).map(|m| glossy.contains(&m).then_some(f64::INFINITY)).collect();
+        let beside: Vec<usize> = light.iter().copied().chain(diffuse(&unknown)).collect();
+        let left = schur(&products, &specular, &beside);
+        if let Some(variance) = left.and_then(|left| inverse(&left)) {
             for (place, &material) in glossy.iter().enumerate() {
-                determined.specular[material] = Some(variance[(place, place)]);
+                of_specular[material] = Some(variance[(place, place)]);
             }
         }
-        determined
+        Self {
+            diffuse: schur(&products, &diffuse(&unknown), &free),
+            shares: problem.shares(&unknown),
+            unknown,
+            specular: of_specular,
+            singular_value,
+        }
+    }
+
+    /// Variances with a prior of this weight on the mean of all unknown log ρ_d.
+    fn variances(&self, prior: f64) -> Variances {
+        let count = self.unknown.len();
+        let mut found = Variances {
+            log_diffuse: self.specular.iter().map(|_| None).collect(),
+            common: if count == 0 { 0.0 } else { f64::INFINITY },
+            level: f64::INFINITY,
+        };
+        for &material in &self.unknown {
+            found.log_diffuse[material] = Some(f64::INFINITY);
+        }
+        let Some(variance) = self.diffuse.as_ref().and_then(|diffuse| {
+            let share = prior / (count * count) as f64;
+            inverse(&Mat::from_fn(count, count, |i, j| diffuse[(i, j)] + share))
+        }) else {
+            return found;
+        };
+        for (place, &material) in self.unknown.iter().enumerate() {
+            found.log_diffuse[material] = Some(variance[(place, place)]);
+        }
+        let of_mean = |shares: &[f64]| -> f64 {
+            let pairs = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
+            pairs.map(|(i, j)| shares[i] * shares[j] * variance[(i, j)]).sum()
+        };
+        found.common = effective_count(&self.shares) * of_mean(&self.shares);
+        found.level = of_mean(&vec![1.0 / count as f64; count]);
+        found
     }
 }
 
@@ -315,6 +362,36 @@ mod tests {
         assert!((variance[(0, 0)] - 1.0 / 400.0).abs() < 1e-9);
         assert!((variance[(1, 1)] - 1.0 / 400.0).abs() < 1e-9);
         assert!(variance[(2, 2)] > 1e4, "{}", variance[(2, 2)]);
+    }
+
+    #[test]
+    fn a_prior_on_the_mean_bounds_what_no_row_determines() {
+        // Rows say the ratio of two reflectances with variance 2/100 and nothing of their mean; the
+        // prior says the mean with variance 0.25. Each is the mean, plus or minus half the ratio.
+        let determined = Determined {
+            unknown: vec![1, 2],
+            shares: vec![0.5, 0.5],
+            diffuse: Some(Mat::from_fn(2, 2, |i, j| if i == j { 50.0 } else { -50.0 })),
+            specular: vec![None; 3],
+            singular_value: 0.0,
+        };
+        let found = determined.variances(4.0);
+        assert_eq!(found.log_diffuse[0], None);
+        let expected = 0.25 + 0.02 / 4.0;
+        assert!((found.log_diffuse[1].unwrap() - expected).abs() < 1e-9, "{:?}", found.log_diffuse);
+        assert!((found.level - 0.25).abs() < 1e-9, "{}", found.level);
+        assert!((found.common - 2.0 * 0.25).abs() < 1e-9, "{}", found.common);
+        assert!(determined.variances(0.0).level > 1e6);
+    }
+
+    #[test]
+    fn channels_that_are_determined_narrow_the_prior_of_the_others() {
+        let options = JointOptions { prior_sd: 0.3, channel_tie: 0.4, ..JointOptions::default() };
+        let alone = prior_variance(&options, &[f64::INFINITY; CHANNELS], 1);
+        assert!((alone - 0.25).abs() < 1e-12);
+        // By hand: a normal of variance 0.09 seen twice with error 0.16, then b of variance 0.16.
+        let beside = prior_variance(&options, &[0.0, f64::INFINITY, 0.0], 1);
+        assert!((beside - (0.16 + 1.0 / (1.0 / 0.09 + 2.0 / 0.16))).abs() < 1e-12);
     }
 
     #[test]
