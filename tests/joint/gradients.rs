@@ -53,12 +53,8 @@ impl Definition<'_> {
         };
         let square = |j: usize| (0..rows.material.len()).map(|i| square(i, j)).sum::<f64>();
         let is_paired = |j: usize| held.pairs.iter().any(|pair| pair.columns.contains(&j));
-        let paired: Vec<f64> = (0..state.emission.len())
-            .filter(|&j| is_paired(j))
-            .map(square)
-            .filter(|&square| square > 0.0)
-            .collect();
-        let unit = paired.iter().sum::<f64>() / paired.len().max(1) as f64;
+        let paired = (0..state.emission.len()).filter(|&j| is_paired(j));
+        let unit = paired.map(|j| square(j).sqrt()).sum::<f64>().powi(2);
         let off = |j: usize| state.emission[j] - held.centre[j];
         let mut drawn = 0.0;
         for j in 0..state.emission.len() {

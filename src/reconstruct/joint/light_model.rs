@@ -64,6 +64,9 @@ pub struct LightModel {
 }
 
 /// Half the angle that the sun subtends, in radians.
+/// Neighbouring cells are drawn to each other as strongly as the lights of a background are drawn to
+/// 0 where the sky has so many cells, which is what the default spacing gives.
+const CELLS: f64 = 35.0;
 const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
 
 impl Part {
@@ -289,7 +292,7 @@ impl LightModel {
         let mut pairs = Vec::new();
         let mut first = 0;
         for part in &self.parts {
-            let weight = self.ridge / NEIGHBOURS as f64;
+            let weight = self.ridge / (NEIGHBOURS as f64 * CELLS * CELLS);
             let pair = |columns: &[usize; 2]| Pair { columns: columns.map(|j| first + j), weight };
             pairs.extend(part.neighbours.iter().map(pair));
             first += part.columns();

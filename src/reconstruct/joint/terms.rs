@@ -26,8 +26,10 @@ pub struct Anchor {
     pub weight: f64,
 }
 
-/// Two emissions that are drawn to each other: adds ½ weight n̄² (E_a − centre_a − E_b + centre_b)²,
-/// n̄² being the mean square norm of all columns that are in pairs and that any row sees.
+/// Two emissions that are drawn to each other: adds ½ weight N² (E_a − centre_a − E_b + centre_b)²,
+/// N being the sum of the norms of all columns that are in pairs. That sum is the same however finely
+/// a sky is divided, and so is the sum of the squared differences between neighbouring cells: as many
+/// more of them as they become smaller (the membrane energy ∫ |∇E|² in two dimensions).
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// a and b.
@@ -119,7 +121,7 @@ impl Anchor {
 /// reflectances come out too high.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
-    /// n̄².
+    /// N².
     unit: f64,
     /// λ_j n_j² per column.
     ridge: Vec<f64>,
@@ -140,11 +142,9 @@ impl<'a> Ridge<'a> {
         for column in terms.pairs.iter().flat_map(|pair| pair.columns) {
             is_paired[column] = true;
         }
-        let seen =
-            squares.iter().zip(is_paired).filter(|&(&square, paired)| paired && square > 0.0);
-        let (count, sum) =
-            seen.fold((0, 0.0), |(count, sum), (square, _)| (count + 1, sum + square));
-        let unit = sum / f64::from(count.max(1));
+        let whole: f64 =
+            norms.iter().zip(is_paired).filter(|(_, paired)| *paired).map(|(norm, _)| norm).sum();
+        let unit = whole * whole;
         let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
         ridge.resize(norms.len(), 0.0);
         let is_relative = terms.relative_ridge && terms.centre.iter().all(|&centre| centre == 0.0);
@@ -284,3 +284,36 @@ pub(super) fn curvature(residual: f64, robust: f64) -> f64 {
 }
 
 const LEAST_CURVATURE: f64 = 0.2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sampling::fibonacci;
+    use crate::reconstruct::joint::background::LightSet;
+    use crate::reconstruct::lights::{LightKind, VirtualLight};
+
+    /// The same sky in more cells was once drawn together so much less that its cells took up what
+    /// the photographs do not determine.
+    #[test]
+    fn a_sky_is_drawn_together_as_strongly_however_finely_it_is_divided() {
+        let energy = |count: usize| {
+            let mut set = LightSet::default();
+            let mut emission = Vec::new();
+            for direction in fibonacci(count, 0.0) {
+                set.push(
+                    VirtualLight::distant(LightKind::Sky, direction, 0.1),
+                    &[(direction, 0.0)],
+                );
+                emission.push(1.0 + f64::from(direction.z));
+            }
+            let pair = |columns: [usize; 2]| Pair { columns, weight: 1.0 };
+            let pairs: Vec<Pair> = set.neighbours().into_iter().map(pair).collect();
+            let terms = Terms { pairs: &pairs, ..Terms::default() };
+            // A cell's light is as much as its share of the sky.
+            let norms = vec![1.0 / count as f64; count];
+            Ridge::new(&terms, &norms).value(&emission)
+        };
+        let [coarse, fine] = [100, 800].map(energy);
+        assert!((fine / coarse - 1.0).abs() < 0.1, "{coarse} {fine}");
+    }
+}
