@@ -268,7 +268,7 @@ fn assign_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
 }
 
 fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
-    let (closed, left) = ask(ctx, "Keyboard shortcuts", 700.0, |ui| {
+    let (closed, left) = ask(ctx, "Keyboard shortcuts", 620.0, |ui| {
         egui::ScrollArea::vertical().max_height(ctx.content_rect().height() - 160.0).show(
             ui,
             |ui| {
