@@ -19,7 +19,7 @@ for tool in Xvfb xdotool import compare "$program"; do
 done
 
 work=$(mktemp -d)
-export XDG_CONFIG_HOME=$work/config XDG_RUNTIME_DIR=$work/run DISPLAY=:${WALK_DISPLAY:-87}
+export XDG_CONFIG_HOME=$work/config XDG_STATE_HOME=$work/state XDG_RUNTIME_DIR=$work/run DISPLAY=:${WALK_DISPLAY:-87}
 mkdir -p "$XDG_CONFIG_HOME/lobelia" "$XDG_RUNTIME_DIR"
 chmod 700 "$XDG_RUNTIME_DIR"
 echo "{\"theme\": \"$theme\"}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
@@ -114,6 +114,7 @@ click 1041 97
 click 945 303   # Textured
 picture 10-textured
 keys ctrl+z
+sleep 2
 still 11-undone
 sleep 7
 

@@ -15,6 +15,7 @@ use super::leaving::{AfterPrompt, leave, once_saved, proceed};
 use super::project::{Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
+use super::report;
 use super::selecting::select;
 use super::state::State;
 use super::studying;
@@ -85,6 +86,7 @@ pub enum Action {
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
+    ShowReport,
     Copy(String),
     DismissError(usize),
 }
@@ -316,6 +318,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
         Action::ShowAbout => state.dialogs.about = true,
+        Action::ShowReport => state.dialogs.report = Some(report::of(state)),
         Action::Copy(text) => state.ctx.copy_text(text),
         Action::DismissError(index) => {
             if index < state.messages.errors.len() {

@@ -4,15 +4,11 @@
 //! program, such a dialog answers like Cancel within milliseconds; nobody cancels that fast, so
 //! then the window shows a field for the path instead.
 
-use std::future::Future;
 use std::path::{Path, PathBuf};
-use std::pin::pin;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
-use std::task::{Context, Poll, Wake, Waker};
-use std::thread::Thread;
 use std::time::{Duration, Instant};
 
+use pollster::block_on;
 use rfd::AsyncFileDialog;
 
 use super::actions::{Action, Relight, Study};
@@ -86,6 +82,8 @@ pub struct Dialogs {
     pub palette: Option<Palette>,
     pub shortcuts: bool,
     pub about: bool,
+    /// The text of the report of a problem.
+    pub report: Option<String>,
     /// Which material the selected surfaces go to.
     pub assign: bool,
     /// Tests have no dialogs of the system.
@@ -109,6 +107,7 @@ impl Dialogs {
             || self.palette.is_some()
             || self.shortcuts
             || self.about
+            || self.report.is_some()
             || self.assign
     }
 
@@ -331,25 +330,4 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
 fn beside(folder: &Path, name: &str) -> PathBuf {
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     folder.parent().unwrap_or(Path::new("")).join(name)
-}
-
-struct Unpark(Thread);
-
-impl Wake for Unpark {
-    fn wake(self: Arc<Self>) {
-        self.0.unpark();
-    }
-}
-
-/// Waits for a future on this thread.
-fn block_on<T>(future: impl Future<Output = T>) -> T {
-    let waker = Waker::from(Arc::new(Unpark(std::thread::current())));
-    let mut context = Context::from_waker(&waker);
-    let mut future = pin!(future);
-    loop {
-        if let Poll::Ready(answer) = future.as_mut().poll(&mut context) {
-            return answer;
-        }
-        std::thread::park();
-    }
 }

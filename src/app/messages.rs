@@ -63,6 +63,11 @@ impl Messages {
     }
 
     fn line(&mut self, level: Level, text: String) {
+        // What the worker reports it logs itself.
+        match level {
+            Level::Error => log::error!("{text}"),
+            Level::Warning | Level::Info => log::debug!("{text}"),
+        }
         if self.log.len() >= LONGEST_LOG {
             self.log.drain(..LONGEST_LOG / 10);
         }

@@ -28,6 +28,7 @@ mod products;
 mod project;
 mod relight;
 mod relighting;
+mod report;
 mod selecting;
 mod state;
 mod studying;
@@ -45,6 +46,7 @@ use std::time::Instant;
 use eframe::egui;
 
 pub use app::Studio;
+pub use commands::entries;
 
 /// How the window starts.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +70,7 @@ pub fn open(path: Option<PathBuf>) -> Result<(), String> {
         viewport: egui::ViewportBuilder::default()
             .with_title("Lobelia")
             .with_app_id("lobelia")
+            .with_icon(icon())
             .with_inner_size([1280.0, 720.0])
             .with_min_inner_size([800.0, 500.0])
             .with_drag_and_drop(true),
@@ -75,4 +78,10 @@ pub fn open(path: Option<PathBuf>) -> Result<(), String> {
     };
     eframe::run_native("Lobelia", options, Box::new(|cc| Ok(Box::new(Studio::new(cc, launch)?))))
         .map_err(|error| error.to_string())
+}
+
+/// The window's icon, from `assets/package/lobelia.svg`.
+fn icon() -> egui::IconData {
+    let png = include_bytes!("../../assets/package/lobelia-64.png");
+    eframe::icon_data::from_png_bytes(png).unwrap_or_default()
 }

@@ -50,6 +50,8 @@ pub struct State {
     /// The import page, once it was asked for.
     pub import: Option<Box<ImportPage>>,
     pub render: egui_wgpu::RenderState,
+    /// The shipped guide.
+    pub guide: Option<PathBuf>,
     pub example: Option<PathBuf>,
     /// The graphics adapter in use.
     pub adapter: String,
@@ -101,7 +103,9 @@ impl State {
             viewport: Viewport::new(render),
             import: None,
             render: render.clone(),
-            example: example(),
+            example: shipped(["assets", "share/lobelia"], "examples/corner", "scene.obj"),
+            guide: shipped(["assets", "share/doc/lobelia"], "guide", "SUMMARY.md")
+                .or_else(|| shipped(["assets", "share/doc/lobelia"], "guide", "index.html")),
             adapter: adapter(render),
             probe: Probe::default(),
             start: launch
@@ -137,15 +141,13 @@ fn adapter(render: &eframe::egui_wgpu::RenderState) -> String {
     format!("{} ({:?})", info.name, info.backend)
 }
 
-/// The shipped example, beside the program or where it was built.
-fn example() -> Option<PathBuf> {
+/// A shipped folder that has a file, beside the program as it is installed or where it was built.
+fn shipped(places: [&str; 2], name: &str, file: &str) -> Option<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     let near_program = program.ancestors().skip(1).take(4).map(PathBuf::from);
     let current = std::env::current_dir().into_iter();
     current
         .chain(near_program)
-        .flat_map(|base| {
-            ["assets/examples/corner", "share/lobelia/examples/corner"].map(|part| base.join(part))
-        })
-        .find(|folder| folder.join("scene.obj").is_file())
+        .flat_map(|base| places.map(|place| base.join(place).join(name)))
+        .find(|folder| folder.join(file).is_file())
 }

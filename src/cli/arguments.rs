@@ -20,6 +20,7 @@ pub(super) fn command() -> Command {
     bare()
         .version(env!("CARGO_PKG_VERSION"))
         .about(env!("CARGO_PKG_DESCRIPTION"))
+        .arg(switch("verbose", "Show the log on stderr, in detail").short('v').global(true))
         .subcommand(reconstruct())
         .subcommand(render())
         .subcommands([super::modelling::new(), super::modelling::model(capture())])
@@ -29,9 +30,7 @@ pub(super) fn command() -> Command {
                 .about("Show what a capture holds and what is odd about it")
                 .arg(capture()),
         )
-        .subcommand(import())
-        .subcommand(score())
-        .subcommand(study())
+        .subcommands([import(), score(), study(), super::reference::command()])
 }
 
 /// Without a subcommand the window opens.
@@ -111,7 +110,7 @@ fn quiet() -> Arg {
     switch("quiet", "Show no progress").short('q')
 }
 
-fn folder(name: &'static str, help: &'static str) -> Arg {
+pub(super) fn folder(name: &'static str, help: &'static str) -> Arg {
     Arg::new(name).long(name).value_name("DIR").help(help).value_parser(value_parser!(PathBuf))
 }
 

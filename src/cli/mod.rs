@@ -13,6 +13,7 @@ mod print;
 mod progress;
 mod reconstruct;
 mod recovered;
+mod reference;
 mod render;
 mod report;
 mod score;
@@ -23,6 +24,9 @@ mod window;
 use std::process::ExitCode;
 
 use print::note_line;
+
+use crate::io;
+use crate::worker::record_panics;
 
 /// How a command ended otherwise than well.
 #[derive(Debug)]
@@ -42,7 +46,7 @@ impl<E: Into<anyhow::Error>> From<E> for Ending {
 /// Runs the command line and gives its exit code: 0 done, 1 input or option at fault, 2 wrong
 /// usage, 130 cancelled.
 pub fn main() -> ExitCode {
-    quieten_caught_panics();
+    record_panics();
     let matches = match arguments::command().try_get_matches() {
         Ok(matches) => matches,
         Err(error) => {
@@ -52,6 +56,16 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code as u8);
         }
     };
+    let state = io::settings::state();
+    io::logfile::start(state.as_deref(), matches.get_flag("verbose"));
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    log::info!(
+        "lobelia {} on {} {}: {}",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::OS,
+        std::env::consts::ARCH,
+        arguments.join(" ".as_ref()).display()
+    );
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("render", matches)) => render::run(matches),
@@ -63,6 +77,7 @@ pub fn main() -> ExitCode {
         Some(("info", matches)) => info::run(matches),
         Some(("score", matches)) => score::run(matches),
         Some(("study", matches)) => study::run(matches),
+        Some(("reference", matches)) => reference::run(matches),
         #[cfg(feature = "studio")]
         _ => window::run(matches.get_one::<std::path::PathBuf>("open").cloned()),
         #[cfg(not(feature = "studio"))]
@@ -71,6 +86,7 @@ pub fn main() -> ExitCode {
     match ending {
         Ok(()) => ExitCode::SUCCESS,
         Err(Ending::Failed(error)) => {
+            log::error!("{error:#}");
             note_line!("error: {error:#}");
             ExitCode::from(1)
         }
@@ -79,18 +95,4 @@ pub fn main() -> ExitCode {
             ExitCode::from(130)
         }
     }
-}
-
-/// Panics off the main thread are caught and become error messages: those of decoders on damaged
-/// files, and the worker's. Rust's own report of them only confuses, unless it is asked for.
-fn quieten_caught_panics() {
-    if std::env::var_os("RUST_BACKTRACE").is_some() {
-        return;
-    }
-    let report = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        if std::thread::current().name() == Some("main") {
-            report(panic);
-        }
-    }));
 }

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::print::note_line;
+use crate::io::logfile;
 use crate::reconstruct::Update;
 use crate::reconstruct::solution::Iteration;
 use crate::watch::Progress;
@@ -13,11 +14,13 @@ pub(super) struct Display {
     bar: ProgressBar,
     /// stderr is no terminal: a line a stage and an iteration instead of a bar.
     plain: bool,
+    quiet: bool,
 }
 
 impl Display {
     pub(super) fn new(quiet: bool) -> Self {
-        let terminal = std::io::stderr().is_terminal();
+        // Lines of the log would tear a bar.
+        let terminal = std::io::stderr().is_terminal() && !logfile::is_verbose();
         let bar = if quiet || !terminal {
             ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden())
         } else {
@@ -29,7 +32,7 @@ impl Display {
             )
             .unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
-        Self { bar, plain: !quiet && !terminal }
+        Self { bar, plain: !quiet && !terminal, quiet }
     }
 
     /// Names the stage that begins.
@@ -70,6 +73,13 @@ impl Display {
         self.bar.set_message(text.to_owned());
         if self.plain {
             note_line!("  {text}");
+        }
+    }
+
+    /// Prints a line that stays, unless nothing is to be shown.
+    pub(super) fn say(&self, text: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| note_line!("{text}"));
         }
     }
 

@@ -1,6 +1,6 @@
 //! `lobelia reconstruct CAPTURE --out DIR`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
@@ -8,7 +8,7 @@ use clap::ArgMatches;
 
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
-use crate::cli::report::report;
+use crate::cli::report::{plural, report};
 use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::reconstruct::Options;
@@ -30,11 +30,17 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 
     let began = Instant::now();
     display.stage("load");
-    let JobEvent::Loaded(capture) = job::wait(&mut worker, Command::Load { path }, &mut display)?
+    let JobEvent::Loaded(capture) =
+        job::wait(&mut worker, Command::Load { path: path.clone() }, &mut display)?
     else {
         return Ok(());
     };
     let load_secs = began.elapsed().as_secs_f64();
+    display.say(&format!(
+        "recovering the reflectances of {} and the light on them from {}",
+        plural(capture.materials.len(), "material"),
+        plural(capture.photographs.len(), "photograph"),
+    ));
     let command = Command::Reconstruct {
         capture: capture.clone(),
         options: Box::new(options.clone()),
@@ -60,5 +66,20 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         say_line!("{line}");
     }
     say_line!("written to {}", folder.display());
+    display.say(&next(&path, &folder));
     Ok(())
+}
+
+/// What can be done with the result.
+fn next(capture: &Path, folder: &Path) -> String {
+    let program = std::env::args_os().next().unwrap_or_else(|| "lobelia".into());
+    let (program, capture, folder) = (program.display(), capture.display(), folder.display());
+    let mut text = format!(
+        "next: {folder}/solution.json holds the reflectances with their intervals\n      \
+         {program} render {capture} --solution {folder} --out {folder}/pictures --png"
+    );
+    if cfg!(feature = "studio") {
+        text += &format!("\n      {program} {capture}   opens the studio");
+    }
+    text
 }

@@ -58,14 +58,18 @@ pub(super) fn report(
     lines
 }
 
+/// `1 lamp`, `2 lamps`.
+pub(super) fn plural(number: usize, name: &str) -> String {
+    match number {
+        1 => format!("1 {name}"),
+        _ => format!("{number} {name}s"),
+    }
+}
+
 /// How many lights of every kind there are in `lights.json`.
 fn light_counts(reconstruction: &Reconstruction) -> String {
     let count = |of_kind: &dyn Fn(LightKind) -> bool| {
         lights::count(reconstruction, |light| of_kind(light.kind))
-    };
-    let plural = |number: usize, name: &str| match number {
-        1 => format!("1 {name}"),
-        _ => format!("{number} {name}s"),
     };
     let discs = count(&|kind| matches!(kind, LightKind::Sphere | LightKind::Surface));
     let mut parts = vec![plural(discs, "virtual light")];

@@ -15,9 +15,11 @@ pub(super) fn run(path: Option<PathBuf>) -> Result<(), Ending> {
         });
         Ending::Failed(anyhow!(
             "the window cannot be opened: {problem}\n\
-             It needs an X11 or Wayland session (DISPLAY or WAYLAND_DISPLAY), and a graphics driver \
-             with Vulkan or OpenGL: install your graphics card's, or mesa-vulkan-drivers, which \
-             draws without a card.\n\
+             It needs a screen (an X11 or Wayland session, which DISPLAY or WAYLAND_DISPLAY names) \
+             and a graphics driver with Vulkan or OpenGL: your graphics card's, or Mesa's, which \
+             draws without a card. On Debian and Ubuntu:\n  \
+             sudo apt-get install libvulkan1 mesa-vulkan-drivers libgl1-mesa-dri libxkbcommon-x11-0 \
+             libxcursor1 libxi6\n\
              In the terminal the same job is done by: lobelia reconstruct {shown} --out DIR"
         ))
     })

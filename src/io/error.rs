@@ -100,14 +100,21 @@ pub(crate) fn read_bounded(file: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     std::fs::read(file).map_err(failed)
 }
 
+/// Longest name that is compared with others, in characters.
+const LONGEST_NAME: usize = 200;
+
 /// `name`, quoted, with the closest of `choices` if one is close enough to be a slip of the pen.
 pub(crate) fn suggestion<'a>(
     name: &str,
     choices: impl Iterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let limit = 1 + name.chars().count() / 4;
+    let length = name.chars().count();
+    let limit = 1 + length / 4;
+    let distance = |choice: &str| strsim::levenshtein(&name.to_lowercase(), &choice.to_lowercase());
     choices
-        .map(|choice| (edit_distance(&name.to_lowercase(), &choice.to_lowercase()), choice))
+        // No name is long; a damaged file's may be, and the time grows with the square.
+        .filter(|choice| length.max(choice.chars().count()) <= LONGEST_NAME)
+        .map(|choice| (distance(choice), choice))
         .filter(|(distance, _)| *distance <= limit)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, choice)| choice)
@@ -122,19 +129,4 @@ pub(crate) fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Strin
         text += &format!(" and {} more", count - shown);
     }
     text
-}
-
-/// Levenshtein's distance.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().take(200).collect();
-    let mut previous: Vec<usize> = (0..=b.len()).collect();
-    for (row, letter) in a.chars().take(200).enumerate() {
-        let mut current = vec![row + 1];
-        for (column, other) in b.iter().enumerate() {
-            let replaced = previous[column] + usize::from(letter != *other);
-            current.push(replaced.min(previous[column + 1] + 1).min(current[column] + 1));
-        }
-        previous = current;
-    }
-    previous[b.len()]
 }

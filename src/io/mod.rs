@@ -21,6 +21,7 @@ pub mod grouping;
 pub mod import;
 mod inside;
 mod json;
+pub mod logfile;
 pub mod mesh;
 pub mod model;
 pub mod mtl;

@@ -67,16 +67,27 @@ fn settings_file(folder: &Path) -> PathBuf {
 
 /// The user's folder for this program's settings; `None` where the system names no home.
 pub fn home() -> Option<PathBuf> {
-    let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    user_folder("XDG_CONFIG_HOME", ".config", "APPDATA")
+}
+
+/// The user's folder for the log; `None` where the system names no home.
+pub fn state() -> Option<PathBuf> {
+    user_folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA")
+}
+
+/// A folder by the conventions of the system: of freedesktop.org a variable or a place in the
+/// home, on Windows a variable.
+fn user_folder(variable: &str, in_home: &str, on_windows: &str) -> Option<PathBuf> {
+    let folder = |name: &str| {
+        let value = std::env::var_os(name).filter(|value| !value.is_empty());
+        value.map(PathBuf::from)
+    };
     let base = if cfg!(windows) {
-        PathBuf::from(folder("APPDATA")?)
+        folder(on_windows)?
     } else if cfg!(target_os = "macos") {
-        PathBuf::from(folder("HOME")?).join("Library/Application Support")
+        folder("HOME")?.join("Library/Application Support")
     } else {
-        match folder("XDG_CONFIG_HOME") {
-            Some(config) => PathBuf::from(config),
-            None => PathBuf::from(folder("HOME")?).join(".config"),
-        }
+        folder(variable).or_else(|| Some(folder("HOME")?.join(in_home)))?
     };
     Some(base.join("lobelia"))
 }

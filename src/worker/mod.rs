@@ -9,6 +9,7 @@ mod elsewhere;
 mod event;
 mod relight;
 mod merge;
+mod panics;
 mod render;
 
 use std::collections::HashMap;
@@ -17,12 +18,15 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use crate::io::logfile;
+use crate::reconstruct::Update;
 use crate::watch::{Progress, Watch};
 
 pub use command::{Command, EditSource, StoreResults};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
+pub use panics::record_panics;
 pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};
 
@@ -45,6 +49,7 @@ impl Worker {
         let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
             for (job, watch, command) in orders {
                 let emit = |what| {
+                    record(job, &what);
                     // Sending fails only if the receiver was dropped; then nobody needs the event.
                     let _ = sender.send(Event { job, what });
                     wake();
@@ -113,15 +118,41 @@ fn perform(command: Command, watch: &Watch, emit: &(dyn Fn(JobEvent) + Sync)) ->
     match catch_unwind(AssertUnwindSafe(|| command.perform(watch, emit))) {
         Ok(event) => event,
         Err(panic) => {
-            let text = panic
-                .downcast_ref::<&str>()
-                .map(|text| (*text).to_owned())
-                .or_else(|| panic.downcast_ref::<String>().cloned())
-                .unwrap_or_else(|| "no message".to_owned());
+            let text = panics::message(panic.as_ref());
+            let place =
+                panics::latest_place().map_or(String::new(), |place| format!(" at {place}"));
+            let log = logfile::path()
+                .map_or(String::new(), |path| format!(" The log is {}.", path.display()));
             JobEvent::Failed(format!(
-                "an internal error stopped the job ({text}); please report it with the capture"
+                "an internal error stopped the job: {text}{place}. Please report it.{log}"
             ))
         }
+    }
+}
+
+/// Logs what a job reports, apart from its pictures and iterations.
+fn record(job: Job, what: &JobEvent) {
+    let job = job.0;
+    match what {
+        JobEvent::Started => log::debug!("job {job}: started"),
+        JobEvent::Update(Update::Stage(stage)) => log::info!("job {job}: {}", stage.name()),
+        JobEvent::Update(Update::Reused(stage)) => log::info!("job {job}: {} kept", stage.name()),
+        JobEvent::Loaded(capture) => {
+            log::info!(
+                "job {job}: capture with {} photographs, {} triangles, {} materials",
+                capture.photographs.len(),
+                capture.mesh.triangles.len(),
+                capture.materials.len()
+            );
+            capture.warnings.iter().for_each(|warning| log::warn!("job {job}: {warning}"));
+        }
+        JobEvent::Reconstructed(whole) => {
+            log::info!("job {job}: {}", whole.solution.brief());
+            whole.warnings.iter().for_each(|warning| log::warn!("job {job}: {warning}"));
+        }
+        JobEvent::Failed(message) => log::error!("job {job}: {message}"),
+        JobEvent::Cancelled => log::info!("job {job}: cancelled"),
+        _ => {}
     }
 }
 

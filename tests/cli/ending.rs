@@ -148,3 +148,24 @@ fn a_reader_that_has_seen_enough_is_no_fault() {
     ends_with(&mut coarse(&copy.capture(), &copy.out()), 0);
     ends_with(lobelia().arg("score").arg(copy.capture()).arg(copy.out()), 0);
 }
+
+#[test]
+fn the_log_tells_what_was_run_and_what_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    let lost = folder.path().join("lost");
+    let info = |state: &std::path::Path| {
+        let mut command = lobelia();
+        command.env("XDG_STATE_HOME", state).arg("info").arg(&lost);
+        command
+    };
+    let quiet = Run::of(&mut info(folder.path())).fails(1, &["lost", "Check that it exists"]);
+    assert!(!quiet.err.contains("ERROR"), "{quiet:#?}");
+    let log = std::fs::read_to_string(folder.path().join("lobelia/lobelia.log")).unwrap();
+    for part in [concat!("INFO  lobelia ", env!("CARGO_PKG_VERSION")), "ERROR ", "lost"] {
+        assert!(log.contains(part), "\"{part}\" is missing in: {log}");
+    }
+    // Shown as well; and a place that cannot be written harms nothing.
+    let nowhere = lost.join("under/nothing");
+    std::fs::write(&lost, "a file").unwrap();
+    Run::of(info(&nowhere).arg("--verbose")).fails(1, &["INFO  lobelia ", "ERROR "]);
+}

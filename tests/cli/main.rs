@@ -11,6 +11,7 @@ mod joint; // a whole run with the default method
 mod merge; // exposures merged: EXIF, grouping, times, refusals
 mod modelling; // captures begun with photographs alone: new, model
 mod options; // flags, options files, help
+mod reference; // the guide is what the program says
 mod render; // pictures of a recovered scene
 mod score; // `score` against the truth
 mod surfaces; // textures and gloss
@@ -23,7 +24,9 @@ use serde_json::Value;
 
 /// The program, to be run where relative paths would show.
 fn lobelia() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_lobelia"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lobelia"));
+    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command
 }
 
 /// Coarse settings for what does not ask how accurate the result is.

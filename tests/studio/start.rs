@@ -131,3 +131,27 @@ fn the_palette_finds_and_does() {
     assert!(window.has("Keyboard shortcuts") && window.has("Run reconstruction"));
     window.harness.run();
 }
+
+#[test]
+fn a_report_tells_what_was_used_and_what_happened() {
+    lobelia::io::logfile::start(None, false);
+    let mut window = Window::with_example();
+    window.menu("File", "Open capture…");
+    window.write("Path", "/nonexistent/capture");
+    window.click("Open");
+    window.wait_for("This cannot be opened");
+    window.click("Dismiss");
+    window.menu("Help", "Report a problem…");
+    for part in [
+        concat!("lobelia ", env!("CARGO_PKG_VERSION")),
+        "Graphics adapter: ",
+        "Capture: 6 photographs",
+        "Options that differ from the defaults: none",
+        "/nonexistent/capture",
+    ] {
+        assert!(window.has_part(part), "{part}");
+    }
+    window.click("Copy report");
+    window.click("Close");
+    assert!(!window.has_part("Graphics adapter: "));
+}

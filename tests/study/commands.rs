@@ -9,7 +9,9 @@ fn corner() -> PathBuf {
 }
 
 fn study(arguments: &[&str], out: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lobelia"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lobelia"));
+    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command
         .arg("study")
         .arg(arguments[0])
         .arg(corner())

@@ -361,6 +361,14 @@ fn help(list: &mut Vec<Command>) {
         Action::ShowShortcuts,
         "All keys",
     );
+    add(
+        list,
+        Help,
+        "Report a problem…",
+        None,
+        Action::ShowReport,
+        "Version, graphics adapter, options and log, to be copied into a report; never photographs",
+    );
     add(list, Help, "About", None, Action::ShowAbout, "Version and method");
 }
 

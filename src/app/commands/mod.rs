@@ -126,6 +126,57 @@ impl Command {
     }
 }
 
+/// What mouse and keys do in the 3D view beside the commands: keys, name, and more about it.
+pub const IN_VIEW: [(&str, &str, &str); 18] = [
+    ("Middle drag", "Orbit", "Turn the view about its middle"),
+    ("Shift+middle drag", "Pan", "Move the view sideways"),
+    ("Wheel", "Zoom to the cursor", "Come closer or go away"),
+    ("Click", "Select a surface", "Or the sample, light, photograph or object below the cursor"),
+    ("Shift+click", "Add to the selection", "Or take out of it"),
+    ("Double click", "Look through a photograph", "The one below the cursor"),
+    ("0", "Look through, or leave", "The selected photograph"),
+    ("Tab", "Next photograph", "While looking through one; Shift+Tab goes back"),
+    ("B", "Box select", "Draw a box around surfaces; Shift adds them"),
+    ("L", "Select a plane", "All that is connected in the plane below the cursor; Shift adds it"),
+    ("1, 3, 7", "Front, right, top", "With Ctrl from the other side"),
+    ("5", "Parallel projection", "Or perspective again"),
+    ("Right drag", "Look around", "With W, A, S, D, E and Q fly; Shift is faster"),
+    ("G, R, S", "Move, rotate, scale", "The selected light or object"),
+    ("X, Y, Z", "Along an axis", "While moving, rotating or scaling; digits give a number"),
+    ("Ctrl", "Snap to surfaces", "While moving"),
+    ("Enter", "Keep the movement", "A click does, too"),
+    ("Esc", "Give it up", "What was being moved goes back"),
+];
+
+/// A row of the list of keys.
+pub struct Entry {
+    pub menu: &'static str,
+    pub name: &'static str,
+    pub help: &'static str,
+    /// Empty where there is none.
+    pub key: String,
+}
+
+/// All commands, and what mouse and keys do in the 3D view, with the keys of Linux and Windows.
+pub fn entries() -> Vec<Entry> {
+    let key = |key: Option<KeyboardShortcut>| {
+        key.map_or_else(String::new, |key| key.format(&egui::ModifierNames::NAMES, false))
+    };
+    let of_menus = all().into_iter().map(|command| Entry {
+        menu: command.menu.name(),
+        name: command.name,
+        help: command.help,
+        key: key(command.key),
+    });
+    let in_view = IN_VIEW.into_iter().map(|(key, name, help)| Entry {
+        menu: "3D view",
+        name,
+        help,
+        key: key.to_owned(),
+    });
+    of_menus.chain(in_view).collect()
+}
+
 /// The actions whose keys were pressed. Letters are left to text fields and dialogs.
 pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let typing = ctx.text_edit_focused();

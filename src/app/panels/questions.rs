@@ -33,6 +33,9 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
     if state.dialogs.about {
         about_ui(ctx, state);
     }
+    if state.dialogs.report.is_some() {
+        report_ui(ctx, state, actions);
+    }
 }
 
 /// A window in front of all others; gives whether it was left by Escape or a click beside it.
@@ -280,14 +283,8 @@ fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
                                 Some((ctx.format_shortcut(command.key.as_ref()?), command.name))
                             })
                             .collect();
-                        let view = [
-                            ("Middle drag", "Orbit"),
-                            ("Shift+middle drag", "Pan"),
-                            ("Wheel", "Zoom to the cursor"),
-                            ("Click", "Select a surface"),
-                            ("Shift+click", "Add to the selection"),
-                        ];
-                        keys.extend(view.map(|(key, name)| (key.to_owned(), name)));
+                        let view = commands::IN_VIEW;
+                        keys.extend(view.map(|(key, name, _)| (key.to_owned(), name)));
                         for pair in keys.chunks(2) {
                             for (key, name) in pair {
                                 ui.monospace(key.as_str());
@@ -304,8 +301,36 @@ fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
     state.dialogs.shortcuts = !(closed || left);
 }
 
+fn report_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(report) = &state.dialogs.report else { return };
+    let (closed, left) = ask(ctx, "Report a problem", 620.0, |ui| {
+        ui.label(
+            "Copy this into your report, and add what you did and what you expected. It holds no \
+             photographs; names of your files and folders may be in it.",
+        );
+        ui.add_space(6.0);
+        let height = (ctx.content_rect().height() - 220.0).max(80.0);
+        egui::ScrollArea::both().max_height(height).show(ui, |ui| {
+            let text = egui::RichText::new(report.as_str()).monospace();
+            ui.add(egui::Label::new(text).selectable(true).extend())
+                .on_hover_text("What is copied");
+        });
+        ui.add_space(6.0);
+        ui.horizontal(|ui| {
+            if ui.button("Copy report").on_hover_text("Copy it to the clipboard").clicked() {
+                actions.push(Action::Copy(report.clone()));
+            }
+            ui.button("Close").on_hover_text("Close this window (Esc)").clicked()
+        })
+        .inner
+    });
+    if closed || left {
+        state.dialogs.report = None;
+    }
+}
+
 fn about_ui(ctx: &egui::Context, state: &mut State) {
-    let adapter = state.adapter.clone();
+    let (adapter, guide) = (state.adapter.clone(), state.guide.clone());
     let (closed, left) = ask(ctx, "About Lobelia", 460.0, |ui| {
         ui.label(format!("Version {}", env!("CARGO_PKG_VERSION")));
         ui.label(env!("CARGO_PKG_DESCRIPTION"));
@@ -316,7 +341,10 @@ fn about_ui(ctx: &egui::Context, state: &mut State) {
         );
         ui.add_space(6.0);
         ui.weak(format!("Graphics adapter: {adapter}"));
-        ui.weak(format!("License: {}", env!("CARGO_PKG_LICENSE")));
+        ui.weak(format!("Licence: {}", env!("CARGO_PKG_LICENSE")));
+        if let Some(guide) = &guide {
+            ui.weak(format!("User guide: {}", guide.display()));
+        }
         ui.add_space(6.0);
         ui.button("Close").on_hover_text("Close this window (Esc)").clicked()
     });

@@ -1,6 +1,7 @@
 //! Photographs as textures: half precision, without the lens's distortion.
 
 use glam::{DVec2, DVec3};
+use half::f16;
 use rayon::prelude::*;
 
 use crate::app::viewport::projection::window;
@@ -154,17 +155,8 @@ fn interpolated(image: &Image, place: DVec2) -> [f32; 4] {
 
 /// A number in half precision, rounded; too large ones become the largest.
 pub fn half(value: f32) -> u16 {
-    let value = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
-    let sign = ((value.to_bits() >> 16) & 0x8000) as u16;
-    let magnitude = value.abs();
-    if magnitude < 6.103_515_6e-5 {
-        // Below the smallest normal number: steps of 2⁻²⁴.
-        return sign | (magnitude * 16_777_216.0).round_ties_even() as u16;
-    }
-    let bits = magnitude.to_bits();
-    // Rounds to the ten leading bits of the fraction, ties to even; a carry grows the exponent.
-    let rounded = bits + 0xfff + ((bits >> 13) & 1);
-    sign | ((rounded >> 13) - (112 << 10)) as u16
+    let value = if value.is_nan() { 0.0 } else { value };
+    f16::from_f32(value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())).to_bits()
 }
 
 #[cfg(test)]
