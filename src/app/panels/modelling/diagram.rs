@@ -80,7 +80,11 @@ pub fn diagram_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, index:
         let short = if is_on { name.clone() } else { number };
         let color = if is_on { ui.visuals().strong_text_color() } else { text };
         let galley = painter.layout_no_wrap(short, FontId::proportional(11.0), color);
-        let place = *at + 13.0 * away;
+        // The whole name stands below or above its corner, a number beside it.
+        let place = match is_on {
+            true => *at + vec2(0.0, 15.0 * away.y.signum()),
+            false => *at + 13.0 * away,
+        };
         let own = Rect::from_center_size(place, galley.size());
         // The name of the next one is long, and stays within the sketch.
         let inside = rect.shrink(2.0);
@@ -94,7 +98,10 @@ pub fn diagram_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, index:
             page.tool = Tool::Mark(target);
         }
     }
-    ui.weak("Click a corner or an edge, then draw it. Space skips a corner that is not seen.");
+    ui.weak(
+        "Click a corner or an edge, then draw it; orange is drawn here already. Space skips a corner \
+         that is not seen.",
+    );
 }
 
 /// The circles of a cylinder.

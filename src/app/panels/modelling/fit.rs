@@ -3,6 +3,7 @@
 
 use eframe::egui;
 
+use super::tools;
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Tool};
 use crate::app::panels::numbers::{check_mark, counted};
@@ -215,7 +216,8 @@ fn short_name(model: &Model, stroke: &Stroke) -> String {
 /// A row of a list: a name that is cut, and a number.
 fn row_ui(ui: &mut egui::Ui, is_on: bool, name: &str, text: &str) -> egui::Response {
     let width = ui.available_width();
-    let button = egui::Button::selectable(is_on, name).shortcut_text(text).truncate();
+    let button =
+        egui::Button::selectable(is_on, name).shortcut_text(tools::beside(text, is_on)).truncate();
     ui.add(button.min_size(egui::vec2(width, 0.0))).on_hover_text(format!("{name}: {text}"))
 }
 

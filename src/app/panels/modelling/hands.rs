@@ -44,7 +44,8 @@ pub fn hands_ui(
     } else if page.tool == Tool::Select && response.dragged_by(PointerButton::Primary) && !alt {
         page.placement.shift += ui.input(|input| input.pointer.delta());
     }
-    let is_typing = ui.ctx().text_edit_focused();
+    // A question in front takes the keys.
+    let is_typing = ui.ctx().text_edit_focused() || is_asked(ui);
     if page.drag.is_none()
         && page.tool != Tool::Select
         && !is_typing
@@ -60,6 +61,11 @@ pub fn hands_ui(
     {
         page.tool = Tool::Mark(next);
     }
+}
+
+/// Whether a question stands in front of the page.
+pub fn is_asked(ui: &egui::Ui) -> bool {
+    ui.memory(|memory| memory.top_modal_layer().is_some())
 }
 
 fn begin(page: &mut ModelPage, model: &Model, view: &View, press: Pos2) {

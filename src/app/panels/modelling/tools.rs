@@ -7,7 +7,7 @@ use crate::app::actions::Action;
 use crate::app::commands;
 use crate::app::modelling::tool::{Selected, Target, Tool};
 use crate::app::modelling::{ModelAction, ModelPage};
-use crate::app::panels::numbers::{counted, cut, named, swatch};
+use crate::app::panels::numbers::{counted, cut, named, short, swatch};
 use crate::model::{Axis, Model, Place, Shape, Stroke, Support};
 
 pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: &mut Vec<Action>) {
@@ -32,7 +32,7 @@ pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions:
                 Tool::Line(axis) => drop(swatch(ui, axis_color(axis))),
                 _ => ui.add_space(20.0),
             }
-            let button = egui::Button::selectable(is_on, name).shortcut_text(key);
+            let button = egui::Button::selectable(is_on, name).shortcut_text(beside(key, is_on));
             ui.add(button.min_size(egui::vec2(ui.available_width(), 0.0)))
         });
         let row = named(row.inner.on_hover_text(format!("{help} ({key})")), name.to_owned());
@@ -45,8 +45,8 @@ pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions:
     ui.strong("Add");
     ui.horizontal_wrapped(|ui| {
         for (name, key, shape, help) in commands::things() {
-            let short = name.trim_start_matches("Add ");
-            let mut letters = short.chars();
+            let plain = name.trim_start_matches("Add ");
+            let mut letters = plain.chars();
             let first = letters.next().unwrap_or_default().to_uppercase();
             let text: String = first.chain(letters).collect();
             let help = format!("{help} ({})", key.name());
@@ -112,11 +112,17 @@ pub fn typed_name(model: &Model, index: usize) -> String {
             format!("{} to {}  {length_m:.3} m", model.place_name(*a), model.place_name(*b))
         }
         Stroke::Position { at, position, .. } => {
-            let [x, y, z] = position.to_array().map(|own| crate::app::panels::numbers::short(own));
+            let [x, y, z] = position.to_array().map(short);
             format!("{}  at {x} {y} {z} m", model.place_name(*at))
         }
         other => other.name().to_owned(),
     }
+}
+
+/// What stands at the end of a row, legible on the selected one, too.
+pub fn beside(text: &str, is_on: bool) -> egui::RichText {
+    let text = egui::RichText::new(text);
+    if is_on { text.color(egui::Color32::from_white_alpha(210)) } else { text }
 }
 
 fn row_ui(ui: &mut egui::Ui, selected: bool, text: String) -> egui::Response {

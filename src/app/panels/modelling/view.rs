@@ -89,6 +89,7 @@ pub fn view_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: 
         && let Some(cursor) = response.hover_pos().or(response.interact_pointer_pos())
         && (page.drag.is_some() || page.tool != Tool::Select)
         && own.contains(cursor)
+        && !hands::is_asked(ui)
     {
         loupe(ui, &painter, &view, (texture, covered), cursor);
     }
@@ -97,7 +98,8 @@ pub fn view_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: 
 
 fn message(ui: &mut egui::Ui, rect: Rect, text: &str) {
     ui.painter().rect_filled(rect, 0.0, ui.visuals().faint_bg_color);
-    let label = egui::Label::new(egui::RichText::new(text).weak()).wrap();
+    // Text that can be selected would take what is drawn there.
+    let label = egui::Label::new(egui::RichText::new(text).weak()).wrap().selectable(false);
     ui.put(rect.shrink2(vec2(0.1, 0.3) * rect.size()), label);
 }
 
