@@ -12,6 +12,8 @@ use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
 use super::leaving::{AfterPrompt, leave, once_saved, proceed};
+use super::modelling::begin::{self, NewAction};
+use super::modelling::{self, ModelAction};
 use super::project::{Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
@@ -82,6 +84,8 @@ pub enum Action {
     LookThrough(Option<usize>),
     Relight(Relight),
     Import(import::ImportAction),
+    New(NewAction),
+    Model(ModelAction),
     Study(Study),
     ShowPalette,
     ShowShortcuts,
@@ -178,6 +182,7 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::CancelOpening => state.jobs.cancel_opening(),
         Action::Locate(folder) => files::located(state, &folder),
+        Action::Save if state.is_modelling() => drop(modelling::save(state)),
         Action::Save => {
             files::save(state);
         }
@@ -215,7 +220,7 @@ pub fn apply(state: &mut State, action: Action) {
                 if let Some(then) = state.dialogs.unsaved.take() {
                     proceed(state, then);
                 }
-            } else if files::save(state)
+            } else if files::save_all(state)
                 && let Some(then) = state.dialogs.unsaved.take()
             {
                 once_saved(state, then);
@@ -228,6 +233,8 @@ pub fn apply(state: &mut State, action: Action) {
             state.settings.recent.retain(|other| *other != path);
             files::save_settings(state);
         }
+        Action::Undo if state.is_modelling() => modelling::undo(state, true),
+        Action::Redo if state.is_modelling() => modelling::undo(state, false),
         Action::Undo => tell(state, "Undone", |project| project.undo()),
         Action::Redo => tell(state, "Redone", |project| project.redo()),
         Action::Change(change) => follow_hand(state, &change),
@@ -291,6 +298,9 @@ pub fn apply(state: &mut State, action: Action) {
         Action::Workspace(workspace) => {
             state.layout.current = workspace;
             import::apply(state, import::ImportAction::Hide);
+            if let Some(page) = state.modelling.as_mut().filter(|_| state.project.is_some()) {
+                page.is_shown = false;
+            }
             let has_results =
                 state.project.as_ref().is_some_and(|project| project.products.solved.is_some());
             if workspace == Workspace::Relight && has_results {
@@ -309,9 +319,18 @@ pub fn apply(state: &mut State, action: Action) {
             theme::apply(&state.ctx, &state.settings.theme, state.settings.scale);
             files::save_settings(state);
         }
+        Action::FrameAll if state.is_modelling() => modelling::apply(state, ModelAction::Fit),
         Action::FrameAll => state.viewport.frame_all(),
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
+        Action::Relight(Relight::Remove) if state.is_modelling() => {
+            modelling::apply(state, ModelAction::Remove);
+        }
+        Action::Relight(Relight::Duplicate) if state.is_modelling() => {
+            modelling::apply(state, ModelAction::Duplicate);
+        }
+        Action::New(what) => begin::apply(state, what),
+        Action::Model(what) => modelling::apply(state, what),
         Action::Relight(what) => relighting::apply(state, what),
         Action::Import(what) => import::apply(state, what),
         Action::Study(what) => studying::apply(state, what),

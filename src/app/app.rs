@@ -7,7 +7,9 @@ use eframe::egui;
 use super::actions::{self, Action};
 use super::gesture::Gesture;
 use super::state::State;
-use super::{Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, panels};
+use super::{
+    Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, modelling, panels,
+};
 
 /// The window.
 pub struct Studio {
@@ -41,6 +43,7 @@ impl Studio {
         self.state.jobs.is_busy()
             || self.state.is_running()
             || page.is_some_and(|page| page.is_busy() || page.is_checking())
+            || self.state.modelling.as_ref().is_some_and(|page| page.is_busy())
     }
 }
 
@@ -60,6 +63,7 @@ impl eframe::App for Studio {
         state.hand.look(&ctx);
         jobs::drain(state);
         import::follow(state);
+        modelling::follow(state);
         dialogs::poll(state, &mut actions);
         keeping::autosave(state);
         files::found_recent(state);
@@ -73,6 +77,8 @@ impl eframe::App for Studio {
         panels::status::status_ui(ui, state, &mut actions);
         if let Some(page) = state.import.as_mut().filter(|page| page.is_shown) {
             panels::import::import_ui(ui, page, &mut actions);
+        } else if let Some(page) = state.modelling.as_mut().filter(|page| page.is_shown) {
+            panels::modelling::model_ui(ui, page, &mut actions);
         } else if state.project.is_some() {
             panels::workspace_ui(ui, state, &mut actions);
         } else {
@@ -89,6 +95,7 @@ impl eframe::App for Studio {
             actions::apply(state, action);
         }
         end_gesture(state);
+        modelling::end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
         let request = edits.and_then(|edits| state.viewport.request(edits));
         state.jobs.relight(state.project.as_ref(), request);
@@ -130,13 +137,22 @@ fn close_requested(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>
 }
 
 fn title(ctx: &egui::Context, state: &mut State) {
+    let page = state.modelling.as_ref();
+    let is_drawn_on = page.is_some_and(|page| page.is_changed());
     let title = match &state.project {
         Some(project) => {
-            let is_saved = !project.is_changed() && project.unsaved_results().is_none();
+            let is_kept = !project.is_changed() && project.unsaved_results().is_none();
+            let is_saved = is_kept && !is_drawn_on;
             let mark = if is_saved { "" } else { "*" };
             format!("{mark}{} - Lobelia", project.name())
         }
-        None => "Lobelia".to_owned(),
+        None => match page {
+            Some(page) => {
+                let mark = if is_drawn_on { "*" } else { "" };
+                format!("{mark}{} - Lobelia", crate::io::capture::name(&page.folder))
+            }
+            None => "Lobelia".to_owned(),
+        },
     };
     if title != state.panels.title {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));

@@ -16,6 +16,7 @@ use super::files::Opening;
 use super::import::{Field, ImportAction};
 use super::jobs::studies::Kind;
 use super::leaving::AfterPrompt;
+use super::modelling::begin::{NewAction, NewCapture};
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
@@ -44,6 +45,9 @@ pub enum PathRequest {
     ImportImages,
     ImportMesh,
     ImportOut,
+    /// Photographs to begin a capture with, and the capture's folder.
+    NewPhotographs,
+    NewFolder,
     /// A folder for what a study has found.
     SaveStudy(Kind),
 }
@@ -67,7 +71,7 @@ pub struct PathField {
 pub(super) struct Picking {
     asked: PathRequest,
     /// What was picked, and how long that took.
-    answer: Receiver<(Option<PathBuf>, Duration)>,
+    answer: Receiver<(Vec<PathBuf>, Duration)>,
     began: Instant,
 }
 
@@ -79,6 +83,8 @@ pub struct Dialogs {
     /// What would be replaced, and by what.
     pub replace: Option<(PathRequest, PathBuf)>,
     pub locate: Option<Locate>,
+    /// A capture that is begun of photographs.
+    pub begin: Option<NewCapture>,
     pub palette: Option<Palette>,
     pub shortcuts: bool,
     pub about: bool,
@@ -104,6 +110,7 @@ impl Dialogs {
             || self.unsaved.is_some()
             || self.replace.is_some()
             || self.locate.is_some()
+            || self.begin.is_some()
             || self.palette.is_some()
             || self.shortcuts
             || self.about
@@ -116,7 +123,11 @@ impl Dialogs {
         let of_project = |asked: PathRequest| {
             !matches!(
                 asked,
-                PathRequest::OpenCapture | PathRequest::OpenProject | PathRequest::Locate
+                PathRequest::OpenCapture
+                    | PathRequest::OpenProject
+                    | PathRequest::Locate
+                    | PathRequest::NewPhotographs
+                    | PathRequest::NewFolder
             ) && asked.field().is_none()
         };
         self.picking.take_if(|picking| of_project(picking.asked));
@@ -146,6 +157,8 @@ impl PathRequest {
             Self::ImportImages => "Folder of the photographs",
             Self::ImportMesh => "Mesh (OBJ, glTF, PLY, STL)",
             Self::ImportOut => "Folder for the capture",
+            Self::NewPhotographs => "Photographs, or a folder of them",
+            Self::NewFolder => "Folder for the new capture",
             Self::SaveStudy(Kind::Speed) => "Save the study of speed to a folder",
             Self::SaveStudy(Kind::Stability) => "Save the report of stability to a folder",
         }
@@ -183,6 +196,8 @@ impl PathRequest {
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::Render(path)),
             Self::Find(index) => Action::Relight(Relight::Find(index, path)),
+            Self::NewPhotographs => Action::New(NewAction::Add(vec![path])),
+            Self::NewFolder => Action::New(NewAction::Folder(path)),
             Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
     }
@@ -230,6 +245,13 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
     let began = Instant::now();
     let wait = move || {
         let picked = match asked {
+            PathRequest::NewPhotographs => {
+                let files = block_on(dialog.pick_files()).unwrap_or_default();
+                let paths = files.iter().map(|file| file.path().to_owned()).collect();
+                let _ = sender.send((paths, began.elapsed()));
+                ctx.request_repaint();
+                return;
+            }
             PathRequest::OpenProject
             | PathRequest::AddObject
             | PathRequest::AddDome
@@ -241,7 +263,8 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
             _ => block_on(dialog.pick_folder()),
         };
         // The window may be gone.
-        let _ = sender.send((picked.map(|file| file.path().to_owned()), began.elapsed()));
+        let paths = picked.iter().map(|file| file.path().to_owned()).collect();
+        let _ = sender.send((paths, began.elapsed()));
         ctx.request_repaint();
     };
     match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
@@ -257,21 +280,24 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     let (answer, took) = match picking.answer.try_recv() {
         Ok(answer) => answer,
         Err(std::sync::mpsc::TryRecvError::Empty) => return,
-        Err(std::sync::mpsc::TryRecvError::Disconnected) => (None, Duration::ZERO),
+        Err(std::sync::mpsc::TryRecvError::Disconnected) => (Vec::new(), Duration::ZERO),
     };
     state.dialogs.picking = None;
-    match answer {
-        Some(path) => {
-            // The system has asked about a file of this very name.
-            let replace = is_project(&path) || asked == PathRequest::SaveEdits;
-            actions.push(asked.action(path, replace));
+    match answer.as_slice() {
+        paths @ [_, ..] if asked == PathRequest::NewPhotographs => {
+            actions.push(Action::New(NewAction::Add(paths.to_vec())));
         }
-        None if took < NO_HAND => {
+        [path, ..] => {
+            // The system has asked about a file of this very name.
+            let replace = is_project(path) || asked == PathRequest::SaveEdits;
+            actions.push(asked.action(path.clone(), replace));
+        }
+        [] if took < NO_HAND => {
             let notice =
                 "This system offers no file dialog here, so please type or paste the path.";
             show_field(state, asked, Some(notice));
         }
-        None => {}
+        [] => {}
     }
 }
 
@@ -294,7 +320,12 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         | PathRequest::ImportImages
         | PathRequest::ImportMesh
         | PathRequest::ImportOut => recent().unwrap_or_default(),
-        PathRequest::OpenCapture | PathRequest::OpenProject => recent().unwrap_or_default(),
+        PathRequest::OpenCapture | PathRequest::OpenProject | PathRequest::NewPhotographs => {
+            recent().unwrap_or_default()
+        }
+        PathRequest::NewFolder => {
+            state.dialogs.begin.as_ref().map_or_else(PathBuf::new, |own| own.folder.clone().into())
+        }
         PathRequest::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
             Some(file) => file.clone(),
             None => beside(&project.folder, &format!("{}.{EXTENSION}", project.loaded.name)),

@@ -8,6 +8,7 @@ use eframe::egui;
 use super::actions::{Action, Relight};
 use super::import::{Field, ImportAction};
 use super::layout::Workspace;
+use super::modelling::begin::NewAction;
 use super::state::State;
 use crate::io::import::{is_foreign, is_photograph};
 use crate::io::{capture, mesh, project};
@@ -15,6 +16,8 @@ use crate::io::{capture, mesh, project};
 /// Where something is dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Place {
+    /// The start page.
+    Start,
     Window,
     /// With a project open.
     Relight,
@@ -29,6 +32,7 @@ pub fn take(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let place = match is_relit {
         _ if state.is_importing() => Place::Import,
         true => Place::Relight,
+        false if state.project.is_none() && state.modelling.is_none() => Place::Start,
         false => Place::Window,
     };
     let mut meant: Vec<Action> = Vec::new();
@@ -82,6 +86,9 @@ fn meaning(path: &Path, place: Place) -> Result<Vec<Action>, &'static str> {
         return Ok(vec![Action::Open(path.to_owned())]);
     }
     match folder {
+        Some(_) if place == Place::Start => {
+            Ok(vec![Action::New(NewAction::Add(vec![path.to_owned()]))])
+        }
         Some(folder) => {
             import(vec![ImportAction::Show(None), ImportAction::Choose(Field::Images, folder)])
         }

@@ -8,7 +8,9 @@ use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
 use super::keeping;
 use super::leaving::{AfterPrompt, UnsavedWork};
+use super::modelling;
 use super::project::Project;
+use super::reopening;
 use super::state::State;
 use super::view_file;
 use crate::io::edits::StoredEdits;
@@ -29,6 +31,8 @@ pub struct Opening {
     pub file: Option<PathBuf>,
     /// It is unsaved work that a crash left.
     pub recovered: Option<PathBuf>,
+    /// It takes its own place, since mesh or cameras have changed: tags and their undo stay.
+    pub is_reopened: bool,
     /// What the user agreed to lose for it.
     pub agreed: UnsavedWork,
     pub began: Instant,
@@ -47,6 +51,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             edits: None,
             file: None,
             recovered: None,
+            is_reopened: false,
             agreed: UnsavedWork::of(state, false),
             began: Instant::now(),
         });
@@ -82,6 +87,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         edits: None,
         file,
         recovered,
+        is_reopened: false,
         agreed: UnsavedWork::of(state, false),
         began: Instant::now(),
     };
@@ -119,7 +125,11 @@ pub fn not_now(state: &mut State, file: &Path) {
 /// A capture has been read: it takes the place of the open project, unless work was done there
 /// meanwhile that nobody agreed to lose.
 pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
-    if UnsavedWork::of(state, false).is_within(&opening.agreed) {
+    let mut lost = UnsavedWork::of(state, false);
+    if opening.is_reopened {
+        (lost.edit, lost.model) = (None, None);
+    }
+    if lost.is_within(&opening.agreed) {
         show(state, opening, capture);
     } else {
         state.dialogs.unsaved = Some(AfterPrompt::Show(Box::new(opening), capture));
@@ -127,7 +137,14 @@ pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
 }
 
 pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
+    // The model of the same capture stays, with its undo.
+    let page = state.modelling.take_if(|page| page.folder == opening.folder);
+    let before = reopening::take(state, &opening);
     close_unprompted(state);
+    state.modelling = page;
+    if let Some(page) = &mut state.modelling {
+        page.is_shown = false;
+    }
     let secs = opening.began.elapsed().as_secs_f64();
     for warning in &capture.warnings {
         state.messages.warning(warning.clone());
@@ -144,6 +161,9 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         stored.map_or((None, None), |own| (own.solution.clone(), own.results.clone()));
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
+    if let Some(before) = before {
+        reopening::carry_over(&before, &mut project, &mut state.messages);
+    }
     state.viewport.frame_all();
     if let Some(stored) = opening.project {
         let resolved = project::materials(&stored.tags, &project.loaded);
@@ -191,10 +211,15 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         }
         state.messages.notice("Unsaved work was recovered. Save it to keep it.");
     } else {
-        let path = opening.path.canonicalize().unwrap_or(opening.path);
-        state.settings.remember(&path);
-        save_settings(state);
+        remember(state, &opening.path);
     }
+}
+
+/// Puts a path in front of the recent ones.
+pub fn remember(state: &mut State, path: &Path) {
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    state.settings.remember(&path);
+    save_settings(state);
 }
 
 /// Says what of a project's edits could not be read, and what to do about it.
@@ -219,6 +244,7 @@ pub fn close_unprompted(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
+    modelling::close(state);
     state.jobs.studies.forget();
     state.jobs.stop_restoring();
     state.viewport.clear();
@@ -238,6 +264,15 @@ pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
         view: view_file::value(&state.viewport.settings, state.viewport.camera()),
         layout: state.layout.value(),
     }
+}
+
+/// Saves the model and the project, as far as they have changed; says whether that worked.
+pub fn save_all(state: &mut State) -> bool {
+    let is_changed =
+        |project: &Project| project.is_changed() || project.unsaved_results().is_some();
+    let is_drawn_on = state.modelling.as_ref().is_some_and(|page| page.is_changed());
+    (!is_drawn_on || modelling::save(state))
+        && (!state.project.as_ref().is_some_and(is_changed) || save(state))
 }
 
 /// Saves to the project's file; says whether that worked. Without a file it asks for one.

@@ -7,7 +7,9 @@ use eframe::egui;
 
 use super::edit::Edit;
 use super::files::{self, Opening};
+use super::modelling;
 use super::state::State;
+use crate::model::Model;
 use crate::reconstruct::Reconstruction;
 use crate::scene::Capture;
 use crate::worker::Job;
@@ -15,6 +17,8 @@ use crate::worker::Job;
 /// What to do after the prompt about unsaved work.
 pub enum AfterPrompt {
     Open(PathBuf),
+    /// A capture that has no cameras or mesh yet.
+    Model(PathBuf),
     /// Unsaved work of a window that crashed.
     Recover(PathBuf),
     /// A capture that has been read while the project before it went on changing.
@@ -34,11 +38,15 @@ pub struct UnsavedWork {
     pub export: Option<Job>,
     /// Runs of studies that are in no folder.
     pub study: usize,
+    /// What was drawn on the photographs and is not saved.
+    pub model: Option<Arc<Model>>,
 }
 
 impl UnsavedWork {
     pub fn of(state: &State, quitting: bool) -> Self {
-        let Some(project) = &state.project else { return Self::default() };
+        let page = state.modelling.as_ref().filter(|page| page.is_changed());
+        let model = page.and_then(|page| page.model().cloned());
+        let Some(project) = &state.project else { return Self { model, ..Self::default() } };
         let exporting = state.jobs.exporting.as_ref();
         Self {
             edit: project.is_changed().then(|| project.edit().clone()),
@@ -47,6 +55,7 @@ impl UnsavedWork {
             // An export outlives its project, but not the program.
             export: exporting.map(|(job, _)| *job).filter(|_| quitting),
             study: state.jobs.studies.at_stake(),
+            model,
         }
     }
 
@@ -62,6 +71,7 @@ impl UnsavedWork {
             && (self.results.is_none() || same.is_some_and(|(a, b)| Arc::ptr_eq(a, b)))
             && (self.export.is_none() || self.export == then.export)
             && (self.study == 0 || then.study > 0)
+            && (self.model.is_none() || self.model == then.model)
     }
 }
 
@@ -88,6 +98,11 @@ pub fn once_saved(state: &mut State, then: AfterPrompt) {
 pub fn proceed(state: &mut State, then: AfterPrompt) {
     match then {
         AfterPrompt::Open(path) => files::open_unprompted(state, &path),
+        AfterPrompt::Model(folder) => {
+            files::close_unprompted(state);
+            modelling::open(state, &folder);
+            files::remember(state, &folder);
+        }
         AfterPrompt::Recover(file) => files::recover_unprompted(state, &file),
         AfterPrompt::Show(opening, capture) => files::show(state, *opening, capture),
         AfterPrompt::Close => {

@@ -33,7 +33,7 @@ pub struct Project {
     /// The state that the project file holds, or that needs none; `None` where no file holds what
     /// was opened.
     saved: Option<Arc<Edit>>,
-    pub history: History,
+    pub history: History<Edit>,
     preview: Option<Preview>,
     pub selection: Selection,
     pub products: Products,

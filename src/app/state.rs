@@ -17,6 +17,7 @@ use super::keeping::Kept;
 use super::layout::Layout;
 use super::leaving::AfterPrompt;
 use super::messages::Messages;
+use super::modelling::ModelPage;
 use super::panels::PanelState;
 use super::probe::{Probe, Start};
 use super::project::Project;
@@ -49,6 +50,8 @@ pub struct State {
     pub viewport: Viewport,
     /// The import page, once it was asked for.
     pub import: Option<Box<ImportPage>>,
+    /// The Model page of the open capture, once it was asked for.
+    pub modelling: Option<Box<ModelPage>>,
     pub render: egui_wgpu::RenderState,
     /// The shipped guide.
     pub guide: Option<PathBuf>,
@@ -102,6 +105,7 @@ impl State {
             panels: PanelState::default(),
             viewport: Viewport::new(render),
             import: None,
+            modelling: None,
             render: render.clone(),
             example: shipped(["assets", "share/lobelia"], "examples/corner", "scene.obj"),
             guide: shipped(["assets", "share/doc/lobelia"], "guide", "SUMMARY.md")
@@ -129,6 +133,11 @@ impl State {
     /// Whether the import page is on the screen.
     pub fn is_importing(&self) -> bool {
         self.import.as_ref().is_some_and(|page| page.is_shown)
+    }
+
+    /// Whether the Model page is on the screen.
+    pub fn is_modelling(&self) -> bool {
+        !self.is_importing() && self.modelling.as_ref().is_some_and(|page| page.is_shown)
     }
 
     pub fn is_running(&self) -> bool {

@@ -1,22 +1,26 @@
-//! Undo and redo of tags, options and edits: states behind `Arc`s, which are small.
+//! Undo and redo: states behind `Arc`s, which are small.
 
 use std::sync::Arc;
 
-use super::edit::Edit;
-
 const DEEPEST: usize = 500;
 
-#[derive(Default)]
-pub struct History {
+/// Of a project's tags, options and edits, or of a model.
+pub struct History<T> {
     /// What each change was called, and the state before it.
-    past: Vec<(String, Arc<Edit>)>,
+    past: Vec<(String, Arc<T>)>,
     /// What each undone change was called, and the state after it.
-    future: Vec<(String, Arc<Edit>)>,
+    future: Vec<(String, Arc<T>)>,
 }
 
-impl History {
+impl<T> Default for History<T> {
+    fn default() -> Self {
+        Self { past: Vec::new(), future: Vec::new() }
+    }
+}
+
+impl<T> History<T> {
     /// Notes a change by its name and the state before it.
-    pub fn note(&mut self, name: String, before: Arc<Edit>) {
+    pub fn note(&mut self, name: String, before: Arc<T>) {
         self.past.push((name, before));
         if self.past.len() > DEEPEST {
             self.past.remove(0);
@@ -25,16 +29,24 @@ impl History {
     }
 
     /// The state before the latest change, and the change's name.
-    pub fn undo(&mut self, current: &Arc<Edit>) -> Option<(String, Arc<Edit>)> {
+    pub fn undo(&mut self, current: &Arc<T>) -> Option<(String, Arc<T>)> {
         let (name, state) = self.past.pop()?;
         self.future.push((name.clone(), current.clone()));
         Some((name, state))
     }
 
-    pub fn redo(&mut self, current: &Arc<Edit>) -> Option<(String, Arc<Edit>)> {
+    pub fn redo(&mut self, current: &Arc<T>) -> Option<(String, Arc<T>)> {
         let (name, state) = self.future.pop()?;
         self.past.push((name.clone(), current.clone()));
         Some((name, state))
+    }
+
+    /// The same steps, their states put another way.
+    pub fn map(&self, to: impl Fn(&Arc<T>) -> Arc<T>) -> Self {
+        let steps = |own: &[(String, Arc<T>)]| -> Vec<(String, Arc<T>)> {
+            own.iter().map(|(name, state)| (name.clone(), to(state))).collect()
+        };
+        Self { past: steps(&self.past), future: steps(&self.future) }
     }
 
     pub fn undo_name(&self) -> Option<&str> {
@@ -49,10 +61,11 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::edit::Edit;
 
     #[test]
     fn states_come_back_in_turn() {
-        let mut history = History::default();
+        let mut history = History::<Edit>::default();
         let state = |count: usize| {
             let mut edit = Edit::default();
             edit.options.samples.count = count;

@@ -7,11 +7,12 @@ use clap::ArgMatches;
 use crate::cli::print::{say, say_line};
 use crate::cli::{Ending, arguments};
 use crate::io::model;
+use crate::watch::Watch;
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let folder = arguments::required_path(matches, "folder");
     let images: Vec<PathBuf> = matches.get_many("images").unwrap_or_default().cloned().collect();
-    let photographs = model::new_capture(&folder, &images)?;
+    let photographs = model::new_capture(&folder, &images, &Watch::new())?;
     for own in &photographs {
         say!("{}  {}×{}", own.name, own.size.0, own.size.1);
         match own.lens.focal_px {

@@ -19,7 +19,7 @@ pub mod edits;
 pub mod hdr;
 pub mod grouping;
 pub mod import;
-mod inside;
+pub(crate) mod inside;
 mod json;
 pub mod logfile;
 pub mod mesh;

@@ -19,6 +19,7 @@ use crate::watch::{Cancelled, Watch};
 use crate::worker::elsewhere::{self, SceneExport};
 use crate::worker::event::JobEvent;
 use crate::worker::merge::{self, Merging};
+use crate::worker::modelling::{self, Modelling};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
 
@@ -131,6 +132,8 @@ pub enum Command {
         /// That they were written into.
         folder: PathBuf,
     },
+    /// Make cameras and a mesh of photographs and strokes.
+    Model(Modelling),
     /// Merge exposure series to images of radiance.
     Merge(Box<Merging>),
     /// Write a recovered scene for other programs.
@@ -197,6 +200,12 @@ impl Command {
         match self {
             Self::Load { path } => match io::capture::load(&path, watch) {
                 Ok(capture) => JobEvent::Loaded(Arc::new(capture)),
+                Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
+                Err(_) if io::model::is_begun(&path) => JobEvent::Begun(path),
+                Err(error) => JobEvent::Failed(error.to_string()),
+            },
+            Self::Model(job) => match modelling::perform(job, watch) {
+                Ok(event) => event,
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
                 Err(error) => JobEvent::Failed(error.to_string()),
             },

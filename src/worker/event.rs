@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use crate::io::brackets::Found;
 use crate::io::edits::StoredEdits;
-use crate::io::import::{Import, ShotCheck, Survey, Written};
+use crate::io::import::{Import, ShotCheck, Shown, Survey, Written};
+use crate::io::model::Opened;
 use crate::io::results::Results;
 use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
@@ -17,6 +18,7 @@ use crate::scene::Capture;
 use crate::study::Finding;
 use crate::study::pictures::PictureScore;
 use crate::worker::merge::MergeReport;
+use crate::worker::modelling::{ModelDrawing, SolvedModel};
 use crate::worker::relight::Relit;
 
 /// The number of a job; later jobs have larger ones.
@@ -41,6 +43,20 @@ pub enum JobEvent {
     Update(Update),
     /// A capture was read.
     Loaded(Arc<Capture>),
+    /// A folder's cameras or mesh are still to be made of its photographs.
+    Begun(PathBuf),
+    /// A capture of photographs alone was written.
+    CaptureBegun(PathBuf),
+    /// The model of a capture was read.
+    ModelOpened(Box<Opened>),
+    /// A model's strokes were solved, or cannot be.
+    ModelSolved(Arc<SolvedModel>),
+    /// What was solved as a photograph shows it.
+    ModelDrawn(Arc<ModelDrawing>),
+    /// Model, mesh and cameras were written into the capture.
+    ModelUsed(Arc<SolvedModel>),
+    /// A photograph was read for the screen.
+    Shown(Arc<Shown>),
     /// Cameras and mesh of other programs were read.
     Imported(Arc<Import>),
     /// An import was written as a capture into this folder.

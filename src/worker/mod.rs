@@ -9,6 +9,7 @@ mod elsewhere;
 mod event;
 mod relight;
 mod merge;
+mod modelling;
 mod panics;
 mod render;
 
@@ -26,6 +27,7 @@ pub use command::{Command, EditSource, StoreResults};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
+pub use modelling::{ModelDrawing, Modelling, SolvedModel};
 pub use panics::record_panics;
 pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};

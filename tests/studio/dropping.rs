@@ -21,21 +21,31 @@ fn drop_files(window: &mut Window, files: &[&Path]) {
 }
 
 #[test]
-fn photographs_are_imported() {
+fn photographs_begin_a_capture() {
     let images = example().join("images");
     let mut window = Window::new();
     window.step();
     drop_files(&mut window, &[&images.join("000.exr"), &images.join("001.exr")]);
-    assert!(window.has("Write capture and open"), "the import page");
-    let folder = window.node("Image folder");
-    let shown = egui_kittest::kittest::NodeT::accesskit_node(&folder).value();
-    assert_eq!(shown.as_deref(), images.to_str());
+    assert!(window.has("New from photographs") && window.has("2 photographs"));
+    assert!(window.has("Leave 001.exr out"));
     assert!(!window.has_part("os error"));
-    // Their folder means the same.
+    // Their folder means all of them.
     let mut window = Window::new();
     window.step();
     drop_files(&mut window, &[&images]);
-    assert!(window.has("Write capture and open"));
+    assert!(window.has("6 photographs"));
+}
+
+#[test]
+fn photographs_go_with_what_is_imported() {
+    let images = example().join("images");
+    let mut window = Window::new();
+    window.step();
+    window.key(egui::Modifiers::COMMAND, egui::Key::I);
+    drop_files(&mut window, &[&images.join("000.exr")]);
+    let folder = window.node("Image folder");
+    let shown = egui_kittest::kittest::NodeT::accesskit_node(&folder).value();
+    assert_eq!(shown.as_deref(), images.to_str());
 }
 
 #[test]

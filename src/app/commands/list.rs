@@ -2,11 +2,12 @@
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Command, Menu};
+use super::{Command, Menu, draw};
 use crate::app::actions::{Action, Select};
 use crate::app::dialogs::PathRequest;
 use crate::app::import::ImportAction;
 use crate::app::layout::{Pane, Workspace};
+use crate::app::modelling::begin::NewAction;
 use crate::app::relight::NewLight;
 
 const COMMAND: Modifiers = Modifiers::COMMAND;
@@ -18,6 +19,7 @@ pub fn all() -> Vec<Command> {
     file(&mut list);
     edit(&mut list);
     view(&mut list);
+    draw::draw(&mut list);
     run(&mut list);
     relight(&mut list);
     help(&mut list);
@@ -50,6 +52,14 @@ fn file(list: &mut Vec<Command>) {
         None,
         Action::OpenExample,
         "Open the shipped example: the corner of a room with three boxes",
+    );
+    add(
+        list,
+        File,
+        "New from photographs…",
+        key(COMMAND, Key::N),
+        Action::New(NewAction::Show),
+        "Make a capture of photographs alone: cameras and geometry come from what is drawn on them",
     );
     add(
         list,
@@ -397,11 +407,11 @@ fn put_within(list: &mut [Command], from: usize, name: &'static str) {
     list[from..].iter_mut().for_each(|command| command.within = Some(name));
 }
 
-fn key(modifiers: Modifiers, key: Key) -> Option<KeyboardShortcut> {
+pub(super) fn key(modifiers: Modifiers, key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(modifiers, key))
 }
 
-fn add(
+pub(super) fn add(
     list: &mut Vec<Command>,
     menu: Menu,
     name: &'static str,
@@ -412,7 +422,7 @@ fn add(
     list.push(Command { name, help, menu, key, action, begins_group: false, within: None });
 }
 
-fn group(
+pub(super) fn group(
     list: &mut Vec<Command>,
     menu: Menu,
     name: &'static str,

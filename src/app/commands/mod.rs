@@ -1,13 +1,17 @@
 //! The list of what can be done by menu, key and palette, each described once.
 
+mod draw;
 mod list;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 use super::actions::{Action, Relight, Select};
 use super::dialogs::PathRequest;
+use super::modelling::tool::Selected;
+use super::modelling::{ModelAction, ModelPage};
 use super::state::State;
 
+pub use draw::things;
 pub use list::all;
 
 pub struct Command {
@@ -27,20 +31,22 @@ pub enum Menu {
     File,
     Edit,
     View,
+    Draw,
     Run,
     Relight,
     Help,
 }
 
 impl Menu {
-    pub const ALL: [Self; 6] =
-        [Self::File, Self::Edit, Self::View, Self::Run, Self::Relight, Self::Help];
+    pub const ALL: [Self; 7] =
+        [Self::File, Self::Edit, Self::View, Self::Draw, Self::Run, Self::Relight, Self::Help];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::View => "View",
+            Self::Draw => "Draw",
             Self::Run => "Run",
             Self::Relight => "Relight",
             Self::Help => "Help",
@@ -52,7 +58,14 @@ impl Command {
     /// Its name now: undo and redo say what.
     pub fn label(&self, state: &State) -> String {
         let history = state.project.as_ref().map(|project| &project.history);
+        let page = state.modelling.as_ref().filter(|_| state.is_modelling());
         let step = match self.action {
+            Action::Undo if page.is_some() => {
+                page.and_then(|page| page.document.as_ref()?.undo_name())
+            }
+            Action::Redo if page.is_some() => {
+                page.and_then(|page| page.document.as_ref()?.redo_name())
+            }
             Action::Undo => history.and_then(|history| history.undo_name()),
             Action::Redo => history.and_then(|history| history.redo_name()),
             _ => None,
@@ -64,18 +77,49 @@ impl Command {
     fn is_of_the_window(&self) -> bool {
         match &self.action {
             Action::Theme(_) | Action::Scale(_) | Action::Workspace(_) | Action::Cancel => true,
+            Action::Model(ModelAction::Show) => true,
             Action::Ask(PathRequest::Export) => false,
             _ => matches!(self.menu, Menu::File | Menu::Help),
         }
     }
 
+    /// Whether it would do anything on the Model page; `None` for what the page does not change.
+    fn is_enabled_on(&self, page: &ModelPage) -> Option<bool> {
+        let document = page.document.as_ref();
+        Some(match &self.action {
+            Action::Undo => document.is_some_and(|own| own.undo_name().is_some()),
+            Action::Redo => document.is_some_and(|own| own.redo_name().is_some()),
+            Action::Save => document.is_some(),
+            Action::Close => true,
+            Action::FrameAll => document.is_some(),
+            Action::Relight(Relight::Remove) => page.selected != Selected::Nothing,
+            Action::Relight(Relight::Duplicate) => matches!(page.selected, Selected::Thing(_)),
+            Action::Model(ModelAction::Use) => page.obstacle().is_none(),
+            Action::Model(_) => document.is_some(),
+            // What belongs to panels that are not seen.
+            _ if matches!(self.menu, Menu::Edit | Menu::View | Menu::Relight)
+                && !self.is_of_the_window() =>
+            {
+                false
+            }
+            _ => return None,
+        })
+    }
+
     /// Whether it would do anything now.
     pub fn is_enabled(&self, state: &State) -> bool {
         let project = state.project.as_ref();
+        let page = state.modelling.as_ref().filter(|_| state.is_modelling());
+        if let Some(is_enabled) = page.and_then(|page| self.is_enabled_on(page)) {
+            return is_enabled;
+        }
         if state.is_importing() && !self.is_of_the_window() {
             return false;
         }
         match &self.action {
+            Action::Model(ModelAction::Show) => project.is_some() || state.modelling.is_some(),
+            Action::Model(_) => false,
+            Action::Close if state.modelling.is_some() => true,
             Action::OpenExample => state.example.is_some(),
             Action::Save | Action::Ask(PathRequest::SaveAs) | Action::Close => project.is_some(),
             Action::Ask(PathRequest::Export) => {
@@ -188,11 +232,19 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
     let at_work = state.viewport.is_at_work();
     // Escape first closes menus, leaves the field that was typed in, or gives up a box. egui has
     // taken the focus away already, so what counts is where it was in the frame before.
-    let is_dragging = state.project.as_ref().is_some_and(|project| project.gesture().is_some());
+    let is_drawing = state.modelling.as_ref().is_some_and(|page| page.drag.is_some());
+    let is_dragging =
+        is_drawing || state.project.as_ref().is_some_and(|project| project.gesture().is_some());
     let escape = !state.was_typing && !egui::Popup::is_any_open(ctx) && !at_work && !is_dragging;
     for command in specific_first() {
         let Some(key) = command.key else { continue };
         let plain = !key.modifiers.command;
+        // Letters mean other things on other pages.
+        let is_of_page =
+            command.menu == Menu::Draw && command.action != Action::Model(ModelAction::Show);
+        if plain && is_of_page && !state.is_modelling() {
+            continue;
+        }
         if plain && (typing || dialog || flying || at_work)
             || dialog && command.action != Action::Quit
         {

@@ -6,9 +6,11 @@ use std::sync::mpsc::TryRecvError;
 use super::{PULSE, Reading, studies};
 use crate::app::files::{self, Opening};
 use crate::app::keeping;
+use crate::app::modelling::begin;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::relighting;
+use crate::app::reopening;
 use crate::app::state::State;
 use crate::io::project::Relight;
 use crate::reconstruct::Update;
@@ -123,6 +125,15 @@ fn loader_event(state: &mut State, event: Event) {
         }
         return;
     }
+    if state.dialogs.begin.as_ref().is_some_and(|own| own.job == Some(event.job)) {
+        let made = match event.what {
+            JobEvent::CaptureBegun(folder) => Ok(folder),
+            JobEvent::Failed(text) => Err(text),
+            _ => Err("Copying was cancelled. Nothing was left half-written.".to_owned()),
+        };
+        begin::ended(state, made);
+        return;
+    }
     // Only the latest opening counts; a project that was open stays until it has succeeded.
     if state.jobs.opening.as_ref().is_none_or(|(job, _)| *job != event.job) {
         return;
@@ -143,6 +154,7 @@ fn loader_event(state: &mut State, event: Event) {
                 files::opened(state, Opening { edits: Some(edits), ..opening }, capture);
             }
         }
+        JobEvent::Begun(folder) => reopening::begun(state, &opening, folder),
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }

@@ -29,9 +29,10 @@ use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
+use crate::watch::Progress;
 use crate::worker::{
-    Command, EditSource, Frame, Job, LatestRequest, PreviewRequest, Relighting, Relit, Rendering,
-    StoreResults, Worker,
+    Command, EditSource, Frame, Job, LatestRequest, Modelling, PreviewRequest, Relighting, Relit,
+    Rendering, StoreResults, Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -150,6 +151,20 @@ impl Jobs {
         self.cancel_opening();
         let job = self.loader.send(Command::Load { path: opening.folder.clone() });
         self.opening = Some((job, opening));
+    }
+
+    /// Makes a capture of photographs alone.
+    pub fn begin(&mut self, folder: PathBuf, images: Vec<PathBuf>) -> Job {
+        self.loader.send(Command::Model(Modelling::Begin { folder, images }))
+    }
+
+    /// How far a capture is that is begun.
+    pub fn progress(&self, job: Job) -> Option<Progress> {
+        self.loader.progress(job)
+    }
+
+    pub fn stop_beginning(&self, job: Job) {
+        self.loader.cancel(job);
     }
 
     /// Reads what a project changes of the recovered scene, before it is shown.

@@ -6,6 +6,7 @@ use super::run::run_button;
 use crate::app::actions::Action;
 use crate::app::commands::{self, Command, Menu};
 use crate::app::layout::Workspace;
+use crate::app::modelling::ModelAction;
 use crate::app::state::State;
 
 pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
@@ -28,10 +29,20 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     }
                 });
             }
-            if let Some(project) = &state.project {
+            if state.project.is_some() || state.modelling.is_some() {
                 ui.separator();
+                let tab = egui::Button::selectable(state.is_modelling(), "Model");
+                let help =
+                    "Lines and corners on the photographs, which place cameras and things (F7)";
+                if ui.add(tab).on_hover_text(help).clicked() {
+                    actions.push(Action::Model(ModelAction::Show));
+                }
+            }
+            if let Some(project) = &state.project {
                 for workspace in Workspace::ALL {
-                    let current = state.layout.current == workspace && !state.is_importing();
+                    let current = state.layout.current == workspace
+                        && !state.is_importing()
+                        && !state.is_modelling();
                     let tab = egui::Button::selectable(current, workspace.name());
                     if ui.add(tab).on_hover_text(workspace.help()).clicked() {
                         actions.push(Action::Workspace(workspace));

@@ -1,5 +1,6 @@
 //! The panels, a file each. They show the project and say what was asked for.
 
+pub mod begin;
 pub mod cards;
 mod compare;
 mod convergence;
@@ -13,6 +14,7 @@ mod lights;
 mod log;
 mod materials;
 pub mod menu;
+pub mod modelling;
 pub mod numbers;
 mod options;
 mod outliner;

@@ -22,6 +22,8 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
         replace_ui(ctx, state, actions);
     } else if state.dialogs.unsaved.is_some() {
         unsaved_ui(ctx, state, actions);
+    } else if state.dialogs.begin.is_some() {
+        super::begin::begin_ui(ctx, state, actions);
     } else if state.dialogs.locate.is_some() {
         locate_ui(ctx, state, actions);
     } else if state.dialogs.assign {
@@ -110,7 +112,9 @@ fn accept(asked: PathRequest) -> &'static str {
         | PathRequest::ImportCameraFolder
         | PathRequest::ImportImages
         | PathRequest::ImportMesh
-        | PathRequest::ImportOut => "Choose",
+        | PathRequest::ImportOut
+        | PathRequest::NewFolder => "Choose",
+        PathRequest::NewPhotographs => "Add photographs",
         PathRequest::SaveStudy(_) => "Save study",
     }
 }
@@ -164,11 +168,11 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
 fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
     let stake = UnsavedWork::of(state, matches!(state.dialogs.unsaved, Some(AfterPrompt::Quit)));
-    let is_changed = stake.edit.is_some() || stake.results.is_some();
+    let is_changed = stake.edit.is_some() || stake.results.is_some() || stake.model.is_some();
     let title = if is_changed { "Save changes?" } else { "Leave the project?" };
     let mut choices = Vec::new();
     if is_changed {
-        choices.push(("Save", "Save the project first", Some(Action::Unsaved { save: true })));
+        choices.push(("Save", "Save it first", Some(Action::Unsaved { save: true })));
     }
     let (text, help) = if is_changed {
         ("Don't save", "Lose what was changed since the last save")
@@ -183,6 +187,7 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
                 stake.edit.is_some(),
                 format!("Tags or options of \"{name}\" were changed and not saved."),
             ),
+            (stake.model.is_some(), "What was drawn on the photographs is not saved.".to_owned()),
             (stake.run.is_some(), "The reconstruction that runs would be cancelled.".to_owned()),
             (stake.results.is_some(), "The results are not saved: they would be lost.".to_owned()),
             (stake.study > 0, "The study of this capture was not saved: it would be lost.".into()),

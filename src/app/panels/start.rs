@@ -7,6 +7,7 @@ use super::numbers::named;
 use crate::app::actions::Action;
 use crate::app::dialogs::PathRequest;
 use crate::app::import::ImportAction;
+use crate::app::modelling::begin::NewAction;
 use crate::app::state::State;
 use crate::io::project;
 
@@ -64,6 +65,12 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             Action::Ask(PathRequest::OpenProject),
         );
         choice(
+            "New from photographs…",
+            "Begin with photographs alone: cameras and geometry come from what is drawn on them \
+             (Ctrl+N)",
+            Action::New(NewAction::Show),
+        );
+        choice(
             "Import…",
             "Cameras, mesh and photographs of other programs: COLMAP, Meshroom, Metashape, \
              RealityCapture, glTF and more (Ctrl+I)",
@@ -78,7 +85,10 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         }
     });
     ui.add_space(4.0);
-    ui.weak("Or drop a capture, a project, or the cameras of another program onto this window.");
+    ui.weak(
+        "Or drop photographs, a capture, a project, or the cameras of another program onto this \
+         window.",
+    );
     ui.add_space(20.0);
     recent(ui, state, actions);
 }

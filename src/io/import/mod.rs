@@ -58,7 +58,7 @@ pub use options::{Axis, Options, Surfaces, Unit};
 pub use photographs::is_photograph;
 pub use read::read;
 pub use reprojection::{Observation, Reprojection};
-pub use shown::Shown;
+pub use shown::{Shown, read as show};
 pub use source::is_foreign;
 pub use write::{Copying, Holds, Writing, Written, check_folder, holds, write};
 

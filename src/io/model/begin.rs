@@ -6,11 +6,18 @@ use std::path::{Path, PathBuf};
 use super::cameras::{self, Unplaced};
 use crate::io::picture::{self, Format};
 use crate::io::{Error, Fault, atomic, exif_lens, import, photograph, raw};
+use crate::watch::Watch;
 
 /// Makes the folder, which must be new or empty, with copies of the photographs and a camera file
 /// that has their names, sizes, and what EXIF tells. The folder is there whole or not at all.
-pub fn new_capture(folder: &Path, images: &[PathBuf]) -> Result<Vec<Unplaced>, Error> {
+/// `watch` counts the photographs.
+pub fn new_capture(
+    folder: &Path,
+    images: &[PathBuf],
+    watch: &Watch,
+) -> Result<Vec<Unplaced>, Error> {
     import::check_folder(folder, false)?;
+    watch.begin(images.len() as u64);
     // All are looked at before the first is copied.
     let mut taken = HashSet::new();
     let photographs: Vec<Unplaced> =
@@ -30,6 +37,7 @@ pub fn new_capture(folder: &Path, images: &[PathBuf]) -> Result<Vec<Unplaced>, E
     }
     let made = builder.tempdir_in(parent).map_err(failed)?;
     for (image, photograph) in images.iter().zip(&photographs) {
+        watch.tick()?;
         let to = made.path().join(&photograph.name);
         let unreadable = |source| Error::Read { file: image.clone(), source };
         let bytes = std::fs::File::open(image).map_err(unreadable)?;

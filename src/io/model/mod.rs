@@ -36,6 +36,7 @@
 mod begin;
 mod cameras;
 mod mesh;
+mod open;
 mod read;
 mod strokes;
 mod write;
@@ -43,11 +44,14 @@ mod write;
 pub use begin::new_capture;
 pub use cameras::{Unplaced, unplaced, write_cameras};
 pub use mesh::{check_own, geometry, write_glb, write_obj};
+pub use open::{Opened, forget, is_begun, keep, open, save};
 pub use read::read;
 pub use write::{to_text, write};
 
 /// The file's name in a capture.
 pub const NAME: &str = "model.json";
+/// Beside it: what was drawn in the window and is not saved yet.
+pub const UNSAVED: &str = "model.unsaved.json";
 /// What the file says that it is.
 const FORMAT: &str = "lobelia-model";
 const VERSION: u64 = 1;

@@ -5,10 +5,12 @@
 //! poster lies in its wall. The floor is the plane z = 0; z is up.
 
 mod faces;
+mod outline;
 mod shape;
 
 pub(super) use faces::normal;
 pub use faces::{Face, faces};
+pub use outline::{edges, face_names};
 pub use shape::{Kind, Parameter, corner_names, corners, parameters, rims};
 
 /// Something with corners and faces.

@@ -1,0 +1,171 @@
+//! Asks the page's workers for what the model and the view call for, and takes their answers.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::ModelPage;
+use super::acting::used;
+use crate::app::gesture::Gesture;
+use crate::app::state::State;
+use crate::io::model as model_files;
+use crate::worker::{Command, Event, JobEvent, Modelling};
+
+use super::document::Document;
+
+/// How often work is looked at while it goes on.
+const PULSE: Duration = Duration::from_millis(100);
+const NOT_USED: &str = "Mesh and cameras cannot be written";
+
+/// Takes what the workers have found, and asks for what is wanted now.
+pub fn follow(state: &mut State) {
+    let Some(page) = &mut state.modelling else { return };
+    let mut events: Vec<Event> = page.reader.events().try_iter().collect();
+    let solver: Vec<Event> = page.solver.events().try_iter().collect();
+    events.retain(|event| event.what.is_ending());
+    for event in events {
+        reader_event(state, event);
+    }
+    for event in solver.into_iter().filter(|event| event.what.is_ending()) {
+        solver_event(state, event);
+    }
+    let Some(page) = &mut state.modelling else { return };
+    page.solve_what_is_drawn();
+    page.draw_what_is_shown();
+    page.read_what_is_shown();
+    if page.is_busy() {
+        state.ctx.request_repaint_after(PULSE);
+    }
+}
+
+/// A gesture on the page that has ended is a step of undo; Escape takes it back.
+pub fn end_gesture(state: &mut State) {
+    let Some(page) = &mut state.modelling else { return };
+    let Some(document) = &mut page.document else { return };
+    match document.gesture() {
+        Some(_) if state.hand.escaped() => {
+            document.cancel_gesture();
+            page.drag = None;
+            page.tidy();
+        }
+        Some(gesture @ (Gesture::Press(_) | Gesture::Typing(_))) if !state.hand.ends(gesture) => {}
+        Some(_) => {
+            document.commit();
+            keep(state);
+        }
+        None => {}
+    }
+}
+
+/// Keeps what is not saved, in case that the program ends.
+pub(super) fn keep(state: &State) {
+    let Some(page) = &state.modelling else { return };
+    let Some(document) = &page.document else { return };
+    let (folder, model) = (page.folder.clone(), document.model().clone());
+    if document.is_changed() {
+        state.writer.send(move || {
+            model_files::keep(&folder, &model).map_err(|error| format!("Autosave: {error}"))
+        });
+    } else {
+        super::forget_kept(state, folder);
+    }
+}
+
+fn reader_event(state: &mut State, event: Event) {
+    let Some(page) = &mut state.modelling else { return };
+    if page.opening.take_if(|job| *job == event.job).is_some() {
+        match event.what {
+            JobEvent::ModelOpened(opened) => {
+                let mut document = Document::new(opened.model);
+                if let Some(unsaved) = opened.unsaved {
+                    document.change("recovered strokes".to_owned(), Arc::new(unsaved), None);
+                    let text = "Strokes that were not saved are here again. Undo takes them back.";
+                    state.messages.notice(text);
+                }
+                page.document = Some(document);
+                for warning in opened.warnings {
+                    state.messages.warning(warning);
+                }
+            }
+            JobEvent::Failed(text) => page.problem = Some(text),
+            _ => {}
+        }
+        return;
+    }
+    let ctx = &state.ctx;
+    match event.what {
+        JobEvent::Shown(shown) => page.pictures.take(ctx, event.job, Ok(&shown)),
+        JobEvent::Failed(text) => page.pictures.take(ctx, event.job, Err(text)),
+        _ => page.pictures.take(ctx, event.job, Err("Reading was cancelled.".to_owned())),
+    };
+}
+
+fn solver_event(state: &mut State, event: Event) {
+    let Some(page) = &mut state.modelling else { return };
+    if page.solving.take_if(|job| *job == event.job).is_some() {
+        match event.what {
+            JobEvent::ModelSolved(solved) => {
+                page.failure = None;
+                page.solved = Some(solved);
+            }
+            JobEvent::Failed(text) => page.failure = Some(text),
+            _ => {}
+        }
+    } else if page.drawn.take_if(|job| *job == event.job).is_some() {
+        if let JobEvent::ModelDrawn(drawing) = event.what {
+            page.drawing = Some(drawing);
+        }
+    } else if page.using.take_if(|job| *job == event.job).is_some() {
+        match event.what {
+            JobEvent::ModelUsed(of) => used(state, &of),
+            JobEvent::Failed(text) => state.messages.error(NOT_USED, text),
+            _ => {}
+        }
+    }
+}
+
+impl ModelPage {
+    /// Solves the model where it has changed; one at a time, so that the latest is never far.
+    fn solve_what_is_drawn(&mut self) {
+        let Some(model) = self.model().cloned() else { return };
+        if self.solving.is_some() || self.is_solved() {
+            return;
+        }
+        if model.strokes.is_empty() {
+            (self.solved, self.drawing, self.tried) = (None, None, None);
+            return;
+        }
+        // What has stopped the solver would stop it again.
+        if self.tried.as_ref().is_some_and(|tried| Arc::ptr_eq(tried, &model)) {
+            return;
+        }
+        self.solving = Some(self.solver.send(Command::Model(Modelling::Solve(model.clone()))));
+        self.tried = Some(model);
+    }
+
+    /// Has the edges drawn in the photograph that is looked at.
+    fn draw_what_is_shown(&mut self) {
+        let Some(solved) = self.solved.clone() else { return };
+        let photograph = self.shown;
+        let is_there = self
+            .drawing
+            .as_ref()
+            .is_some_and(|own| Arc::ptr_eq(&own.of, &solved) && own.photograph == photograph);
+        if is_there || self.drawn.is_some() {
+            return;
+        }
+        let draw = Modelling::Draw { of: solved, photograph };
+        self.drawn = Some(self.solver.send(Command::Model(draw)));
+    }
+
+    /// Reads photographs, the one that is looked at first.
+    fn read_what_is_shown(&mut self) {
+        let Some(model) = self.model().cloned() else { return };
+        let Some(wanted) = self.pictures.wanted(self.shown, model.photographs.len()) else {
+            return;
+        };
+        let (folder, name) =
+            (self.folder.clone(), model.photographs[wanted.photograph].name.clone());
+        let show = Modelling::Show { folder, name, longest: wanted.longest };
+        self.pictures.asked(self.reader.send(Command::Model(show)), &wanted);
+    }
+}

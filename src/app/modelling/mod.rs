@@ -1,0 +1,294 @@
+//! The Model page: what is drawn on the photographs of a capture, and what that places.
+//!
+//! The page edits the capture's `model.json` through [`Document`]. It has two workers of its own:
+//! one solves and draws, one reads photographs. What is asked of them follows from the model and
+//! from what is looked at (`follow`), and never waits for a button.
+
+mod acting;
+pub mod begin;
+mod document;
+pub mod drag;
+mod follow;
+mod pictures;
+pub mod tool;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui;
+
+use super::state::State;
+use crate::io::model as model_files;
+use crate::model::{Model, Shape, Solution};
+use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
+
+pub use acting::{apply, undo};
+pub use document::Document;
+use drag::Drag;
+pub use follow::{end_gesture, follow};
+pub use pictures::{Picture, Pictures};
+use tool::{Selected, Target, Tool};
+
+/// What can be done about the page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelAction {
+    /// Shows the page of the open capture.
+    Show,
+    /// Another model in the place of the present one, by the name of what is done.
+    Change(String, Arc<Model>),
+    Tool(Tool),
+    /// Adds a thing and begins to show its corners.
+    Add(Shape),
+    /// Makes a twin of the selected thing.
+    Duplicate,
+    /// Removes what is selected.
+    Remove,
+    /// Turns the selected line around.
+    Flip,
+    /// Shows the next photograph, or the one before.
+    Next(bool),
+    /// Lets lines snap to the photograph's edges, or not.
+    Snap,
+    /// Fills the view with the photograph.
+    Fit,
+    /// Writes mesh and cameras, and opens the capture.
+    Use,
+}
+
+/// What is drawn over the photograph.
+#[derive(Clone, Copy, Debug)]
+pub struct Overlays {
+    pub strokes: bool,
+    pub model: bool,
+    pub hidden: bool,
+}
+
+/// Which part of the photograph is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    /// 1 shows the whole photograph.
+    pub zoom: f32,
+    /// In points of the window.
+    pub shift: egui::Vec2,
+}
+
+pub struct ModelPage {
+    pub is_shown: bool,
+    pub folder: PathBuf,
+    /// `None` until it is read.
+    pub document: Option<Document>,
+    /// Why there is none, in the terminal's words.
+    pub problem: Option<String>,
+    /// The photograph that is looked at.
+    pub shown: usize,
+    pub tool: Tool,
+    pub selected: Selected,
+    pub drag: Option<Drag>,
+    pub placement: Placement,
+    pub overlays: Overlays,
+    /// Lines that are drawn come to lie on edges of the photograph.
+    pub snaps: bool,
+    /// The number of the selected stroke is to be typed next.
+    pub wants_number: bool,
+    /// The latest that was solved, and why the solver stopped, if it did.
+    pub solved: Option<Arc<SolvedModel>>,
+    pub failure: Option<String>,
+    pub drawing: Option<Arc<ModelDrawing>>,
+    pub pictures: Pictures,
+    solver: Worker,
+    reader: Worker,
+    opening: Option<Job>,
+    solving: Option<Job>,
+    /// What was sent to the solver last.
+    tried: Option<Arc<Model>>,
+    drawn: Option<Job>,
+    using: Option<Job>,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Self { zoom: 1.0, shift: egui::Vec2::ZERO }
+    }
+}
+
+impl ModelPage {
+    fn start(folder: &Path, ctx: &egui::Context) -> std::io::Result<Self> {
+        let worker = || {
+            let ctx = ctx.clone();
+            Worker::start(move || ctx.request_repaint())
+        };
+        let mut reader = worker()?;
+        let open = Modelling::Open { folder: folder.to_owned() };
+        let opening = Some(reader.send(Command::Model(open)));
+        Ok(Self {
+            is_shown: true,
+            folder: folder.to_owned(),
+            document: None,
+            problem: None,
+            shown: 0,
+            tool: Tool::default(),
+            selected: Selected::default(),
+            drag: None,
+            placement: Placement::default(),
+            overlays: Overlays { strokes: true, model: true, hidden: true },
+            snaps: true,
+            wants_number: false,
+            solved: None,
+            failure: None,
+            drawing: None,
+            pictures: Pictures::default(),
+            solver: worker()?,
+            reader,
+            opening,
+            solving: None,
+            tried: None,
+            drawn: None,
+            using: None,
+        })
+    }
+
+    pub fn model(&self) -> Option<&Arc<Model>> {
+        self.document.as_ref().map(Document::model)
+    }
+
+    /// The latest solution, also where the model has changed since.
+    pub fn solution(&self) -> Option<&Solution> {
+        self.solved.as_ref()?.outcome.as_ref().ok()
+    }
+
+    /// Whether the latest solution is of the present model.
+    pub fn is_solved(&self) -> bool {
+        let solved = self.solved.as_ref().map(|own| &own.model);
+        solved.zip(self.model()).is_some_and(|(a, b)| Arc::ptr_eq(a, b))
+    }
+
+    /// Whether anything goes on besides the hand.
+    pub fn is_busy(&self) -> bool {
+        self.opening.is_some()
+            || self.solving.is_some()
+            || self.drawn.is_some()
+            || self.using.is_some()
+            || self.pictures.is_reading()
+    }
+
+    pub fn is_solving(&self) -> bool {
+        self.solving.is_some()
+    }
+
+    pub fn is_changed(&self) -> bool {
+        self.document.as_ref().is_some_and(Document::is_changed)
+    }
+
+    /// How far a stroke of the present model is off: pixels, or standard deviations of what was
+    /// typed. `None` before it is known.
+    pub fn residual(&self, stroke: usize) -> Option<f64> {
+        let solved = self.solved.as_ref()?;
+        let is_same = solved.model.strokes.get(stroke) == self.model()?.strokes.get(stroke);
+        let reports = &solved.outcome.as_ref().ok()?.strokes;
+        let own = reports.binary_search_by_key(&stroke, |own| own.stroke).ok()?;
+        is_same.then(|| reports[own].residual)
+    }
+
+    /// What hinders the use of the model, in words.
+    pub fn obstacle(&self) -> Option<String> {
+        let Some(model) = self.model() else { return Some("The model is not read yet.".into()) };
+        if self.using.is_some() {
+            return Some("Mesh and cameras are being written.".into());
+        }
+        if let Some(failure) = self.failure.as_ref().filter(|_| !self.is_solved()) {
+            return Some(failure.clone());
+        }
+        if model.strokes.is_empty() {
+            return Some("Nothing is drawn yet.".into());
+        }
+        if !self.is_solved() {
+            return Some("The strokes are still being solved.".into());
+        }
+        match &self.solved.as_ref()?.outcome {
+            Err(error) => Some(error.to_string()),
+            Ok(solution) => match solution.problems.first() {
+                Some(problem) => Some(problem.to_string()),
+                None if solution.faces.is_empty() => Some(
+                    "There is no surface yet: add a room, a box or a polygon, and show its \
+                     corners."
+                        .into(),
+                ),
+                None => None,
+            },
+        }
+    }
+
+    /// Shows another photograph.
+    pub fn show(&mut self, photograph: usize) {
+        if photograph != self.shown {
+            self.shown = photograph;
+            self.drag = None;
+            // A corner that was shown last may be shown here, too.
+            if let (Tool::Mark(Target::Place(_)), Selected::Thing(thing)) =
+                (self.tool, self.selected)
+                && let Some(model) = self.model()
+                && let Some(first) = Target::first(model, thing, photograph)
+            {
+                self.tool = Tool::Mark(first);
+            }
+        }
+    }
+
+    /// Lets go of what the model no longer has.
+    fn tidy(&mut self) {
+        let Some(model) = self.document.as_ref().map(|own| own.model().clone()) else { return };
+        if !self.tool.is_of(&model) {
+            self.tool = Tool::Select;
+        }
+        if !self.selected.is_of(&model) {
+            self.selected = Selected::Nothing;
+        }
+        self.shown = self.shown.min(model.photographs.len().saturating_sub(1));
+    }
+}
+
+/// Opens the page of a folder, without asking about what is open.
+pub fn open(state: &mut State, folder: &Path) {
+    match ModelPage::start(folder, &state.ctx) {
+        Ok(page) => state.modelling = Some(Box::new(page)),
+        Err(error) => {
+            let text = format!("no thread can be started: {error}");
+            state.messages.error("The Model page cannot be opened", text);
+        }
+    }
+}
+
+/// Saves the model; says whether there is nothing unsaved afterwards.
+pub fn save(state: &mut State) -> bool {
+    let Some(page) = &mut state.modelling else { return true };
+    let Some(document) = &mut page.document else { return true };
+    document.commit();
+    if let Err(error) = model_files::save(&page.folder, document.model()) {
+        state.messages.error("The model cannot be saved", error.to_string());
+        return false;
+    }
+    let model = document.model().clone();
+    document.mark_saved(model);
+    let folder = page.folder.clone();
+    let file = folder.join(model_files::NAME);
+    state.messages.notice(format!("Saved {}", file.display()));
+    forget_kept(state, folder);
+    true
+}
+
+/// What was kept for recovery is saved, or not wanted.
+pub fn forget_kept(state: &State, folder: PathBuf) {
+    state.writer.send(move || {
+        model_files::forget(&folder);
+        Ok(())
+    });
+}
+
+/// Leaves the page without asking.
+pub fn close(state: &mut State) {
+    if let Some(page) = state.modelling.take()
+        && page.is_changed()
+    {
+        forget_kept(state, page.folder.clone());
+    }
+}

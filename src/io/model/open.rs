@@ -1,0 +1,158 @@
+//! The model of a capture as a person goes on with it, and what is kept of it until it is saved.
+
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::{NAME, UNSAVED, read, unplaced, write};
+use crate::io::json::{self, Field};
+use crate::io::{Error, capture, exif_lens, inside, photograph, picture};
+use crate::model::{Fit, Lens, Model, Photograph};
+
+/// A capture's model.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// Of `model.json`; where there is none, the photographs of the camera file alone.
+    pub model: Model,
+    /// Whether there is a `model.json`.
+    pub is_saved: bool,
+    /// What was drawn since, and not saved before the program ended.
+    pub unsaved: Option<Model>,
+    /// What could not be read.
+    pub warnings: Vec<String>,
+}
+
+/// Whether a folder holds photographs whose cameras or mesh are still to be made here.
+pub fn is_begun(folder: &Path) -> bool {
+    let (count, open) = match unplaced(&folder.join("transforms.json")) {
+        Ok((count, names)) => (count, names.len()),
+        Err(_) => (0, 0),
+    };
+    let is_whole = open < count && capture::find_geometry(folder).is_ok();
+    !is_whole && (open > 0 || folder.join(NAME).is_file())
+}
+
+/// Reads the model of a capture, or begins one.
+pub fn open(folder: &Path) -> Result<Opened, Error> {
+    let (file, kept) = (folder.join(NAME), folder.join(UNSAVED));
+    let is_saved = file.is_file();
+    let model = if is_saved { read(&file)? } else { begun(folder)? };
+    let mut warnings = Vec::new();
+    let unsaved = match kept.is_file().then(|| read(&kept)) {
+        Some(Ok(own)) if own != model => Some(own),
+        Some(Err(error)) => {
+            warnings.push(error.to_string());
+            None
+        }
+        _ => None,
+    };
+    Ok(Opened { model, is_saved, unsaved, warnings })
+}
+
+/// Keeps a model that is not saved yet, in case that the program ends.
+pub fn keep(folder: &Path, model: &Model) -> Result<(), Error> {
+    write(&folder.join(UNSAVED), model)
+}
+
+/// Forgets what was kept: it is saved, or not wanted.
+pub fn forget(folder: &Path) {
+    // There may be none.
+    let _ = std::fs::remove_file(folder.join(UNSAVED));
+}
+
+/// Saves a model as the capture's `model.json`, whole or not at all.
+pub fn save(folder: &Path, model: &Model) -> Result<(), Error> {
+    write(&folder.join(NAME), model)
+}
+
+/// A model of the photographs that a camera file names, and nothing else. Photographs of one size
+/// and one focal length share a lens.
+fn begun(folder: &Path) -> Result<Model, Error> {
+    let file = folder.join("transforms.json");
+    let value = json::read(&file)?;
+    let root = Field::root(&file, &value)?;
+    let mut model = Model::default();
+    for frame in root.need("frames")?.items()? {
+        let name = frame.need("file_path")?.text()?.to_owned();
+        let image = inside::join(folder, &name).filter(|image| image.is_file());
+        let either = |key: &str| frame.get(key).or_else(|| root.get(key));
+        let number = |key: &str| either(key).map(|field| field.number()).transpose();
+        let size = match (number("w")?, number("h")?, &image) {
+            (Some(width), Some(height), _) if width >= 1.0 && height >= 1.0 => {
+                (width as usize, height as usize)
+            }
+            (.., Some(image)) => picture::dimensions(image)
+                .or_else(|_| photograph::head(image).map(|(width, height, _)| (width, height)))?,
+            _ => {
+                let problem = "neither its size is given nor is the image there";
+                return Err(frame.wrong_with(problem, "Put the photograph there, or give w and h"));
+            }
+        };
+        let known = number("fl_x")?.filter(|focal| *focal > 0.0);
+        let focal_px = match (known, &image) {
+            (Some(focal), _) => Some(focal),
+            (None, Some(image)) => exif_lens::read(image)?.focal_px,
+            (None, None) => None,
+        };
+        let is_own = |photograph: &Photograph| {
+            photograph.size == size && model.lenses[photograph.lens].focal_px == focal_px
+        };
+        let shared = model.photographs.iter().find(|own| is_own(own)).map(|own| own.lens);
+        let lens = shared.unwrap_or_else(|| {
+            let id = match model.lenses.len() {
+                0 => "lens".to_owned(),
+                count => format!("lens{}", count + 1),
+            };
+            model.lenses.push(Lens {
+                id,
+                focal_px,
+                principal_px: None,
+                radial: DVec2::ZERO,
+                fit: Fit::default(),
+            });
+            model.lenses.len() - 1
+        });
+        model.photographs.push(Photograph { name, lens, size });
+    }
+    Ok(model)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::exr;
+    use crate::io::model::new_capture;
+    use crate::watch::Watch;
+
+    #[test]
+    fn a_new_capture_is_begun_and_what_was_not_saved_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<_> = [(8, 6), (8, 6), (6, 8)]
+            .iter()
+            .enumerate()
+            .map(|(index, (width, height))| {
+                let file = folder.path().join(format!("{index}.exr"));
+                exr::write_rgb(&file, *width, *height, &vec![[0.5; 3]; width * height]).unwrap();
+                file
+            })
+            .collect();
+        let room = folder.path().join("room");
+        assert!(!is_begun(&room));
+        new_capture(&room, &files, &Watch::new()).unwrap();
+        assert!(is_begun(&room));
+        let Opened { mut model, is_saved, unsaved, .. } = open(&room).unwrap();
+        assert!(!is_saved && unsaved.is_none());
+        let lenses: Vec<usize> = model.photographs.iter().map(|own| own.lens).collect();
+        assert_eq!((lenses, model.lenses[1].id.as_str()), (vec![0, 0, 1], "lens2"));
+        save(&room, &model).unwrap();
+        model.points.push(crate::model::Point { id: "p1".into() });
+        keep(&room, &model).unwrap();
+        let opened = open(&room).unwrap();
+        assert!(opened.is_saved && opened.model.points.is_empty());
+        assert_eq!(opened.unsaved, Some(model));
+        std::fs::write(room.join(UNSAVED), "{").unwrap();
+        assert_eq!(open(&room).unwrap().warnings.len(), 1);
+        forget(&room);
+        assert!(open(&room).unwrap().unsaved.is_none());
+    }
+}

@@ -1,0 +1,158 @@
+//! Jobs of modelling: placing cameras and things by strokes, and what is drawn of them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use crate::geometry::bvh::RayCaster;
+use crate::io;
+use crate::io::model::{self as files, NAME};
+use crate::model::{AdjustOptions, Model, ModelError, Solution, solve};
+use crate::scene::wireframe::{self, Stroke};
+use crate::watch::{Cancelled, Watch};
+use crate::worker::event::JobEvent;
+
+/// Edges that are drawn; of more only creases.
+const MOST_EDGES: usize = 20_000;
+
+/// A model with what its strokes say.
+pub struct SolvedModel {
+    /// What was solved.
+    pub model: Arc<Model>,
+    /// Cameras and things, or why nothing could be placed.
+    pub outcome: Result<Solution, ModelError>,
+    /// Edges of the faces, in metres.
+    edges: Vec<[Vec3; 2]>,
+    /// What hides them.
+    caster: Option<RayCaster>,
+}
+
+/// The edges of a solved model as one photograph shows them.
+#[derive(Debug)]
+pub struct ModelDrawing {
+    /// What is drawn.
+    pub of: Arc<SolvedModel>,
+    /// Index into `Model::photographs`.
+    pub photograph: usize,
+    /// None where the photograph is not placed.
+    pub strokes: Vec<Stroke>,
+}
+
+/// A job of modelling.
+#[derive(Clone, Debug)]
+pub enum Modelling {
+    /// Make a capture of photographs alone.
+    Begin {
+        /// New or empty.
+        folder: PathBuf,
+        /// The photographs.
+        images: Vec<PathBuf>,
+    },
+    /// Read the model of a capture, or begin one.
+    Open {
+        /// The capture's folder.
+        folder: PathBuf,
+    },
+    /// Place everything by the strokes.
+    Solve(Arc<Model>),
+    /// Draw what was placed as a photograph shows it.
+    Draw {
+        /// What [`JobEvent::ModelSolved`] gave.
+        of: Arc<SolvedModel>,
+        /// Index into `Model::photographs`.
+        photograph: usize,
+    },
+    /// Write model, mesh and cameras into the capture.
+    Use {
+        /// The capture's folder.
+        folder: PathBuf,
+        /// What is written.
+        of: Arc<SolvedModel>,
+    },
+    /// Read a photograph for the screen.
+    Show {
+        /// The capture's folder.
+        folder: PathBuf,
+        /// Its path in there.
+        name: String,
+        /// Longer side of what is shown, in pixels.
+        longest: usize,
+    },
+}
+
+impl std::fmt::Debug for SolvedModel {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("SolvedModel").field("outcome", &self.outcome).finish_non_exhaustive()
+    }
+}
+
+/// Carries a job out; an error in the words of the terminal.
+pub(super) fn perform(job: Modelling, watch: &Watch) -> Result<JobEvent, io::Error> {
+    Ok(match job {
+        Modelling::Begin { folder, images } => {
+            files::new_capture(&folder, &images, watch)?;
+            JobEvent::CaptureBegun(folder)
+        }
+        Modelling::Open { folder } => JobEvent::ModelOpened(Box::new(files::open(&folder)?)),
+        Modelling::Solve(model) => JobEvent::ModelSolved(Arc::new(solved(model))),
+        Modelling::Draw { of, photograph } => {
+            let strokes = drawn(&of, photograph, watch)?;
+            JobEvent::ModelDrawn(Arc::new(ModelDrawing { of, photograph, strokes }))
+        }
+        Modelling::Use { folder, of } => {
+            write(&folder, &of)?;
+            JobEvent::ModelUsed(of)
+        }
+        Modelling::Show { folder, name, longest } => {
+            let file = io::inside::join(&folder, &name).ok_or_else(|| {
+                io::Error::Invalid(io::Fault::new(
+                    &folder.join(NAME),
+                    &*name,
+                    "this photograph lies outside of the capture",
+                    "Put it into the capture's folder, and correct its path",
+                ))
+            })?;
+            JobEvent::Shown(Arc::new(io::import::show(&file, longest)?))
+        }
+    })
+}
+
+fn solved(model: Arc<Model>) -> SolvedModel {
+    let outcome = solve(&model, &AdjustOptions::default());
+    let faces = outcome.as_ref().map_or(&[][..], |solution| &solution.faces);
+    // Faces of things that have run away make no mesh; then nothing is drawn of them.
+    let mesh = match faces {
+        [] => None,
+        faces => files::geometry(Path::new(NAME), faces).ok().map(|own| own.mesh),
+    };
+    let edges = mesh.as_ref().map_or_else(Vec::new, |mesh| wireframe::edges(mesh, MOST_EDGES));
+    let caster = mesh.map(|mesh| RayCaster::build(&mesh.positions, &mesh.triangles));
+    SolvedModel { model, outcome, edges, caster }
+}
+
+fn drawn(of: &SolvedModel, photograph: usize, watch: &Watch) -> Result<Vec<Stroke>, Cancelled> {
+    let solution = of.outcome.as_ref().ok();
+    match solution.and_then(|own| own.cameras.get(photograph)?.as_ref()) {
+        Some(camera) => wireframe::strokes(camera, &of.edges, of.caster.as_ref(), watch),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// Writes `model.json`, then mesh and cameras as `lobelia model` does. A mesh of another program is
+/// not written over.
+fn write(folder: &Path, of: &SolvedModel) -> Result<(), io::Error> {
+    let fault = |error: &ModelError| {
+        let file = folder.join(NAME);
+        io::Error::Invalid(io::Fault::new(&file, &*error.place, &*error.problem, &*error.remedy))
+    };
+    let solution = of.outcome.as_ref().map_err(fault)?;
+    if let Some(problem) = solution.problems.first() {
+        return Err(fault(problem));
+    }
+    let mesh = folder.join("scene.obj");
+    files::check_own(&mesh)?;
+    files::save(folder, &of.model)?;
+    files::write_obj(&mesh, &solution.faces)?;
+    files::write_cameras(&folder.join("transforms.json"), &of.model, solution)
+}
