@@ -95,7 +95,12 @@ fn lit_by_a_panel(capture: &Capture) -> Edits {
     Edits {
         original_light: 0.0,
         surroundings: Surroundings::Open,
-        lights: vec![AddedLight { name: "panel".to_owned(), shape, emission: [10.0; 3] }],
+        lights: vec![AddedLight {
+            name: "panel".to_owned(),
+            shape,
+            emission: [10.0; 3],
+            is_on: true,
+        }],
         ..Edits::default()
     }
 }

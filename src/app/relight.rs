@@ -96,7 +96,7 @@ impl NewLight {
             }
         };
         let emission = blackbody(4000.0).map(|value| value * strength);
-        AddedLight { name: String::new(), shape: Shape::Emitter(emitter), emission }
+        AddedLight { name: String::new(), shape: Shape::Emitter(emitter), emission, is_on: true }
     }
 }
 
@@ -373,7 +373,7 @@ mod tests {
     fn a_dome_has_no_place() {
         let image = Arc::new(Image::new(2, 1, vec![[1.0; 3]; 2], None));
         let shape = Shape::Dome(crate::scene::Dome::new(image, 1.0));
-        let sky = AddedLight { name: "sky".into(), shape, emission: [1.0; 3] };
+        let sky = AddedLight { name: "sky".into(), shape, emission: [1.0; 3], is_on: true };
         let edits = Edits { lights: vec![sky], ..Edits::default() };
         assert_eq!(middle(&edits, Added::Light(0), Default::default()), None);
         assert_eq!(moved(&edits, Added::Light(0), Motion::Move(Vec3::X)), edits);

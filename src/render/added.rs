@@ -41,7 +41,7 @@ impl Added {
             Shape::Emitter(emitter) => Source::Emitter(*emitter),
             Shape::Dome(dome) => Source::Dome(DomeTable::new(dome.clone())),
         };
-        Self { source, emission: light.emission.map(|value| value as f32) }
+        Self { source, emission: light.sent().map(|value| value as f32) }
     }
 
     /// What it is; `None` for a dome.

@@ -4,12 +4,17 @@
 //! their albedo, which has no noise, is divided out, so that textures stay sharp. Neighbours count
 //! less the more their normals and distances differ, and the more their light differs than the
 //! noise explains (Schied et al. 2017), which is estimated from the two halves of the paths.
+//!
+//! A picture is filtered row by row, one neighbour of all pixels after the other, so that the
+//! compiler can take several pixels at once. Each number of a pixel therefore has a plane of its
+//! own; a row holds its part of each plane after the other.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::render::film::Film;
+use crate::render::film::{Film, LightFilm, SurfaceFilm};
+use crate::solve::kernels::vectorised;
 
 /// Rounds, each with neighbours twice as far away.
 const ROUNDS: u32 = 5;
@@ -17,172 +22,397 @@ const ROUNDS: u32 = 5;
 const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 /// Differences of light that count as noise, in standard deviations.
 const LIGHT: f32 = 4.0;
-/// How sharply differences of normals separate surfaces.
-const NORMAL: i32 = 64;
+/// How sharply differences of normals separate surfaces: they count by this power of two of the
+/// cosine between them.
+const NORMAL_SQUARINGS: u32 = 6;
 /// Albedos below are taken to be this.
 const DARKEST: f32 = 0.02;
+/// Pixels to each side whose variances are averaged.
+const REACH: isize = 3;
 
-/// What is known of a pixel without noise.
-struct Guide {
-    albedo: Radiance,
-    normal: Vec3,
-    distance_m: f32,
-    /// Change of the distance from one pixel to the next, across and down.
-    slope: [f32; 2],
-    is_known: bool,
+/// What is known of every pixel without noise.
+pub struct Guides {
+    width: usize,
+    height: usize,
+    pub albedo: Vec<Radiance>,
+    /// Per row the planes of [`GUIDES`].
+    rows: Vec<f32>,
 }
 
-/// The light on a pixel: every layer, then the direct part; with the variance of its mean.
-#[derive(Clone)]
-struct Light {
-    layers: Vec<Radiance>,
-    brightness: f32,
-    variance: f32,
-}
+/// Normal; 1 where no surface is; distance, and its change from one pixel to the next, across and
+/// down.
+const GUIDES: usize = 7;
 
 /// The film with less noise; its layers still add up. What has no surface stays as it is.
 pub fn denoised(film: &Film) -> Film {
     if film.paths < 2 {
         return film.clone();
     }
-    let (width, height) = (film.width, film.height);
-    let guides = guides(film);
-    let mut lights = demodulated(film, &guides);
-    smooth_variance(&mut lights, &guides, (width, height));
-    for round in 0..ROUNDS {
-        let step = 1 << round;
-        lights = (0..width * height)
-            .into_par_iter()
-            .map(|index| filtered(&lights, &guides, (width, height), index, step))
-            .collect();
-    }
+    let guides = Guides::new(&film.surfaces, film.width, film.height);
     let mut result = film.clone();
-    for (index, (light, guide)) in lights.iter().zip(&guides).enumerate() {
-        let modulated = |light: &Radiance| std::array::from_fn(|c| light[c] * guide.albedo[c]);
-        let layers: Vec<Radiance> = light.layers.iter().map(modulated).collect();
-        result.set_light(index, &layers);
-    }
+    result.set_layers(&guides.denoised(&film.light));
     result
 }
 
-fn guides(film: &Film) -> Vec<Guide> {
-    let (width, height) = (film.width, film.height);
-    let (albedo, normal) = (film.albedo(), film.normal());
-    let (distance_m, coverage) = (film.distance_m(), film.coverage());
-    let slope = |index: usize, stride: usize, at: usize, count: usize| {
-        let here = distance_m[index];
-        let before = (at > 0).then(|| here - distance_m[index - stride]);
-        let after = (at + 1 < count).then(|| distance_m[index + stride] - here);
-        // Of the two the smaller one: the other may reach over an edge.
-        let all = [before, after].into_iter().flatten();
-        all.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
-    };
-    (0..width * height)
-        .map(|index| Guide {
-            albedo: albedo[index].map(|value| value.max(DARKEST)),
-            normal: Vec3::from(normal[index]).normalize_or_zero(),
-            distance_m: distance_m[index],
-            slope: [
-                slope(index, 1, index % width, width),
-                slope(index, width, index / width, height),
-            ],
-            is_known: coverage[index] > 0.5,
-        })
-        .collect()
-}
-
-fn demodulated(film: &Film, guides: &[Guide]) -> Vec<Light> {
-    let light = |(index, guide): (usize, &Guide)| {
-        let divided = |light: Radiance| std::array::from_fn(|c| light[c] / guide.albedo[c]);
-        let (layers, halves_apart) = film.light(index);
-        let layers: Vec<Radiance> = layers.into_iter().map(divided).collect();
-        // The last one is the direct part, which is in the others already.
-        let sum = layers[..layers.len() - 1].iter().flatten().sum::<f32>();
-        let apart: Radiance = divided(halves_apart);
-        let error = apart.iter().sum::<f32>() / CHANNELS as f32;
-        Light { layers, brightness: sum / CHANNELS as f32, variance: error * error }
-    };
-    guides.par_iter().enumerate().map(|(index, guide)| light((index, guide))).collect()
-}
-
-/// The variance of one pixel, estimated from the difference of two halves, is itself noisy: it is
-/// averaged with its neighbours'.
-fn smooth_variance(lights: &mut [Light], guides: &[Guide], (width, height): (usize, usize)) {
-    const REACH: usize = 3;
-    let smooth = |index: usize| {
-        let (x, y) = (index % width, index / width);
-        let (mut sum, mut weights) = (0.0f32, 0.0f32);
-        for v in y.saturating_sub(REACH)..=(y + REACH).min(height - 1) {
-            for u in x.saturating_sub(REACH)..=(x + REACH).min(width - 1) {
-                let other = v * width + u;
-                let weight = alike(&guides[index], &guides[other], (u, v), (x, y));
-                sum += weight * lights[other].variance;
-                weights += weight;
-            }
-        }
-        if weights > 0.0 { sum / weights } else { lights[index].variance }
-    };
-    let smoothed: Vec<f32> = (0..lights.len()).into_par_iter().map(smooth).collect();
-    for (light, variance) in lights.iter_mut().zip(smoothed) {
-        light.variance = variance;
-    }
-}
-
-/// From 0 to 1, whether two pixels show one smooth surface.
-fn alike(a: &Guide, b: &Guide, (u, v): (usize, usize), (x, y): (usize, usize)) -> f32 {
-    if a.is_known != b.is_known {
-        return 0.0;
-    }
-    if !a.is_known {
-        return 1.0;
-    }
-    let (across, down) = (u as f32 - x as f32, v as f32 - y as f32);
-    let expected = a.slope[0] * across + a.slope[1] * down;
-    let steepest = a.slope[0].abs() * across.abs() + a.slope[1].abs() * down.abs();
-    let off = (b.distance_m - a.distance_m - expected).abs();
-    let scale = 0.5 * steepest + 2e-3 * a.distance_m;
-    a.normal.dot(b.normal).max(0.0).powi(NORMAL) * (-off / scale.max(f32::MIN_POSITIVE)).exp()
-}
-
-fn filtered(
-    lights: &[Light],
-    guides: &[Guide],
-    (width, height): (usize, usize),
-    index: usize,
-    step: usize,
-) -> Light {
-    let (x, y) = (index % width, index / width);
-    let (own, guide) = (&lights[index], &guides[index]);
-    let noise = LIGHT * own.variance.sqrt() + 1e-6 * own.brightness.abs() + f32::MIN_POSITIVE;
-    let mut sum =
-        Light { layers: vec![[0.0; CHANNELS]; own.layers.len()], brightness: 0.0, variance: 0.0 };
-    let mut weights = 0.0f32;
-    for j in -2..=2isize {
-        for i in -2..=2isize {
-            let (u, v) = (x as isize + i * step as isize, y as isize + j * step as isize);
-            if u < 0 || v < 0 || u >= width as isize || v >= height as isize {
-                continue;
-            }
-            let (u, v) = (u as usize, v as usize);
-            let other = &lights[v * width + u];
-            let kernel = SPLINE[i.unsigned_abs()] * SPLINE[j.unsigned_abs()];
-            let close = alike(guide, &guides[v * width + u], (u, v), (x, y));
-            let lit_alike = (-(own.brightness - other.brightness).abs() / noise).exp();
-            let weight = kernel * close * lit_alike;
-            for (sum, light) in sum.layers.iter_mut().zip(&other.layers) {
-                for (sum, value) in sum.iter_mut().zip(light) {
-                    *sum += weight * value;
+impl Guides {
+    pub fn new(surfaces: &SurfaceFilm, width: usize, height: usize) -> Self {
+        let (normal, distance_m) = (surfaces.normal(), surfaces.distance_m());
+        let (albedo, coverage) = (surfaces.albedo(), surfaces.coverage());
+        let slope = |index: usize, stride: usize, at: usize, count: usize| {
+            let here = distance_m[index];
+            let before = (at > 0).then(|| here - distance_m[index - stride]);
+            let after = (at + 1 < count).then(|| distance_m[index + stride] - here);
+            // Of the two the smaller one: the other may reach over an edge.
+            let all = [before, after].into_iter().flatten();
+            all.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+        };
+        let mut rows = vec![0.0; GUIDES * width * height];
+        rows.par_chunks_exact_mut((GUIDES * width).max(1)).enumerate().for_each(|(y, row)| {
+            for x in 0..width {
+                let index = y * width + x;
+                let normal = Vec3::from(normal[index]).normalize_or_zero();
+                let is_known = coverage[index] > 0.5 && normal != Vec3::ZERO;
+                let values = if is_known {
+                    let across = slope(index, 1, x, width);
+                    let down = slope(index, width, y, height);
+                    [normal.x, normal.y, normal.z, 0.0, distance_m[index], across, down]
+                } else {
+                    [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+                };
+                for (plane, value) in values.into_iter().enumerate() {
+                    row[plane * width + x] = value;
                 }
             }
-            sum.brightness += weight * other.brightness;
-            sum.variance += weight * weight * other.variance;
-            weights += weight;
+        });
+        let albedo = albedo.into_iter().map(|albedo| albedo.map(|value| value.max(DARKEST)));
+        Self { width, height, albedo: albedo.collect(), rows }
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.rows) + size_of_val(&*self.albedo)
+    }
+
+    fn plane(&self, y: usize, plane: usize) -> &[f32] {
+        &self.rows[(y * GUIDES + plane) * self.width..][..self.width]
+    }
+
+    /// Every layer of a film with less noise.
+    pub fn denoised(&self, film: &LightFilm) -> Vec<Vec<Radiance>> {
+        let mut light = self.demodulated(film);
+        if film.paths() >= 2 {
+            light.smooth_variance(self);
+            for round in 0..ROUNDS {
+                light = light.filtered(self, 1 << round);
+            }
+        }
+        let modulated = |layer: usize| {
+            let pixel = |index: usize| {
+                let (x, y) = (index % self.width, index / self.width);
+                let row = light.row(y);
+                std::array::from_fn(|c| {
+                    row[(CHANNELS * layer + c) * self.width + x] * self.albedo[index][c]
+                })
+            };
+            (0..self.albedo.len()).into_par_iter().map(pixel).collect()
+        };
+        (0..film.layers()).map(modulated).collect()
+    }
+
+    fn demodulated(&self, film: &LightFilm) -> Light {
+        let (width, layers) = (self.width, film.layers());
+        let mut light = Light::new(width, self.height, layers);
+        let stride = light.stride();
+        light.rows.par_chunks_exact_mut(stride.max(1)).enumerate().for_each(|(y, row)| {
+            for x in 0..width {
+                let index = y * width + x;
+                let albedo = self.albedo[index];
+                let (means, error) = film.light(index);
+                let (mut sum, mut whole) = (0.0, 0.0);
+                for (layer, mean) in means.enumerate() {
+                    for c in 0..CHANNELS {
+                        let value = mean[c] / albedo[c];
+                        row[(CHANNELS * layer + c) * width + x] = value;
+                        if layer < film.summed() {
+                            sum += value;
+                            whole += mean[c];
+                        }
+                    }
+                }
+                // The error is known of the brightness; that of the light is as large a part of it.
+                let error = if whole > 0.0 { error * sum / whole } else { 0.0 };
+                row[CHANNELS * layers * width + x] = sum / CHANNELS as f32;
+                row[(CHANNELS * layers + 1) * width + x] = error * error;
+            }
+        });
+        light
+    }
+
+    /// A coarse picture's layer as finely as these pixels, `factor` of which lie along one of the
+    /// coarse picture's: light from those of the four nearest that show the same surface.
+    pub fn refined(&self, layer: &[Radiance], coarse: &Self, factor: usize) -> Vec<Radiance> {
+        let last = [coarse.width.saturating_sub(1), coarse.height.saturating_sub(1)];
+        let split = |at: usize, last: usize| {
+            let place = ((at as f32 + 0.5) / factor as f32 - 0.5).clamp(0.0, last as f32);
+            let low = place as usize;
+            (low, (low + 1).min(last), place - low as f32)
+        };
+        let pixel = |index: usize| {
+            let (x, y) = (index % self.width, index / self.width);
+            let ((left, right, across), (top, bottom, down)) =
+                (split(x, last[0]), split(y, last[1]));
+            let (mut sum, mut weights) = ([0.0f32; CHANNELS], 0.0f32);
+            for (v, part) in [(top, 1.0 - down), (bottom, down)] {
+                for (u, share) in [(left, 1.0 - across), (right, across)] {
+                    let alike = self.alike((x, y), coarse, (u, v), factor);
+                    // Where none shows the same surface all count.
+                    let weight = part * share * (alike + 1e-6);
+                    let other = v * coarse.width + u;
+                    for c in 0..CHANNELS {
+                        sum[c] += weight * layer[other][c] / coarse.albedo[other][c];
+                    }
+                    weights += weight;
+                }
+            }
+            std::array::from_fn(|c| sum[c] / weights * self.albedo[index][c])
+        };
+        (0..self.albedo.len()).into_par_iter().map(pixel).collect()
+    }
+
+    /// From 0 to 1, whether a pixel and one of a coarser picture show one smooth surface.
+    fn alike(
+        &self,
+        (x, y): (usize, usize),
+        coarse: &Self,
+        (u, v): (usize, usize),
+        factor: usize,
+    ) -> f32 {
+        let own: [f32; GUIDES] = std::array::from_fn(|plane| self.plane(y, plane)[x]);
+        let other: [f32; GUIDES] = std::array::from_fn(|plane| coarse.plane(v, plane)[u]);
+        let away = |at: usize, to: usize| (to as f32 + 0.5) * factor as f32 - (at as f32 + 0.5);
+        alike(own, other, [away(x, u), away(y, v)], 0.0)
+    }
+}
+
+/// From 0 to 1, whether two pixels that lie `away` from each other show one smooth surface;
+/// `further` of the exponent is against it.
+#[inline(always)]
+fn alike(own: [f32; GUIDES], other: [f32; GUIDES], away: [f32; 2], further: f32) -> f32 {
+    let [nx, ny, nz, none, distance_m, slope_x, slope_y] = own;
+    let expected = slope_x * away[0] + slope_y * away[1];
+    let steepest = (slope_x * away[0]).abs() + (slope_y * away[1]).abs();
+    let off = (other[4] - distance_m - expected).abs();
+    let scale = (0.5 * steepest + 2e-3 * distance_m).max(f32::MIN_POSITIVE);
+    let cosine = nx * other[0] + ny * other[1] + nz * other[2] + none * other[3];
+    let mut near = cosine.max(0.0);
+    for _ in 0..NORMAL_SQUARINGS {
+        near *= near;
+    }
+    near * exp(-off / scale - further)
+}
+
+/// eˣ of numbers below 0 to four digits; what is below 1e-26 is no less.
+#[inline(always)]
+fn exp(x: f32) -> f32 {
+    // Adding it leaves the nearest integer in the lowest bits.
+    const ROUND: f32 = 12_582_912.0;
+    let binary = (x * std::f32::consts::LOG2_E).max(-86.0);
+    let shifted = binary + ROUND;
+    let rest = binary - (shifted - ROUND);
+    let power = shifted.to_bits().wrapping_sub(ROUND.to_bits()).wrapping_add(127) << 23;
+    // 2ʳ by its series.
+    let part = 1.0
+        + rest * (0.693_147_2 + rest * (0.240_226_5 + rest * (0.055_504_1 + rest * 0.009_618_1)));
+    part * f32::from_bits(power)
+}
+
+/// The light on every pixel: every layer, then their brightness and the variance of its mean.
+struct Light {
+    width: usize,
+    layers: usize,
+    rows: Vec<f32>,
+}
+
+impl Light {
+    fn new(width: usize, height: usize, layers: usize) -> Self {
+        Self { width, layers, rows: vec![0.0; width * height * (CHANNELS * layers + 2)] }
+    }
+
+    fn stride(&self) -> usize {
+        self.width * (CHANNELS * self.layers + 2)
+    }
+
+    fn row(&self, y: usize) -> &[f32] {
+        &self.rows[y * self.stride()..(y + 1) * self.stride()]
+    }
+
+    fn brightness(&self, y: usize) -> &[f32] {
+        &self.row(y)[CHANNELS * self.layers * self.width..][..self.width]
+    }
+
+    fn variance(&self, y: usize) -> &[f32] {
+        &self.row(y)[(CHANNELS * self.layers + 1) * self.width..]
+    }
+
+    /// The variance of one pixel, estimated from the difference of two halves, is itself noisy: it
+    /// is averaged with its neighbours'.
+    fn smooth_variance(&mut self, guides: &Guides) {
+        let width = self.width;
+        let mut smoothed = vec![0.0; width * guides.height];
+        smoothed.par_chunks_exact_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            vectorised(|| self.smooth_row(guides, y, row));
+        });
+        let (stride, first) = (self.stride(), (CHANNELS * self.layers + 1) * width);
+        for (row, smoothed) in
+            self.rows.chunks_exact_mut(stride.max(1)).zip(smoothed.chunks_exact(width.max(1)))
+        {
+            row[first..].copy_from_slice(smoothed);
         }
     }
-    for value in sum.layers.iter_mut().flatten() {
-        *value /= weights;
+
+    /// One round with neighbours `step` pixels apart.
+    fn filtered(&self, guides: &Guides, step: isize) -> Self {
+        let (width, stride) = (self.width, self.stride());
+        let mut result = Self::new(width, guides.height, self.layers);
+        result.rows.par_chunks_exact_mut(stride.max(1)).enumerate().for_each(|(y, row)| {
+            vectorised(|| self.filter_row(guides, (y, step), row));
+        });
+        result
     }
-    sum.brightness /= weights;
-    sum.variance /= weights * weights;
-    sum
+
+    #[inline(always)]
+    fn smooth_row(&self, guides: &Guides, y: usize, row: &mut [f32]) {
+        let (none, mut kernel) = (vec![0.0; self.width], Kernel::new(self.width));
+        for j in -REACH..=REACH {
+            for i in -REACH..=REACH {
+                let Some(tap) = Tap::new(guides, (y, i, j)) else { continue };
+                kernel.weigh(guides, &tap, 1.0, [&none, &none, &none]);
+                kernel.add(&tap, self.variance(tap.other), row, false);
+            }
+        }
+        kernel.divide(row, false);
+    }
+
+    #[inline(always)]
+    fn filter_row(&self, guides: &Guides, (y, step): (usize, isize), row: &mut [f32]) {
+        let width = self.width;
+        let mut kernel = Kernel::new(width);
+        let own = self.brightness(y);
+        let inverse: Vec<f32> = own
+            .iter()
+            .zip(self.variance(y))
+            .map(|(brightness, variance)| {
+                let noise = LIGHT * variance.sqrt() + 1e-6 * brightness.abs();
+                1.0 / (noise + f32::MIN_POSITIVE)
+            })
+            .collect();
+        let (means, variance) = row.split_at_mut(self.stride() - width);
+        for j in -2..=2isize {
+            for i in -2..=2isize {
+                let spline = SPLINE[i.unsigned_abs()] * SPLINE[j.unsigned_abs()];
+                let Some(tap) = Tap::new(guides, (y, i * step, j * step)) else { continue };
+                kernel.weigh(guides, &tap, spline, [own, self.brightness(tap.other), &inverse]);
+                let planes = self.row(tap.other).chunks_exact(width);
+                for (plane, sums) in planes.zip(means.chunks_exact_mut(width)) {
+                    kernel.add(&tap, plane, sums, false);
+                }
+                kernel.add(&tap, self.variance(tap.other), variance, true);
+            }
+        }
+        for sums in means.chunks_exact_mut(width) {
+            kernel.divide(sums, false);
+        }
+        kernel.divide(variance, true);
+    }
+}
+
+/// One of the neighbours of all pixels of a row.
+struct Tap {
+    /// The row, and that of the neighbours.
+    row: usize,
+    other: usize,
+    /// The first pixel that has such a neighbour, the neighbour, and how many have.
+    first: usize,
+    neighbour: usize,
+    count: usize,
+    away: [f32; 2],
+}
+
+impl Tap {
+    fn new(guides: &Guides, (row, across, down): (usize, isize, isize)) -> Option<Self> {
+        let other = row.checked_add_signed(down).filter(|other| *other < guides.height)?;
+        let reach = across.unsigned_abs();
+        let count = guides.width.checked_sub(reach).filter(|count| *count > 0)?;
+        let (first, neighbour) = if across < 0 { (reach, 0) } else { (0, reach) };
+        Some(Self { row, other, first, neighbour, count, away: [across as f32, down as f32] })
+    }
+}
+
+/// The weights of one neighbour of all pixels of a row, and their sums.
+struct Kernel {
+    weights: Vec<f32>,
+    sums: Vec<f32>,
+}
+
+impl Kernel {
+    fn new(width: usize) -> Self {
+        Self { weights: vec![0.0; width], sums: vec![0.0; width] }
+    }
+
+    /// `light` holds the pixels' brightness, that of their neighbours, and the inverse of the
+    /// difference that noise explains.
+    #[inline(always)]
+    fn weigh(&mut self, guides: &Guides, tap: &Tap, factor: f32, light: [&[f32]; 3]) {
+        let Tap { row, other, first, neighbour, count, away } = *tap;
+        let own: [&[f32]; GUIDES] =
+            std::array::from_fn(|plane| &guides.plane(row, plane)[first..first + count]);
+        let others: [&[f32]; GUIDES] =
+            std::array::from_fn(|plane| &guides.plane(other, plane)[neighbour..neighbour + count]);
+        let here = &light[0][first..first + count];
+        let there = &light[1][neighbour..neighbour + count];
+        let inverse = &light[2][first..first + count];
+        let weights = &mut self.weights[..count];
+        let sums = &mut self.sums[first..first + count];
+        for k in 0..count {
+            let apart = (here[k] - there[k]).abs() * inverse[k];
+            let own = std::array::from_fn(|plane| own[plane][k]);
+            let other = std::array::from_fn(|plane| others[plane][k]);
+            weights[k] = factor * alike(own, other, away, apart);
+            sums[k] += weights[k];
+        }
+    }
+
+    /// Adds the neighbours' values by their weights, or by the squares of these.
+    #[inline(always)]
+    fn add(&self, tap: &Tap, plane: &[f32], sums: &mut [f32], is_squared: bool) {
+        let values = &plane[tap.neighbour..tap.neighbour + tap.count];
+        let sums = &mut sums[tap.first..tap.first + tap.count];
+        let weights = &self.weights[..tap.count];
+        for ((sum, value), weight) in sums.iter_mut().zip(values).zip(weights) {
+            *sum += if is_squared { weight * weight } else { *weight } * value;
+        }
+    }
+
+    #[inline(always)]
+    fn divide(&self, values: &mut [f32], is_squared: bool) {
+        for (value, sum) in values.iter_mut().zip(&self.sums) {
+            *value /= if is_squared { sum * sum } else { *sum };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponential_is_right_to_four_digits() {
+        for k in 0..6000 {
+            let x = -0.01 * k as f32;
+            let (found, expected) = (exp(x), f64::from(x).exp());
+            let error = f64::from(found) / expected.max(1e-26) - 1.0;
+            assert!(error.abs() < 1e-4 || expected < 1e-25, "{x}: {found}, not {expected}");
+        }
+        assert!(exp(f32::NEG_INFINITY) < 1e-25);
+        assert_eq!(exp(0.0), 1.0);
+    }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::geometry::mesh::Mesh;
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{CHANNELS, Rgb};
 use crate::scene::Brdf;
 use crate::scene::{Dome, Emitter};
 
@@ -47,6 +47,15 @@ pub struct AddedLight {
     pub shape: Shape,
     /// Radiance, radiant intensity or irradiance (see [`Emitter::quantity`]); of a dome a factor.
     pub emission: Rgb,
+    /// Turned off it sends nothing, and keeps its strength.
+    pub is_on: bool,
+}
+
+impl AddedLight {
+    /// What it sends: its emission, or nothing.
+    pub fn sent(&self) -> Rgb {
+        if self.is_on { self.emission } else { [0.0; CHANNELS] }
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]

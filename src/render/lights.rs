@@ -26,6 +26,8 @@ pub struct Light {
     pub emitter: Option<Emitter>,
     /// E per lobe; one entry for a light that the artist gave.
     pub lobes: Vec<(Lobe, Radiance)>,
+    /// The layer that its light goes into.
+    pub layer: usize,
 }
 
 /// All recovered lights, and the probability with which each is sampled at a place.
@@ -73,8 +75,20 @@ const POINTS_PER_BIN: usize = 8;
 /// Points in the air of a cell, for objects that may be set there.
 const POINTS_IN_AIR: usize = 4;
 
+/// What becomes of one of the recovered lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Use {
+    /// Factor on its emission.
+    pub factor: f32,
+    /// The layer that its light goes into.
+    pub layer: usize,
+    /// How much more often than by its irradiance it is sampled, relative to the other lights. It
+    /// changes how fast a picture converges, not what it converges to.
+    pub importance: f32,
+}
+
 impl Recovered {
-    /// The lights with the edits' changes of their groups.
+    /// The lights with the edits' changes of their groups, in one layer.
     pub fn new(
         grid: Arc<IrradianceGrid>,
         capture: &Capture,
@@ -82,20 +96,32 @@ impl Recovered {
         edits: &Edits,
     ) -> Self {
         let (factors, _) = groups::factors(capture, solved, edits);
+        let uses = factors.iter().map(|&factor| Use { factor, layer: 0, importance: factor });
+        Self::used(grid, capture, solved, &uses.collect::<Vec<Use>>())
+    }
+
+    /// The lights as `uses` says of each.
+    pub fn used(
+        grid: Arc<IrradianceGrid>,
+        capture: &Capture,
+        solved: &Solved,
+        uses: &[Use],
+    ) -> Self {
         let mut lights = Vec::new();
-        // Per light its place among those that the grid was measured for, and its factor.
+        // Per light its place among those that the grid was measured for, and its importance.
         let mut columns = Vec::new();
         for (column, &index) in grid.shining.iter().enumerate() {
-            if let Some(light) = Light::recovered(capture, solved, index, factors[index]) {
-                lights.push(light);
-                columns.push((column, factors[index]));
+            let Use { factor, layer, importance } = uses[index];
+            if let Some(light) = Light::recovered(capture, solved, index, factor) {
+                lights.push(Light { layer, ..light });
+                columns.push((column, importance));
             }
         }
         let count = lights.len() as f32;
         let bins = grid.irradiance.par_chunks_exact(grid.shining.len().max(1));
         let cumulated = bins
             .flat_map_iter(|bin| {
-                let irradiance = |&(column, factor): &(usize, f32)| factor * bin[column];
+                let irradiance = |&(column, importance): &(usize, f32)| importance * bin[column];
                 let total: f32 = columns.iter().map(irradiance).sum();
                 let mut sum = 0.0;
                 columns
@@ -117,21 +143,18 @@ impl Recovered {
         Self::new(self.grid.clone(), capture, solved, edits)
     }
 
-    pub fn is_dark(&self) -> bool {
-        self.lights.is_empty()
-    }
-
     pub fn lights(&self) -> &[Light] {
         &self.lights
     }
 
-    /// Radiance of the sky from a direction: of the cell whose middle is nearest, within its cone.
-    pub fn sky(&self, direction: Vec3) -> Radiance {
+    /// Radiance of the sky from a direction, and its layer: of the cell whose middle is nearest,
+    /// within its cone.
+    pub fn sky(&self, direction: Vec3) -> Option<(usize, Radiance)> {
         let cells = self.lights.iter().filter(|light| light.shape.kind == LightKind::Sky);
         let cosine = |light: &&Light| -light.shape.normal.dot(direction);
         let nearest = cells.max_by(|a, b| cosine(a).total_cmp(&cosine(b)));
         let within = |light: &&Light| cosine(light) >= light.shape.half_angle.cos();
-        nearest.filter(within).map_or([0.0; CHANNELS], |cell| cell.lobes[0].1)
+        nearest.filter(within).map(|cell| (cell.layer, cell.lobes[0].1))
     }
 
     /// One of the lights, chosen by a number in [0, 1), divided by its probability.
@@ -141,7 +164,7 @@ impl Recovered {
         point: SurfacePoint,
         choice: f32,
         square: Vec2,
-    ) -> Option<(Arriving, &VirtualLight)> {
+    ) -> Option<(Arriving, &Light)> {
         let count = self.lights.len();
         if count == 0 {
             return None;
@@ -156,7 +179,7 @@ impl Recovered {
         let irradiance = arriving.irradiance.map(|value| value / probability);
         light
             .is_free(views, point, arrival, square)
-            .then_some((Arriving { irradiance, ..arriving }, &light.shape))
+            .then_some((Arriving { irradiance, ..arriving }, light))
     }
 }
 
@@ -300,7 +323,7 @@ impl Light {
             .map(|lobe| (lobes.lobes[lobe], emission[lobe].map(|value| factor * value as f32)))
             .filter(|(_, emission)| emission.iter().any(|&value| value > 0.0))
             .collect();
-        (!lobes.is_empty()).then_some(Self { shape, emitter, lobes })
+        (!lobes.is_empty()).then_some(Self { shape, emitter, lobes, layer: 0 })
     }
 
     /// Unit direction from a position to its middle.

@@ -6,25 +6,30 @@ pub mod denoise;
 pub mod edits;
 pub mod film;
 pub mod groups;
+pub mod layers;
 pub mod lights;
 pub mod looks;
 pub mod model;
 pub mod path;
+pub mod preview;
 pub mod probe;
 pub mod scene;
+pub mod view;
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::geometry::bvh::Ray;
+use crate::math::rgb::CHANNELS;
 use crate::options;
 use crate::scene::Camera;
 use crate::watch::{Cancelled, Watch};
 
-use film::{Buffer, Film, Pixel};
-use path::Sequence;
+use film::{Buffer, Film, LightFilm, STRIP, SURFACE_STRIDE, SurfaceFilm};
+use path::{Sequence, Sought};
 use scene::Scene;
 
 options! {
@@ -59,13 +64,17 @@ pub fn render(
     watch: &Watch,
     on_pass: &dyn Fn(&Film),
 ) -> Result<Film, Cancelled> {
-    let mut film = Film::new(camera.width, camera.height, 1 + scene.added.len());
+    let mut film = Film::new(camera.width, camera.height, scene.layers);
+    let sought = scene.all_lights();
     let passes = options.spp.div_ceil(PASS);
-    watch.begin((passes * camera.height) as u64);
+    watch.begin((passes * (camera.width * camera.height).div_ceil(STRIP)) as u64);
     let began = Instant::now();
     while film.paths < options.spp {
-        let count = PASS.min(options.spp - film.paths);
-        add_paths(scene, camera, options, &mut film, count, watch)?;
+        let upto = (film.paths + PASS).min(options.spp);
+        let all = Exposure { film: &mut film.light, layers: 0..scene.layers + 1 };
+        let pass = Pass { scene, camera, options, sought: &sought, upto };
+        pass.trace(&mut film.surfaces, &mut [all], watch)?;
+        film.paths = upto;
         on_pass(&film);
         let is_late = options.time.is_some_and(|s| began.elapsed() >= Duration::from_secs_f64(s));
         // The noise is estimated over all pixels, so only where a limit is set.
@@ -78,29 +87,79 @@ pub fn render(
     Ok(if options.denoise { denoise::denoised(&film) } else { film })
 }
 
-/// Traces `count` more paths for every pixel of a film of the camera's size. A film that this was
-/// cancelled for holds some of them only, and is of no use any more.
-pub fn add_paths(
-    scene: &Scene,
-    camera: &Camera,
-    options: &RenderOptions,
-    film: &mut Film,
-    count: usize,
-    watch: &Watch,
-) -> Result<(), Cancelled> {
-    let (width, done, layers) = (film.width, film.paths, film.layers());
-    let (stride, rows) = film.rows();
-    let rows: Vec<_> = rows.collect();
-    rows.into_par_iter().try_for_each(|(y, row)| {
-        watch.tick()?;
-        let mut buffer = Buffer::new(layers);
-        for (x, values) in row.chunks_exact_mut(stride).enumerate() {
-            let mut pixel = Pixel::new(values);
-            for index in done..done + count {
-                let index = index as u64;
-                let mut sequence =
-                    Sequence::new(options.seed as u64, (y * width + x) as u64, index);
-                let place = DVec2::new(x as f64, y as f64) + sequence.point().as_dvec2();
+/// A film that paths add to, and which of the scene's layers it holds.
+pub struct Exposure<'a> {
+    pub film: &'a mut LightFilm,
+    pub layers: Range<usize>,
+}
+
+/// Paths that are to be traced through every pixel of a camera.
+pub struct Pass<'a> {
+    pub scene: &'a Scene<'a>,
+    pub camera: &'a Camera,
+    pub options: &'a RenderOptions,
+    pub sought: &'a Sought,
+    /// The number of paths that every pixel has afterwards.
+    pub upto: usize,
+}
+
+/// What one task adds to.
+struct Strip<'a> {
+    /// Of its first pixel.
+    first: usize,
+    /// Paths of the surfaces, and their numbers.
+    surfaces: (&'a mut u32, &'a mut [f32]),
+    /// The same of every film.
+    films: Vec<(&'a mut u32, &'a mut [f32])>,
+}
+
+impl Pass<'_> {
+    /// Adds to films of the camera's size, all of which have the same numbers of paths. A layer's
+    /// numbers do not depend on which others are traced with it. When it is cancelled, the strips
+    /// that are done stay, and a further pass goes on with the others.
+    pub fn trace(
+        &self,
+        surfaces: &mut SurfaceFilm,
+        exposures: &mut [Exposure],
+        watch: &Watch,
+    ) -> Result<(), Cancelled> {
+        let shapes: Vec<(Range<usize>, usize, usize)> = exposures
+            .iter()
+            .map(|e| (e.layers.clone(), e.film.summed(), e.film.layers() * CHANNELS + 1))
+            .collect();
+        let mut strips: Vec<Strip> = surfaces
+            .strips_mut()
+            .enumerate()
+            .map(|(index, surfaces)| Strip { first: index * STRIP, surfaces, films: Vec::new() })
+            .collect();
+        for exposure in exposures {
+            for (strip, part) in strips.iter_mut().zip(exposure.film.strips_mut()) {
+                strip.films.push(part);
+            }
+        }
+        strips.into_par_iter().try_for_each(|strip| {
+            watch.tick()?;
+            self.trace_strip(strip, &shapes);
+            Ok(())
+        })
+    }
+
+    fn trace_strip(&self, mut strip: Strip, shapes: &[(Range<usize>, usize, usize)]) {
+        let Self { scene, camera, options, sought, upto } = *self;
+        let done = strip.films.first().map_or(upto, |(paths, _)| **paths as usize);
+        debug_assert!(strip.films.iter().all(|(paths, _)| **paths as usize == done));
+        if done >= upto {
+            return;
+        }
+        let seen = *strip.surfaces.0 as usize;
+        let mut buffer = Buffer::new(scene.layers);
+        let surfaces = strip.surfaces.1.chunks_exact_mut(SURFACE_STRIDE);
+        for (within, surface) in surfaces.enumerate() {
+            let pixel = strip.first + within;
+            let corner = DVec2::new((pixel % camera.width) as f64, (pixel / camera.width) as f64);
+            for index in done..upto {
+                let mut sequence = Sequence::new(options.seed as u64, pixel as u64, index as u64);
+                let place = corner + sequence.point().as_dvec2();
                 // Beyond where the lens is defined nothing is seen.
                 let Some(direction) = camera.direction(place) else { continue };
                 let ray = Ray {
@@ -110,12 +169,18 @@ pub fn add_paths(
                     t_max: f32::INFINITY,
                 };
                 let most = options.reflections;
-                let first = scene.trace(ray, most, &mut sequence, buffer.clear());
-                pixel.add(index, first, &buffer);
+                let first = scene.trace(ray, most, &mut sequence, sought, buffer.clear());
+                buffer.take(index as u64, first, index >= seen);
             }
+            for ((_, values), (layers, summed, stride)) in strip.films.iter_mut().zip(shapes) {
+                let values = &mut values[within * stride..(within + 1) * stride];
+                buffer.give(values, layers.clone(), *summed);
+            }
+            buffer.finish(surface);
         }
-        Ok(())
-    })?;
-    film.paths += count;
-    Ok(())
+        *strip.surfaces.0 = upto.max(seen) as u32;
+        for (paths, _) in &mut strip.films {
+            **paths = upto as u32;
+        }
+    }
 }

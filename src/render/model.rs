@@ -159,9 +159,9 @@ impl Model {
         Ok(Self {
             parts,
             recovered,
-            added: edits.lights.clone(),
+            added: edits.lights.iter().filter(|light| light.is_on).cloned().collect(),
             cameras: cameras(capture),
-            shell: scene.shell.filter(|_| !edits.lights.is_empty()),
+            shell: scene.shell.filter(|_| edits.lights.iter().any(|light| light.is_on)),
             middle: 0.5 * (low + high),
             radius_m: 0.5 * (high - low).length(),
         })

@@ -25,20 +25,25 @@ use crate::render::looks::BrdfF32;
 use crate::render::scene::{Met, Scene};
 use crate::scene::{SurfacePoint, Viewing};
 
-/// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020), one dimension after
-/// the other.
+/// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020).
+///
+/// Every place of a path has numbers of its own for the path and for each kind of light. Which
+/// lights are looked for therefore changes neither the path nor what the others send over it.
 pub struct Sequence {
     index: u32,
     seed: u32,
-    dimension: u32,
-    /// Of the four dimensions that hold the next one: four cost about as much as one.
-    four: [f32; 4],
-    /// For what comes after the last dimension, and where points of a set would gain nothing.
+    /// For what comes after the last dimension, and where points of a set would gain nothing; of
+    /// the path alone.
     pub random: Random,
+    /// The same for recovered light.
+    further: Random,
 }
 
 /// Points of one set; the next set has another seed.
 const SET: u64 = 1 << 16;
+/// Places of a path that have low-discrepancy numbers: of 64 times four dimensions the camera takes
+/// four, every place four, and the light of every place four for each sample.
+const PLACES: usize = 28;
 
 impl Sequence {
     /// Path `index` of a pixel. Even and odd ones are two sets that know nothing of each other, so
@@ -46,31 +51,42 @@ impl Sequence {
     pub fn new(seed: u64, pixel: u64, index: u64) -> Self {
         let (half, index) = (index % 2, index / 2);
         let mut mixed = Random::new(seed, pixel, 2 * (index / SET) + half);
-        let seed = mixed.next_u64();
-        let random = Random::new(seed, pixel, index);
+        let (seed, further) = (mixed.next_u64(), mixed.next_u64());
         Self {
             index: (index % SET) as u32,
             seed: seed as u32,
-            dimension: 0,
-            four: [0.0; 4],
-            random,
+            random: Random::new(seed, pixel, index),
+            further: Random::new(further, pixel, index),
         }
     }
 
-    fn number(&mut self) -> f32 {
-        if self.dimension >= sobol_burley::NUM_DIMENSIONS {
-            return self.random.uniform();
-        }
-        let within = self.dimension % 4;
-        if within == 0 {
-            self.four = sobol_burley::sample_4d(self.index, self.dimension / 4, self.seed);
-        }
-        self.dimension += 1;
-        self.four[within as usize]
+    fn four(&self, set: usize) -> [f32; 4] {
+        sobol_burley::sample_4d(self.index, set as u32, self.seed)
     }
 
-    pub fn point(&mut self) -> Vec2 {
-        Vec2::new(self.number(), self.number())
+    /// Where the path begins.
+    pub fn point(&self) -> Vec2 {
+        let [x, y, ..] = self.four(0);
+        Vec2::new(x, y)
+    }
+
+    /// A direction to go on in, and a point of every added light.
+    fn place(&mut self, depth: usize) -> (Vec2, Vec2) {
+        if depth < PLACES {
+            let [a, b, c, d] = self.four(1 + depth);
+            return (Vec2::new(a, b), Vec2::new(c, d));
+        }
+        (self.random.point(), self.random.point())
+    }
+
+    /// A choice among the recovered lights, and a point of the chosen one.
+    fn recovered(&mut self, depth: usize, sample: usize) -> (f32, Vec2) {
+        if depth < PLACES {
+            let [a, b, c, _] =
+                self.four(1 + PLACES + if depth == 0 { sample } else { FIRST_SAMPLES + depth });
+            return (a, Vec2::new(b, c));
+        }
+        (self.further.uniform(), self.further.point())
     }
 }
 
@@ -86,18 +102,27 @@ pub struct First {
     pub is_object: bool,
 }
 
-/// Where the light of a path goes: one entry for the recovered light and one per added light.
+/// The lights that a path looks for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sought {
+    pub recovered: bool,
+    /// Indices into the added lights of the scene.
+    pub added: Vec<usize>,
+}
+
+/// Where the light of a path goes: one entry for each of the scene's layers, then one for what
+/// reached the first place without a detour, and what was seen to shine.
 pub struct Gathered<'a> {
     pub layers: &'a mut [Radiance],
-    /// What reached the first place without a detour, and what was seen to shine.
-    pub direct: &'a mut Radiance,
 }
 
 impl Gathered<'_> {
     fn add(&mut self, layer: usize, depth: usize, light: Radiance) {
         add(&mut self.layers[layer], light);
-        if depth == 0 {
-            add(self.direct, light);
+        if depth == 0
+            && let Some(direct) = self.layers.last_mut()
+        {
+            add(direct, light);
         }
     }
 }
@@ -143,14 +168,22 @@ impl Scene<'_> {
         ray: Ray,
         most: usize,
         sequence: &mut Sequence,
+        sought: &Sought,
         gathered: Gathered,
     ) -> First {
-        self.follow(ray, most, sequence, gathered, false)
+        self.follow(ray, most, sequence, sought, gathered, false)
     }
 
     /// The same from within the scene, where also the surroundings are met, which no camera sees.
-    pub fn incident(&self, ray: Ray, most: usize, sequence: &mut Sequence, gathered: Gathered) {
-        self.follow(ray, most, sequence, gathered, true);
+    pub fn incident(
+        &self,
+        ray: Ray,
+        most: usize,
+        sequence: &mut Sequence,
+        sought: &Sought,
+        gathered: Gathered,
+    ) {
+        self.follow(ray, most, sequence, sought, gathered, true);
     }
 
     fn follow(
@@ -158,6 +191,7 @@ impl Scene<'_> {
         ray: Ray,
         most: usize,
         sequence: &mut Sequence,
+        sought: &Sought,
         mut gathered: Gathered,
         is_within: bool,
     ) -> First {
@@ -167,15 +201,17 @@ impl Scene<'_> {
         // Where the ray began, and the density with which its direction was chosen; none for the
         // camera's.
         let mut from: Option<(SurfacePoint, f32)> = None;
-        // From here on the recovered light is counted already.
-        let mut is_counted = false;
+        // From here on the recovered light is counted already, or not looked for.
+        let mut is_counted = !sought.recovered;
         // Whether the ray comes from a mirror: only there light of the sky is met, which is sampled at
         // all other surfaces.
         let mut is_mirrored = false;
         for depth in 0..=most {
             let hit = self.closest(&ray, from.is_none(), &mut sequence.random);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
-            self.added_met(&ray, distance_m, from, throughput, depth, &mut gathered);
+            for &index in &sought.added {
+                self.added_met(index, &ray, distance_m, from, throughput, depth, &mut gathered);
+            }
 
             let (point, brdf) = match hit {
                 Some(hit) => {
@@ -191,9 +227,10 @@ impl Scene<'_> {
                         continue;
                     }
                     // What a camera sees there has to be guessed: what it would reflect.
-                    is_counted |= (depth > 0 || is_within)
-                        && !self.is_object(hit.triangle)
-                        && self.is_counted(point);
+                    is_counted = is_counted
+                        || (depth > 0 || is_within)
+                            && !self.is_object(hit.triangle)
+                            && self.is_counted(point);
                     match met {
                         Met::Surface(brdf) => (point, brdf),
                         Met::Mirror(_) => unreachable!("mirrors are followed above"),
@@ -207,22 +244,21 @@ impl Scene<'_> {
                     }
                 }
                 None => {
-                    if is_mirrored && !is_counted && self.original_light > 0.0 {
-                        let sky = scaled(self.recovered.sky(ray.direction), self.original_light);
-                        gathered.add(0, depth.saturating_sub(1), times(throughput, sky));
+                    if is_mirrored
+                        && !is_counted
+                        && let Some((layer, sky)) = self.recovered.sky(ray.direction)
+                    {
+                        let sky = scaled(sky, self.original_light);
+                        gathered.add(layer, depth.saturating_sub(1), times(throughput, sky));
                     }
-                    let Some(shell) =
-                        self.shell.filter(|_| (depth > 0 || is_within) && !self.added.is_empty())
-                    else {
-                        break;
-                    };
+                    let Some(shell) = self.shell.filter(|_| depth > 0 || is_within) else { break };
                     is_counted = true;
                     let grey = [shell.albedo; CHANNELS];
                     let brdf = BrdfF32 { diffuse: grey, ..BrdfF32::default() };
                     (shell.exit(ray.origin, ray.direction), brdf)
                 }
             };
-            if depth == most {
+            if depth == most || is_counted && sought.added.is_empty() {
                 break;
             }
             let viewing = Viewing::from(-ray.direction, point.normal);
@@ -230,9 +266,12 @@ impl Scene<'_> {
             if !is_counted {
                 self.recovered_at(&place, sequence, &mut gathered);
             }
-            self.added_at(&place, sequence, &mut gathered);
+            let (square, of_light) = sequence.place(depth);
+            for &index in &sought.added {
+                self.added_at(index, &place, of_light, &mut gathered);
+            }
 
-            let Some((direction, weight, density)) = scatter(&brdf, viewing, sequence) else {
+            let Some((direction, weight, density)) = scatter(&brdf, viewing, square) else {
                 break;
             };
             throughput = times(throughput, weight);
@@ -262,9 +301,11 @@ impl Scene<'_> {
         First { albedo, normal: point.normal, distance_m, is_known: true, is_object }
     }
 
-    /// Added lights that the ray meets, which sampling them might have found as well.
+    /// An added light that the ray meets, which sampling it might have found as well.
+    #[expect(clippy::too_many_arguments, reason = "the state of a path, which nothing else needs")]
     fn added_met(
         &self,
+        index: usize,
         ray: &Ray,
         distance_m: f32,
         from: Option<(SurfacePoint, f32)>,
@@ -274,32 +315,24 @@ impl Scene<'_> {
     ) {
         let eye = SurfacePoint { position: ray.origin, normal: ray.direction };
         let (point, density) = from.unwrap_or((eye, f32::INFINITY));
-        for (index, added) in self.added.iter().enumerate() {
-            let Some((radiance, by_light)) =
-                added.met(&self.geometry, point, ray.direction, distance_m)
-            else {
-                continue;
-            };
-            // The balance heuristic (Veach 1997); a camera looks at lights in one way only.
-            let share = if density.is_finite() { density / (density + by_light) } else { 1.0 };
-            let light = scaled(times(throughput, radiance), share);
-            gathered.add(1 + index, depth.saturating_sub(1), light);
-        }
+        let found = self.added[index].met(&self.geometry, point, ray.direction, distance_m);
+        let Some((radiance, by_light)) = found else { return };
+        // The balance heuristic (Veach 1997); a camera looks at lights in one way only.
+        let share = if density.is_finite() { density / (density + by_light) } else { 1.0 };
+        let light = scaled(times(throughput, radiance), share);
+        gathered.add(self.layer_of_added[index], depth.saturating_sub(1), light);
     }
 
     fn recovered_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
-        if self.original_light == 0.0 || self.recovered.is_dark() {
-            return;
-        }
         let Place { point, brdf, viewing, throughput, depth } = *place;
         let strength = brdf.strength();
         let samples = if depth == 0 { FIRST_SAMPLES } else { 1 };
-        for _ in 0..samples {
-            let (choice, square) = (sequence.number(), sequence.point());
+        for sample in 0..samples {
+            let (choice, square) = sequence.recovered(depth, sample);
             let found = self.recovered.sample(&self.geometry, point, choice, square);
             let Some((arriving, light)) = found else { continue };
             let lobe = if brdf.is_specular() {
-                light.lobe(point.position, viewing, brdf.gloss()) as f32
+                light.shape.lobe(point.position, viewing, brdf.gloss()) as f32
             } else {
                 0.0
             };
@@ -307,49 +340,43 @@ impl Scene<'_> {
             let reflected = std::array::from_fn(|c| {
                 factor * (brdf.diffuse[c] + strength[c] * lobe) * arriving.irradiance[c]
             });
-            gathered.add(0, depth, times(throughput, reflected));
+            gathered.add(light.layer, depth, times(throughput, reflected));
         }
     }
 
-    fn added_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
+    fn added_at(&self, index: usize, place: &Place, square: Vec2, gathered: &mut Gathered) {
         let Place { point, brdf, viewing, throughput, depth } = *place;
-        for (index, added) in self.added.iter().enumerate() {
-            let square = sequence.point();
-            let Some(direct) = added.sample(&self.geometry, point, square) else { continue };
-            let reflected = brdf.value(viewing, direct.direction);
-            let share = if direct.density > 0.0 {
-                let by_surface = brdf.density(viewing, direct.direction, direct.cosine);
-                direct.density / (direct.density + by_surface)
-            } else {
-                1.0
-            };
-            let light = scaled(times(reflected, direct.light), direct.cosine * share);
-            gathered.add(1 + index, depth, times(throughput, light));
-        }
+        let Some(direct) = self.added[index].sample(&self.geometry, point, square) else { return };
+        let reflected = brdf.value(viewing, direct.direction);
+        let share = if direct.density > 0.0 {
+            let by_surface = brdf.density(viewing, direct.direction, direct.cosine);
+            direct.density / (direct.density + by_surface)
+        } else {
+            1.0
+        };
+        let light = scaled(times(reflected, direct.light), direct.cosine * share);
+        gathered.add(self.layer_of_added[index], depth, times(throughput, light));
     }
 }
 
 /// A direction in which light may have come, with the reflectance times cosine over its density,
 /// and that density; `None` where the lobe points into the surface, or nothing is reflected.
-fn scatter(
-    brdf: &BrdfF32,
-    viewing: Viewing,
-    sequence: &mut Sequence,
-) -> Option<(Vec3, Radiance, f32)> {
+fn scatter(brdf: &BrdfF32, viewing: Viewing, square: Vec2) -> Option<(Vec3, Radiance, f32)> {
     let normal = viewing.normal;
     let part = brdf.specular_part(viewing);
     if part == 0.0 {
         // Reflectance times cosine over density is the reflectance.
-        let local = square_to_cosine_hemisphere(sequence.point());
+        let local = square_to_cosine_hemisphere(square);
         let direction = Frame::about(normal).to_world(local);
         let cosine = direction.dot(normal);
         return (cosine > 0.0).then_some((direction, brdf.diffuse, cosine / PI));
     }
-    let (choice, square) = (sequence.number(), sequence.point());
-    let direction = if choice < part {
-        brdf.sample_lobe(viewing, square)
+    // What the choice between the lobes leaves of the number is even in [0, 1) again.
+    let direction = if square.x < part {
+        brdf.sample_lobe(viewing, Vec2::new(square.x / part, square.y))
     } else {
-        Frame::about(normal).to_world(square_to_cosine_hemisphere(square))
+        let rest = ((square.x - part) / (1.0 - part)).min(1.0 - f32::EPSILON);
+        Frame::about(normal).to_world(square_to_cosine_hemisphere(Vec2::new(rest, square.y)))
     };
     let cosine = direction.dot(normal);
     if cosine <= 0.0 {

@@ -149,7 +149,8 @@ fn arriving_from_surfaces(
     watch: &Watch,
 ) -> Result<(), Cancelled> {
     let (width, height) = (probe.width, probe.height);
-    let layers = 1 + scene.added.len();
+    let layers = scene.layers;
+    let sought = scene.all_lights();
     let edge = |row: usize| (row as f32 / height as f32 * PI).cos();
     probe.texels.par_chunks_exact_mut(width).enumerate().try_for_each(|(y, row)| {
         watch.tick()?;
@@ -168,7 +169,8 @@ fn arriving_from_surfaces(
                 let arriving = match content {
                     Content::Everything => {
                         let gathered = buffer.clear();
-                        scene.incident(ray, settings.reflections, &mut sequence, gathered);
+                        let most = settings.reflections;
+                        scene.incident(ray, most, &mut sequence, &sought, gathered);
                         buffer.sum()
                     }
                     Content::Background => scene.domes(direction),

@@ -16,6 +16,7 @@ use crate::render::added::Added;
 use crate::render::edits::{AddedLight, Edits, GREY, Shape, Surroundings};
 use crate::render::lights::{IrradianceGrid, Recovered};
 use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
+use crate::render::path::Sought;
 use crate::scene::{Brdf, Capture, Emitter, Optics, SurfacePoint, Views, fresnel, without_glass};
 
 /// What a reconstruction recovered, as far as rendering needs it.
@@ -127,14 +128,18 @@ pub struct Scene<'a> {
     maps: Vec<Map<'a>>,
     pub original_light: f32,
     pub recovered: Arc<Recovered>,
-    pub added: Vec<Added>,
+    pub added: Vec<Arc<Added>>,
+    /// The layer that each of them goes into.
+    pub layer_of_added: Vec<usize>,
+    /// Layers of all lights together; the first ones are of the recovered light.
+    pub layers: usize,
     pub shell: Option<Shell>,
     /// Places that no photograph measures have recovered lights of their own.
     unseen_shines: bool,
 }
 
 /// The box that stands for the unmodelled room.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell {
     pub low: Vec3,
     pub high: Vec3,
@@ -152,13 +157,14 @@ impl<'a> Scene<'a> {
     ) -> Self {
         let grid = Arc::new(IrradianceGrid::new(photographs, solved));
         let recovered = Arc::new(Recovered::new(grid, photographs.capture, solved, edits));
-        Self::lit_by(recovered, photographs, geometry, solved, edits, places)
+        let added = edits.lights.iter().map(|light| Arc::new(Added::new(light))).collect();
+        Self::lit_by(recovered, added, photographs, geometry, solved, edits, places)
     }
 
-    /// The same with recovered lights that are at hand: they stay as they are while the edits leave
-    /// their groups alone.
+    /// The same with lights that are at hand, in place of those of the edits.
     pub fn lit_by(
         recovered: Arc<Recovered>,
+        added: Vec<Arc<Added>>,
         photographs: &'a Views<'a>,
         geometry: &'a Geometry,
         solved: &'a Solved,
@@ -217,8 +223,7 @@ impl<'a> Scene<'a> {
             normals: geometry.normals.clone(),
             offset_m,
         };
-        let added: Vec<Added> = edits.lights.iter().map(Added::new).collect();
-        let shell = shell(capture, solved, geometry, edits, places);
+        let shell = Shell::around(capture, solved, geometry, edits, places);
         Self {
             geometry: lit,
             photographs,
@@ -228,10 +233,19 @@ impl<'a> Scene<'a> {
             maps,
             original_light,
             recovered,
+            layer_of_added: (1..=added.len()).collect(),
+            layers: 1 + added.len(),
             added,
             shell,
             unseen_shines: unseen_shines(solved),
         }
+    }
+
+    /// All of its lights that send anything.
+    pub fn all_lights(&self) -> Sought {
+        let sends = |index: &usize| self.added[*index].emission.iter().any(|&value| value != 0.0);
+        let added = (0..self.added.len()).filter(sends).collect();
+        Sought { recovered: self.original_light > 0.0, added }
     }
 
     /// Whether what the capture's surface sends from a surface point is the light of recovered
@@ -332,45 +346,54 @@ const MARGIN: f32 = 0.02;
 /// lamp would light one small spot alone.
 const LAMP_MARGIN: f32 = 0.1;
 
-fn shell(
-    capture: &Capture,
-    solved: &Solved,
-    geometry: &Geometry,
-    edits: &Edits,
-    places: &[Vec3],
-) -> Option<Shell> {
-    let is_open = solved.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
-        || edits.lights.iter().any(|light| matches!(light.shape, Shape::Dome(_)));
-    let albedo = match edits.surroundings {
-        Surroundings::Open => return None,
-        Surroundings::Auto if is_open => return None,
-        Surroundings::Auto => GREY,
-        // What returns nothing need not be met.
-        Surroundings::Albedo(0.0) => return None,
-        Surroundings::Albedo(albedo) => albedo,
-    };
-    // Photographs are taken in the room, too; without them it would change with the frames that
-    // happen to be rendered.
-    let cameras = capture.photographs.iter().map(|photograph| photograph.camera.position.as_vec3());
-    let hold = |(low, high): (Vec3, Vec3), p: Vec3| (low.min(p), high.max(p));
-    let (low, high) =
-        places.iter().copied().chain(cameras).fold((geometry.low, geometry.high), hold);
-    let below = LAMP_MARGIN * (high - low).length();
-    let ball = |center: Vec3, radius_m: f32| vec![center - radius_m, center + radius_m];
-    let lights = edits.lights.iter().flat_map(|AddedLight { shape, .. }| match shape {
-        Shape::Emitter(Emitter::Rectangle { corners, .. }) => corners.to_vec(),
-        Shape::Emitter(Emitter::Sphere { center, radius_m }) => ball(*center, radius_m + below),
-        Shape::Emitter(Emitter::Point { position } | Emitter::Spot { position, .. }) => {
-            ball(*position, below)
-        }
-        Shape::Emitter(Emitter::Sun { .. }) | Shape::Dome(_) => Vec::new(),
-    });
-    let (low, high) = lights.fold((low, high), hold);
-    let margin = MARGIN * (high - low).length();
-    Some(Shell { low: low - margin, high: high + margin, albedo: albedo as f32 })
-}
+/// Steps in which the surroundings grow to hold added lights, in diagonals.
+const LIGHT_STEP: f32 = 0.125;
 
 impl Shell {
+    /// The box of the surroundings that edits ask for; `places` are points that it has to hold.
+    pub fn around(
+        capture: &Capture,
+        solved: &Solved,
+        geometry: &Geometry,
+        edits: &Edits,
+        places: &[Vec3],
+    ) -> Option<Self> {
+        let is_open = solved.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
+            || edits.lights.iter().any(|light| matches!(light.shape, Shape::Dome(_)));
+        let albedo = match edits.surroundings {
+            Surroundings::Open => return None,
+            Surroundings::Auto if is_open => return None,
+            Surroundings::Auto => GREY,
+            // What returns nothing need not be met.
+            Surroundings::Albedo(0.0) => return None,
+            Surroundings::Albedo(albedo) => albedo,
+        };
+        // Photographs are taken in the room, too; without them it would change with the frames that
+        // happen to be rendered.
+        let cameras =
+            capture.photographs.iter().map(|photograph| photograph.camera.position.as_vec3());
+        let hold = |(low, high): (Vec3, Vec3), p: Vec3| (low.min(p), high.max(p));
+        let (low, high) =
+            places.iter().copied().chain(cameras).fold((geometry.low, geometry.high), hold);
+        let below = LAMP_MARGIN * (high - low).length();
+        let ball = |center: Vec3, radius_m: f32| vec![center - radius_m, center + radius_m];
+        let lights = edits.lights.iter().flat_map(|AddedLight { shape, .. }| match shape {
+            Shape::Emitter(Emitter::Rectangle { corners, .. }) => corners.to_vec(),
+            Shape::Emitter(Emitter::Sphere { center, radius_m }) => ball(*center, radius_m + below),
+            Shape::Emitter(Emitter::Point { position } | Emitter::Spot { position, .. }) => {
+                ball(*position, below)
+            }
+            Shape::Emitter(Emitter::Sun { .. }) | Shape::Dome(_) => Vec::new(),
+        });
+        // In steps, so that a light can be moved without what surrounds all of them.
+        let held = lights.fold((low, high), hold);
+        let step = (LIGHT_STEP * (high - low).length()).max(f32::MIN_POSITIVE);
+        let low = low - ((low - held.0) / step).ceil() * step;
+        let high = high + ((held.1 - high) / step).ceil() * step;
+        let margin = MARGIN * (high - low).length();
+        Some(Self { low: low - margin, high: high + margin, albedo: albedo as f32 })
+    }
+
     /// Where a ray from within leaves, on the inner side.
     pub fn exit(&self, origin: Vec3, direction: Vec3) -> SurfacePoint {
         let far = Vec3::select(direction.cmpgt(Vec3::ZERO), self.high, self.low);

@@ -71,7 +71,8 @@ pub(super) fn perform(
     let bare_geometry = composite.then(|| Geometry::new(capture, solved, &bare));
     let bare_scene = bare_geometry.as_ref().map(|geometry| {
         let recovered = scene.recovered.with_groups(capture, solved, &bare);
-        Scene::lit_by(Arc::new(recovered), &views, geometry, solved, &bare, &places)
+        let recovered = Arc::new(recovered);
+        Scene::lit_by(recovered, Vec::new(), &views, geometry, solved, &bare, &places)
     });
     let lights: Vec<&str> = edits.lights.iter().map(|light| light.name.as_str()).collect();
 

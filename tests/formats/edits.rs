@@ -159,13 +159,13 @@ fn what_is_written_is_read_back() {
             {"name": "panel", "kind": "rectangle", "corners": corners, "normal": [0, 0, -1],
              "radiance": [30.5, 28, 22]},
             {"name": "ball", "kind": "sphere", "center": [1.1, 2, 3], "radius_m": 0.1,
-             "radiance": [1, 2, 3]},
+             "radiance": [1, 2, 3], "on": false},
             {"name": "spot", "kind": "spot", "position": [1, 2, 3], "direction": [0, 0, -1],
              "inner_angle": 0.3, "outer_angle": 0.5, "intensity": [7, 8, 9]},
             {"name": "point", "kind": "point", "position": [1, 2, 3], "intensity": [4, 5, 6]},
             {"name": "sun", "kind": "sun", "direction": [0, 0, -1], "angular_diameter": 0.01,
              "irradiance": [1, 1, 1]},
-            {"name": "sky", "kind": "dome", "image": "skies/sky.exr", "scale": 2.5}],
+            {"name": "sky", "kind": "dome", "image": "skies/sky.exr", "scale": 2.5, "on": false}],
         "objects": [
             {"name": "thing", "mesh": "object.obj",
              "world_from_object": [[0, -2, 0, 5.5], [2, 0, 0, 6], [0, 0, 2, 7], [0, 0, 0, 1]],
@@ -188,6 +188,8 @@ fn what_is_written_is_read_back() {
     assert!(text.contains("\"../skies/sky.exr\"") && text.contains("0.1,"), "{text}");
     let (again, _) = read(&second, &capture()).unwrap();
     assert_eq!(again.lights.len(), 6);
+    let off: Vec<bool> = again.lights.iter().map(|light| !light.is_on).collect();
+    assert_eq!(off, [false, true, false, false, false, true]);
     assert_eq!(again, edits);
     write(&second, &again).unwrap();
     assert_eq!(std::fs::read_to_string(&second).unwrap(), text);
@@ -224,6 +226,7 @@ fn light_that_cannot_be_is_refused() {
     refused(light(json!({"radiance": [1, 1]})), &["lights[0].radiance", "3 numbers"]);
     refused(light(json!({"radiance": [1, 1, 1e300]})), &["lights[0].radiance", "brighter"]);
     refused(light(json!({ "radiance": null })), &["lights[0]", "\"radiance\" is missing"]);
+    refused(light(json!({"on": "no"})), &["lights[0].on", "true or false"]);
     refused(light(json!({"radius_m": 0})), &["lights[0].radius_m", "positive"]);
     let kinds = ["lights[0].kind", "\"lamp\" is no kind", "\"rectangle\"", "\"sun\"", "\"dome\""];
     refused(light(json!({"kind": "lamp"})), &kinds);

@@ -137,7 +137,12 @@ fn no_edit_makes_what_is_no_number() {
         let mut stage = room(&mut chance).spp(2);
         for index in 0..chance.below(4) {
             let (shape, emission) = (chance.shape(), chance.strength());
-            stage.edits.lights.push(AddedLight { name: index.to_string(), shape, emission });
+            stage.edits.lights.push(AddedLight {
+                name: index.to_string(),
+                shape,
+                emission,
+                is_on: true,
+            });
         }
         for _ in 0..chance.below(2) {
             stage.edits.objects.push(chance.object());

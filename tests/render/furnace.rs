@@ -54,7 +54,12 @@ fn under_an_even_dome_all_is_albedo() {
         let image = Image::new(width, height, vec![[0.5; 3]; width * height], None);
         let shape = Shape::Dome(Dome::new(Arc::new(image), 3.0));
         let mut stage = ball();
-        stage.edits.lights.push(AddedLight { name: "sky".into(), shape, emission: [2.0; 3] });
+        stage.edits.lights.push(AddedLight {
+            name: "sky".into(),
+            shape,
+            emission: [2.0; 3],
+            is_on: true,
+        });
         all_is_albedo(&stage, 3.0);
     }
 }

@@ -19,7 +19,7 @@ fn brdf([diffuse, specular, exponent]: [f64; 3], eye: DVec3, towards: DVec3) -> 
 fn even_sky() -> AddedLight {
     let image = Arc::new(Image::new(32, 16, vec![[1.0; 3]; 512], None));
     let shape = Shape::Dome(Dome::new(image, 1.0));
-    AddedLight { name: "sky".into(), shape, emission: [1.0; 3] }
+    AddedLight { name: "sky".into(), shape, emission: [1.0; 3], is_on: true }
 }
 
 /// The part of even light that is reflected towards `eye`: over rings about the mirror direction.

@@ -146,7 +146,12 @@ fn sky(rows: &[f32], columns: usize) -> AddedLight {
     let pixels = rows.iter().flat_map(|&row| vec![[row; 3]; columns]).collect();
     let image = Arc::new(Image::new(columns, rows.len(), pixels, None));
     let emission = [STRENGTH; 3];
-    AddedLight { name: "sky".into(), shape: Shape::Dome(Dome::new(image, 1.0)), emission }
+    AddedLight {
+        name: "sky".into(),
+        shape: Shape::Dome(Dome::new(image, 1.0)),
+        emission,
+        is_on: true,
+    }
 }
 
 /// Irradiance of the floor from a sky that depends on the angle from the zenith, linear between

@@ -19,6 +19,8 @@ mod edits;
 mod furnace;
 /// Glossy reflection against quadrature.
 mod gloss;
+/// Pictures as layers by light.
+mod layers;
 /// Direct light of every added light against closed forms.
 mod lights;
 /// Mirrors and clear glass under an even sky.

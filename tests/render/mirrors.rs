@@ -20,7 +20,12 @@ fn pane(optics: Optics, floor: f64) -> Stage {
     stage.solved.optics = vec![Optics::Opaque, optics];
     let image = Image::new(2, 1, vec![[1.0; 3]; 2], None);
     let shape = Shape::Dome(Dome::new(Arc::new(image), RADIANCE as f32));
-    stage.edits.lights.push(AddedLight { name: "sky".into(), shape, emission: [1.0; 3] });
+    stage.edits.lights.push(AddedLight {
+        name: "sky".into(),
+        shape,
+        emission: [1.0; 3],
+        is_on: true,
+    });
     stage.spp(64)
 }
 

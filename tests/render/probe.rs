@@ -18,7 +18,7 @@ fn at(stage: &Stage, place: Vec3, content: Content, width: usize) -> Probe {
 fn dome(radiance: [f32; 3]) -> AddedLight {
     let image = Arc::new(Image::new(4, 2, vec![radiance; 8], None));
     let dome = Dome::new(image, 1.0);
-    AddedLight { name: "sky".into(), shape: Shape::Dome(dome), emission: [1.0; 3] }
+    AddedLight { name: "sky".into(), shape: Shape::Dome(dome), emission: [1.0; 3], is_on: true }
 }
 
 /// Above the horizon of a wide floor the sky itself, below it what the floor reflects of it.
@@ -55,7 +55,12 @@ fn its_axes_are_those_of_a_dome() {
     let image = Arc::new(Image::new(8, 4, pixels, None));
     let shape = Shape::Dome(Dome::new(image, 1.0));
     let mut stage = floor(reflectance(0.5, 0.0, 1.0));
-    stage.edits.lights.push(AddedLight { name: "sky".into(), shape, emission: [1.0; 3] });
+    stage.edits.lights.push(AddedLight {
+        name: "sky".into(),
+        shape,
+        emission: [1.0; 3],
+        is_on: true,
+    });
     let probe = at(&stage, Vec3::Z, Content::Background, 128);
     let image = Arc::new(Image::new(probe.width, probe.height, probe.texels.clone(), None));
     let again = Dome::new(image, 1.0);

@@ -61,7 +61,12 @@ impl Stage {
 
     pub fn light(mut self, emitter: Emitter, emission: Rgb) -> Self {
         let name = format!("light {}", self.edits.lights.len());
-        self.edits.lights.push(AddedLight { name, shape: Shape::Emitter(emitter), emission });
+        self.edits.lights.push(AddedLight {
+            name,
+            shape: Shape::Emitter(emitter),
+            emission,
+            is_on: true,
+        });
         self
     }
 

@@ -57,6 +57,48 @@ fn light_is_added_seen_undone_and_saved() {
     assert!(text.contains("\"original_light\": 0.0"), "{text}");
 }
 
+/// The paths a pixel of the picture that is shown, and how it came about.
+fn shown(window: &Window) -> Option<(usize, String)> {
+    let labels = window.labels("paths a pixel, ");
+    let (paths, state) = labels.first()?.strip_prefix("In the 3D view: ")?.split_once(' ')?;
+    Some((paths.parse().ok()?, state.trim_start_matches("paths a pixel, ").to_owned()))
+}
+
+/// Strengths are factors on layers that are there: the picture follows, and is as clear as before.
+#[test]
+fn a_strength_that_is_dragged_traces_no_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    window.menu("Add light", "Sphere");
+    let is_clear = |window: &Window| shown(window).is_some_and(|(paths, _)| paths >= 8);
+    window.wait("a clear picture", is_clear);
+    let field = "Factor on all of the recovered light";
+    for _ in 0..4 {
+        let from = window.node(field).rect().center();
+        window.harness.drag_at(from);
+        window.harness.run_steps(1);
+        for step in 1..4 {
+            window.harness.hover_at(from - egui::vec2(4.0 * step as f32, 0.0));
+            window.wait("a picture without a path", |window| {
+                let (paths, state) = shown(window).expect("there is a picture");
+                assert!(paths >= 8, "it was traced anew");
+                state == "recombined" || state == "done"
+            });
+        }
+        window.harness.drop_at(from - egui::vec2(12.0, 0.0));
+        window.step();
+    }
+    // The same of turning a light off, and on again.
+    for _ in 0..2 {
+        window.click("sphere light 1 on");
+        window.wait("a picture without a path", |window| {
+            let (paths, state) = shown(window).expect("there is a picture");
+            assert!(paths >= 8, "it was traced anew");
+            state == "recombined" || state == "done"
+        });
+    }
+}
+
 #[test]
 fn objects_come_from_files_and_bad_ones_are_told() {
     let folder = tempfile::tempdir().unwrap();

@@ -304,9 +304,18 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
     // Always one line, or what is below would jump away from under the pointer.
     ui.weak(match jobs.relit() {
         Some(relit) => {
-            let state = if relit.is_done { "done" } else { "getting clearer" };
+            let state = match (relit.is_done, relit.traced) {
+                (true, _) => "done",
+                (false, 0) => "recombined",
+                (false, _) => "getting clearer",
+            };
             format!("In the 3D view: {} paths a pixel, {state}", relit.paths)
         }
         None => "In the 3D view: no picture yet".to_owned(),
-    });
+    })
+    .on_hover_text(
+        "Every light is kept as a layer of its own. Strength, colour, on and off recombine the \
+         layers; a light that is moved is traced anew alone; view, objects and materials change \
+         all of them",
+    );
 }

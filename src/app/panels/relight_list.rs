@@ -1,10 +1,13 @@
 //! The list of lights and objects that were set into the scene, with placeholders of those that
 //! could not be read.
 
+use std::sync::Arc;
+
 use eframe::egui::{self, Button, Color32, RichText};
 
 use super::numbers::{emission_color, left, named, reflectance_color, swatch};
 use crate::app::actions::{Action, Relight, Select};
+use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
@@ -18,9 +21,17 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
         ui.weak("Nothing yet. Add a light or an object; it can then be moved in the 3D view.");
     }
     let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
+    let mut change = None;
     let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
         ui.horizontal(|ui| {
             swatch(ui, color);
+            if let Added::Light(index) = item {
+                let mut is_on = edits.lights[index].is_on;
+                let switch = named(ui.checkbox(&mut is_on, ""), format!("{name} on"));
+                if switch.on_hover_text("Turn it off and on; its strength stays").changed() {
+                    change = Some((index, is_on));
+                }
+            }
             let text = format!("{name}  ({kind})");
             let width = ui.available_width();
             let button = Button::selectable(selected == Some(item), left(text)).truncate();
@@ -43,6 +54,13 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
         let diffuse = object.surfaces.first().map_or([0.5; 3], |(_, own)| own.diffuse);
         let color = reflectance_color(diffuse);
         row(ui, Added::Object(index), &object.name, "object", color);
+    }
+    if let Some((index, is_on)) = change {
+        let mut edits = (**edits).clone();
+        edits.lights[index].is_on = is_on;
+        let (of, edits) = (Some(Added::Light(index)), Arc::new(edits));
+        let name = if is_on { "turn on" } else { "turn off" };
+        actions.push(Action::Change(Change::Relight { name, of, edits }));
     }
     for (index, part) in unread.iter().enumerate() {
         unread_ui(ui, index, part, actions);

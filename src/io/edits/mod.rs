@@ -145,11 +145,17 @@ fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Added
         Some(field) => field.text()?.to_owned(),
         None => format!("light {}", index + 1),
     };
+    let is_on = match item.get("on") {
+        Some(field) => {
+            field.value.as_bool().ok_or_else(|| field.wrong("this must be true or false"))?
+        }
+        None => true,
+    };
     let kind = item.need("kind")?;
     if kind.text()? == "dome" {
         let file = named_file(&item.need("image")?, "image")?;
         let dome = dome(item, file, warnings)?;
-        return Ok(AddedLight { name, shape: Shape::Dome(dome), emission: [1.0; 3] });
+        return Ok(AddedLight { name, shape: Shape::Dome(dome), emission: [1.0; 3], is_on });
     }
     let Some(emitter) = emitter(item, kind.text()?) else {
         let kinds: Vec<&str> = emitter_kinds().chain(["dome"]).collect();
@@ -165,7 +171,7 @@ fn light(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Added
     if emission.iter().any(|&value| value > BRIGHTEST) {
         return Err(too_bright(&field));
     }
-    Ok(AddedLight { name, shape: Shape::Emitter(emitter), emission })
+    Ok(AddedLight { name, shape: Shape::Emitter(emitter), emission, is_on })
 }
 
 fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Object, Error> {

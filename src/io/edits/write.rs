@@ -61,7 +61,10 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
             let [scale, ..] = light.emission;
             // Its colour is the image's: one factor is all that there is.
             let scale = scale * short(dome.scale);
-            return json!({ "name": name, "kind": "dome", "image": image, "scale": scale });
+            return with_switch(
+                json!({ "name": name, "kind": "dome", "image": image, "scale": scale }),
+                light.is_on,
+            );
         }
     };
     let mut value = match *emitter {
@@ -85,7 +88,15 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
     value["name"] = json!(name);
     value["kind"] = json!(emitter.kind());
     value[emitter.quantity()] = json!(light.emission);
-    value
+    with_switch(value, light.is_on)
+}
+
+/// A light that is on says nothing of it.
+fn with_switch(mut light: Value, is_on: bool) -> Value {
+    if !is_on {
+        light["on"] = json!(false);
+    }
+    light
 }
 
 fn object(object: &Object, folder: &Path) -> Value {
