@@ -116,14 +116,13 @@ pub fn point_ui(
             }
         }
         ui.end_row();
-        ui.weak("Shown in");
-        let shows = (0..model.photographs.len())
-            .filter(|photograph| Target::Place(place).count(model, *photograph) > 0);
-        let names: Vec<&str> =
-            shows.map(|photograph| model.photographs[photograph].name.as_str()).collect();
-        ui.label(names.join(", "));
-        ui.end_row();
     });
+    // Below the grid, where it wraps: a grid would grow with it, and the photograph shrink.
+    let shows = (0..model.photographs.len())
+        .filter(|photograph| Target::Place(place).count(model, *photograph) > 0);
+    let name = |photograph: usize| model.photographs[photograph].name.trim_start_matches("images/");
+    let names: Vec<&str> = shows.map(name).collect();
+    ui.label(format!("Shown in {}", names.join(", ")));
     ui.weak("A point needs two photographs from different places.");
     ui.add_space(6.0);
     let mut changed = model.clone();
