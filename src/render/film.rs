@@ -230,7 +230,7 @@ impl Film {
     }
 
     pub fn layers(&self) -> usize {
-        self.light.summed
+        self.light.summed()
     }
 
     /// All of the radiance.

@@ -50,6 +50,8 @@ impl Unit {
 struct Surfaces {
     film: SurfaceFilm,
     found: Option<Found>,
+    /// What its pixels count for those of a finer step.
+    shares: Option<(usize, Vec<[u8; 4]>)>,
 }
 
 /// What a whole film of surfaces says.
@@ -136,7 +138,7 @@ impl View {
             Some(index) => index,
             None => {
                 let film = SurfaceFilm::new(pixels);
-                self.surfaces.push((step, Surfaces { film, found: None }));
+                self.surfaces.push((step, Surfaces { film, found: None, shares: None }));
                 self.surfaces.len() - 1
             }
         };
@@ -177,13 +179,23 @@ impl View {
     /// Makes the layers of a unit anew that are shown.
     fn clear(&mut self, unit: usize) {
         let (Some(step), Some(shown)) = (self.units[unit].step, self.shown) else { return };
-        let (Some(found), Some(finest)) = (self.surfaces(step), self.surfaces(shown)) else {
-            return;
-        };
+        let place = |step: usize| self.surfaces.iter().position(|(of, _)| *of == step);
+        let (Some(own), Some(finest)) = (place(step), place(shown)) else { return };
+        let (Some(found), Some(fine)) = (self.surfaces(step), self.surfaces(shown)) else { return };
         let mut layers = found.guides.denoised(&self.units[unit].film);
         if step != shown {
-            for layer in &mut layers {
-                *layer = finest.guides.refined(layer, &found.guides, step / shown);
+            let known = self.surfaces[own].1.shares.as_ref().filter(|(of, _)| *of == finest);
+            if known.is_none() {
+                let shares = fine.guides.shares(&found.guides, step / shown);
+                self.surfaces[own].1.shares = Some((finest, shares));
+            }
+            if let (Some(found), Some(fine), Some((_, shares))) =
+                (self.surfaces(step), self.surfaces(shown), &self.surfaces[own].1.shares)
+            {
+                let guides = &found.guides;
+                for layer in &mut layers {
+                    *layer = fine.guides.refined(layer, guides, step / shown, shares);
+                }
             }
         }
         let unit = &mut self.units[unit];
@@ -200,7 +212,8 @@ impl View {
             found.guides.bytes() + size_of_val(&*found.coverage) + size_of_val(&*found.object)
         };
         let surfaces = |(_, surfaces): &(usize, Surfaces)| {
-            surfaces.film.bytes() + surfaces.found.as_ref().map_or(0, found)
+            let shares = surfaces.shares.as_ref().map_or(0, |(_, shares)| size_of_val(&**shares));
+            surfaces.film.bytes() + surfaces.found.as_ref().map_or(0, found) + shares
         };
         self.units.iter().map(unit).chain(self.surfaces.iter().map(surfaces)).sum()
     }
