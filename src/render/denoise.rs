@@ -32,8 +32,8 @@ const REACH: isize = 3;
 
 /// What is known of every pixel without noise.
 pub struct Guides {
-    width: usize,
-    height: usize,
+    pub(super) width: usize,
+    pub(super) height: usize,
     pub albedo: Vec<Radiance>,
     /// Per row the planes of [`GUIDES`].
     rows: Vec<f32>,
@@ -41,7 +41,7 @@ pub struct Guides {
 
 /// Normal; 1 where no surface is; distance, and its change from one pixel to the next, across and
 /// down.
-const GUIDES: usize = 7;
+pub(super) const GUIDES: usize = 7;
 
 /// The film with less noise; its layers still add up. What has no surface stays as it is.
 pub fn denoised(film: &Film) -> Film {
@@ -92,7 +92,7 @@ impl Guides {
         size_of_val(&*self.rows) + size_of_val(&*self.albedo)
     }
 
-    fn plane(&self, y: usize, plane: usize) -> &[f32] {
+    pub(super) fn plane(&self, y: usize, plane: usize) -> &[f32] {
         &self.rows[(y * GUIDES + plane) * self.width..][..self.width]
     }
 
@@ -146,80 +146,12 @@ impl Guides {
         });
         light
     }
-
-    /// What each of the four nearest pixels of a coarser picture counts for a pixel of this one, in
-    /// 255 parts: those that show the same surface count. `factor` pixels lie along one of the coarse
-    /// picture's.
-    pub fn shares(&self, coarse: &Self, factor: usize) -> Vec<[u8; 4]> {
-        let pixel = |index: usize| {
-            let (x, y) = (index % self.width, index / self.width);
-            let across = coarse.around(x, factor, coarse.width);
-            let down = coarse.around(y, factor, coarse.height);
-            let own: [f32; GUIDES] = std::array::from_fn(|plane| self.plane(y, plane)[x]);
-            let weights: [f32; 4] = std::array::from_fn(|corner| {
-                let ((u, share), (v, part)) = (across[corner % 2], down[corner / 2]);
-                let other: [f32; GUIDES] = std::array::from_fn(|plane| coarse.plane(v, plane)[u]);
-                let away =
-                    |at: usize, to: usize| (to as f32 + 0.5) * factor as f32 - (at as f32 + 0.5);
-                // Where none shows the same surface all count.
-                share * part * (alike(own, other, [away(x, u), away(y, v)], 0.0) + 1e-6)
-            });
-            let sum: f32 = weights.iter().sum();
-            weights.map(|weight| (255.0 * weight / sum).round() as u8)
-        };
-        (0..self.albedo.len()).into_par_iter().map(pixel).collect()
-    }
-
-    /// The two pixels of a row or column of these that lie around one of a finer picture, with what
-    /// they count for.
-    fn around(&self, at: usize, factor: usize, count: usize) -> [(usize, f32); 2] {
-        let last = count.saturating_sub(1);
-        let place = ((at as f32 + 0.5) / factor as f32 - 0.5).clamp(0.0, last as f32);
-        let low = place as usize;
-        let part = place - low as f32;
-        [(low, 1.0 - part), ((low + 1).min(last), part)]
-    }
-
-    /// A coarser picture's layer as finely as these pixels, by their [`shares`](Self::shares).
-    pub fn refined(
-        &self,
-        layer: &[Radiance],
-        coarse: &Self,
-        factor: usize,
-        shares: &[[u8; 4]],
-    ) -> Vec<Radiance> {
-        let light: Vec<Radiance> = layer
-            .iter()
-            .zip(&coarse.albedo)
-            .map(|(light, albedo)| std::array::from_fn(|c| light[c] / albedo[c]))
-            .collect();
-        let columns: Vec<[usize; 2]> = (0..self.width)
-            .map(|x| coarse.around(x, factor, coarse.width).map(|(column, _)| column))
-            .collect();
-        let mut result = vec![[0.0; CHANNELS]; self.albedo.len()];
-        result.par_chunks_mut(self.width.max(1)).enumerate().for_each(|(y, row)| {
-            let rows = coarse.around(y, factor, coarse.height);
-            let [above, below] = rows.map(|(row, _)| &light[row * coarse.width..][..coarse.width]);
-            for (x, result) in row.iter_mut().enumerate() {
-                let index = y * self.width + x;
-                let [left, right] = columns[x];
-                let four = [above[left], above[right], below[left], below[right]];
-                let shares = shares[index].map(f32::from);
-                let sum: f32 = shares.iter().sum();
-                *result = std::array::from_fn(|c| {
-                    let light = (0..4).map(|k| shares[k] * four[k][c]).sum::<f32>();
-                    light / sum.max(1.0) * self.albedo[index][c]
-                });
-            }
-        });
-        result
-    }
 }
 
 /// From 0 to 1, whether two pixels that lie `away` from each other show one smooth surface;
 /// `further` of the exponent is against it.
 #[inline(always)]
-fn alike(own: [f32; GUIDES], other: [f32; GUIDES], away: [f32; 2], further: f32) -> f32 {
+pub(super) fn alike(own: [f32; GUIDES], other: [f32; GUIDES], away: [f32; 2], further: f32) -> f32 {
     let [nx, ny, nz, none, distance_m, slope_x, slope_y] = own;
     let expected = slope_x * away[0] + slope_y * away[1];
     let steepest = (slope_x * away[0]).abs() + (slope_y * away[1]).abs();

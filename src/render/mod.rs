@@ -5,6 +5,7 @@ pub mod composite;
 pub mod denoise;
 pub mod edits;
 pub mod film;
+mod finer;
 pub mod groups;
 pub mod layers;
 pub mod lights;
