@@ -54,7 +54,7 @@ pub(super) fn wait(
                 JobEvent::Found(found) => {
                     display.note(&format!("{}: {}", found.number, found.name));
                 }
-                JobEvent::Failed(message) => {
+                JobEvent::Failed(message) | JobEvent::Begun(_, message) => {
                     display.clear();
                     return Err(Ending::Failed(anyhow!(message)));
                 }

@@ -201,7 +201,9 @@ impl Command {
             Self::Load { path } => match io::capture::load(&path, watch) {
                 Ok(capture) => JobEvent::Loaded(Arc::new(capture)),
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
-                Err(_) if io::model::is_begun(&path) => JobEvent::Begun(path),
+                Err(error) if io::model::is_begun(&path) => {
+                    JobEvent::Begun(path, error.to_string())
+                }
                 Err(error) => JobEvent::Failed(error.to_string()),
             },
             Self::Model(job) => match modelling::perform(job, watch) {

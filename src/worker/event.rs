@@ -43,8 +43,8 @@ pub enum JobEvent {
     Update(Update),
     /// A capture was read.
     Loaded(Arc<Capture>),
-    /// A folder's cameras or mesh are still to be made of its photographs.
-    Begun(PathBuf),
+    /// A folder's cameras or mesh are still to be made of its photographs; what is missing.
+    Begun(PathBuf, String),
     /// A capture of photographs alone was written.
     CaptureBegun(PathBuf),
     /// The model of a capture was read.

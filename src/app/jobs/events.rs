@@ -154,7 +154,7 @@ fn loader_event(state: &mut State, event: Event) {
                 files::opened(state, Opening { edits: Some(edits), ..opening }, capture);
             }
         }
-        JobEvent::Begun(folder) => reopening::begun(state, &opening, folder),
+        JobEvent::Begun(folder, _) => reopening::begun(state, &opening, folder),
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }

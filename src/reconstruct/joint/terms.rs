@@ -308,7 +308,8 @@ mod tests {
             }
             let pair = |columns: [usize; 2]| Pair { columns, weight: 1.0 };
             let pairs: Vec<Pair> = set.neighbours().into_iter().map(pair).collect();
-            let terms = Terms { pairs: &pairs, ..Terms::default() };
+            let centre = vec![0.0; count];
+            let terms = Terms { pairs: &pairs, centre: &centre, ..Terms::default() };
             // A cell's light is as much as its share of the sky.
             let norms = vec![1.0 / count as f64; count];
             Ridge::new(&terms, &norms).value(&emission)
