@@ -1,6 +1,7 @@
 //! The list of what can be done by menu, key and palette, each described once.
 
 mod draw;
+mod file;
 mod list;
 
 use eframe::egui::{self, Key, KeyboardShortcut};

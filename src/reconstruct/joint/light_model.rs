@@ -63,10 +63,10 @@ pub struct LightModel {
     pub ridge: f64,
 }
 
-/// Half the angle that the sun subtends, in radians.
 /// Neighbouring cells are drawn to each other as strongly as the lights of a background are drawn to
 /// 0 where the sky has so many cells, which is what the default spacing gives.
 const CELLS: f64 = 35.0;
+/// Half the angle that the sun subtends, in radians.
 const SUN_HALF_ANGLE: f32 = 0.5 * Emitter::SUN_DIAMETER;
 
 impl Part {
