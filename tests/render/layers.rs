@@ -1,5 +1,6 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::RayCaster;
@@ -278,15 +279,18 @@ fn what_was_cancelled_goes_on_where_it_was() {
         ask(&mut preview, view(), &stage.edits);
         let mut cancelled = 0;
         while let Some(plan) = preview.plan() {
-            // The first time it ends somewhere within; then it is let run.
-            let watch = Watch::new();
-            let cancel = watch.clone();
-            let thread = std::thread::spawn(move || {
-                std::thread::sleep(std::time::Duration::from_micros(300));
-                cancel.cancel();
+            // It is cancelled once its first strip is begun, and then let run.
+            let (watch, over) = (Watch::new(), AtomicBool::new(false));
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    while watch.progress().done == 0 && !over.load(Ordering::Relaxed) {
+                        std::thread::yield_now();
+                    }
+                    watch.cancel();
+                });
+                cancelled += usize::from(preview.trace(&plan, &watch).is_err());
+                over.store(true, Ordering::Relaxed);
             });
-            cancelled += usize::from(preview.trace(&plan, &watch).is_err());
-            thread.join().unwrap();
             if let Some(plan) = preview.plan() {
                 preview.trace(&plan, &Watch::new()).unwrap();
             }
