@@ -237,31 +237,24 @@ fn errors(name: &str, preview: &mut Preview, capture: &Capture, camera: Camera, 
     until(preview, |picture| picture.width == SIZE.0);
     let began = processor_secs();
     ask(preview, camera, &edits);
-    let mut line = format!("{name}: error of a moved light's picture");
-    loop {
-        let plan = preview.plan().expect("there is more to trace");
-        preview.trace(&plan, &Watch::new()).expect("not cancelled");
-        let seconds = processor_secs() - began;
-        let Some(picture) = preview.picture() else { continue };
-        let error = error(&picture, &truth);
-        line += &format!(", {:.3} at {seconds:.2} s", error);
-        if error <= ERROR || picture.paths >= 64 {
-            break;
-        }
-    }
-    println!("{line}");
+    report(&format!("{name}: error of a moved light's picture"), preview, &truth, began);
     // The same of a whole view, of which nothing is known.
     let mut fresh = camera;
     fresh.position += glam::DVec3::splat(1e-9);
     let began = processor_secs();
     ask(preview, fresh, &edits);
-    let mut line = format!("{name}: error of a new view");
+    report(&format!("{name}: error of a new view"), preview, &truth, began);
+}
+
+/// Traces until the error is small or paths are many, and prints how it fell since `began`.
+fn report(what: &str, preview: &mut Preview, truth: &Picture, began: f64) {
+    let mut line = what.to_owned();
     loop {
         let plan = preview.plan().expect("there is more to trace");
         preview.trace(&plan, &Watch::new()).expect("not cancelled");
         let seconds = processor_secs() - began;
         let Some(picture) = preview.picture() else { continue };
-        let error = error(&picture, &truth);
+        let error = error(&picture, truth);
         line += &format!(", {:.3} at {seconds:.2} s", error);
         if error <= ERROR || picture.paths >= 64 {
             break;

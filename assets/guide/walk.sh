@@ -8,28 +8,9 @@
 # window needs, and `cargo build --release` before (or LOBELIA=PROGRAM). Nothing of the user's
 # settings is read or written. Panels stand where a fresh start at 1280x720 puts them: where a click
 # has missed, the last lines say so, since the saved project is looked into.
-set -euo pipefail
-cd "$(dirname "$0")/../.."
+walk=walk
+. "$(dirname "$0")/window.sh"
 
-theme=${1:-dark}
-out=$(mkdir -p "${2:-out/walk-$theme}" && cd "${2:-out/walk-$theme}" && pwd)
-program=${LOBELIA:-$PWD/target/release/lobelia}
-for tool in Xvfb xdotool import compare "$program"; do
-    command -v "$tool" >/dev/null || { echo "walk.sh: $tool is missing" >&2; exit 1; }
-done
-
-work=$(mktemp -d)
-export XDG_CONFIG_HOME=$work/config XDG_STATE_HOME=$work/state XDG_RUNTIME_DIR=$work/run DISPLAY=:${WALK_DISPLAY:-87}
-mkdir -p "$XDG_CONFIG_HOME/lobelia" "$XDG_RUNTIME_DIR"
-chmod 700 "$XDG_RUNTIME_DIR"
-echo "{\"theme\": \"$theme\"}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
-Xvfb "$DISPLAY" -screen 0 1280x720x24 >/dev/null 2>&1 &
-server=$!
-window=
-trap 'kill $window $server 2>/dev/null || true; rm -rf "$work"' EXIT
-
-fail() { echo "walk.sh: $*" >&2; import -window root "$out/failed.png" || true; exit 1; }
-keys() { xdotool key --delay 60 "$@"; sleep 0.7; }
 text() { xdotool type --delay 15 "$1"; sleep 0.5; }
 # The pointer moves before it presses, as a hand does.
 click() { xdotool mousemove "$1" "$2" mousemove "$(($1 + 2))" "$2"; sleep 0.3; xdotool click 1; sleep 0.8; }
@@ -58,19 +39,6 @@ picture() {
         mv "$work/after.png" "$work/before.png"
     done
     still "$1"
-}
-still() { import -window root -colors 256 "PNG8:$out/$1.png"; echo "$1"; }
-
-start() {
-    for _ in $(seq 40); do xdotool getdisplaygeometry >/dev/null 2>&1 && break; sleep 0.25; done
-    "$program" "$@" >"$work/window.log" 2>&1 &
-    window=$!
-    for _ in $(seq 60); do
-        xdotool search --name Lobelia windowfocus >/dev/null 2>&1 && break
-        kill -0 "$window" 2>/dev/null || fail "the window did not open: $(cat "$work/window.log")"
-        sleep 0.5
-    done
-    sleep 2
 }
 
 start

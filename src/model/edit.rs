@@ -7,12 +7,17 @@ use super::{Axis, Model, Place, Shape, Side, Stroke, Support, Surfaces, Thing};
 impl Model {
     /// A name that no thing or point has yet: `base1`, `base2` and so on.
     pub fn free_name(&self, base: &str) -> String {
-        let is_taken = |name: &String| {
-            self.things.iter().any(|own| own.id == *name)
-                || self.points.iter().any(|own| own.id == *name)
-        };
         let mut names = (1..).map(|number| format!("{base}{number}"));
-        names.find(|name| !is_taken(name)).unwrap_or_default()
+        names.find(|name| self.is_free_name(name)).unwrap_or_default()
+    }
+
+    /// Whether a thing or a point may get this name: no other has it, and it holds no full stop,
+    /// which separates a thing from its corners.
+    pub fn is_free_name(&self, name: &str) -> bool {
+        !name.is_empty()
+            && !name.contains('.')
+            && self.things.iter().all(|own| own.id != name)
+            && self.points.iter().all(|own| own.id != name)
     }
 
     /// Adds a thing with a name of its own, on the floor where it can stand there; its index.

@@ -139,19 +139,20 @@ pub fn assess(
             };
             let whole = WHOLE_SURFACE.powi(2) * of_blocks[channel];
             let between = posterior.log_diffuse_variance[channel][material];
-            let sum = noise * (from_rows.common + own) + between + whole;
+            let sum = |common: f64, own: f64| noise * (common + own) + between + whole;
+            let by_rows = sum(from_rows.common, own);
             // Beyond that the weak prior, which was weighed by the same noise, says more than the
             // photographs.
-            entry.identified[channel] = sum.sqrt() < problem.options().prior_sd;
-            if (UNDERSTATED * sum).sqrt() > WARN_SD {
+            entry.identified[channel] = by_rows.sqrt() < problem.options().prior_sd;
+            if (UNDERSTATED * by_rows).sqrt() > WARN_SD {
                 open[material].push(channel);
             }
             if light_sets < 2 {
                 continue;
             }
             let own = with_prior.log_diffuse[material].unwrap_or(own);
-            let sum = noise * (with_prior.common + own) + between + whole;
-            entry.diffuse[channel] = Some(interval(log, (UNDERSTATED * sum).sqrt()));
+            let variance = UNDERSTATED * sum(with_prior.common, own);
+            entry.diffuse[channel] = Some(interval(log, variance.sqrt()));
             let specular = determined[channel].specular[material];
             if let Some(own) = specular.filter(|_| entry.identified[channel]) {
                 let value = posterior.specular[channel][material];

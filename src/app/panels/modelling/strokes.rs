@@ -94,17 +94,7 @@ pub fn point_ui(
     let place = Place::Point(index);
     let mut edited = None;
     egui::Grid::new("model point").num_columns(2).show(ui, |ui| {
-        let label = ui.weak("Name");
-        let mut text = own.id.clone();
-        let field = egui::TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
-        let help = "Without a full stop, different from others";
-        let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
-        ui.end_row();
-        let is_taken = model.things.iter().map(|own| &own.id).any(|id| *id == text)
-            || model.points.iter().any(|own| own.id == text);
-        if response.changed() && !text.is_empty() && !text.contains('.') && !is_taken {
-            edited = Some(text);
-        }
+        edited = tools::name_ui(ui, model, &own.id, "Without a full stop, different from others");
         ui.weak("Position");
         match hands::position(page, place) {
             Some(position) => {

@@ -33,7 +33,7 @@ pub fn thing_ui(
     let mut name = None;
     egui::Grid::new("model thing").num_columns(2).spacing([8.0, 4.0]).show(ui, |ui| {
         let proposals = [
-            name_ui(ui, model, index, &mut edited),
+            name_ui(ui, model, &mut edited),
             corners_ui(ui, &mut edited),
             support_ui(ui, model, index, &mut edited),
         ];
@@ -52,20 +52,9 @@ pub fn thing_ui(
     Some((name, changed))
 }
 
-fn name_ui(ui: &mut egui::Ui, model: &Model, index: usize, own: &mut Thing) -> Option<String> {
-    let label = ui.weak("Name");
-    let mut text = own.id.clone();
-    let field = egui::TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
+fn name_ui(ui: &mut egui::Ui, model: &Model, own: &mut Thing) -> Option<String> {
     let help = "Names its surfaces, too: without a full stop, different from others";
-    let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
-    ui.end_row();
-    let others = model.things.iter().enumerate().filter(|(other, _)| *other != index);
-    let is_taken = others.map(|(_, other)| &other.id).any(|id| *id == text)
-        || model.points.iter().any(|point| point.id == text);
-    if !response.changed() || text.is_empty() || text.contains('.') || is_taken {
-        return None;
-    }
-    own.id = text;
+    own.id = tools::name_ui(ui, model, &own.id, help)?;
     Some("rename".to_owned())
 }
 

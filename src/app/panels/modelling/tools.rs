@@ -177,3 +177,13 @@ pub fn heading_ui(
         });
     });
 }
+
+/// A row for the name of a thing or a point; the new one where it may be called so.
+pub fn name_ui(ui: &mut egui::Ui, model: &Model, id: &str, help: &str) -> Option<String> {
+    let label = ui.weak("Name");
+    let mut text = id.to_owned();
+    let field = egui::TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
+    let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
+    ui.end_row();
+    (response.changed() && model.is_free_name(&text)).then_some(text)
+}
