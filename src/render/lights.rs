@@ -148,13 +148,16 @@ impl Recovered {
     }
 
     /// Radiance of the sky from a direction, and its layer: of the cell whose middle is nearest,
-    /// within its cone.
+    /// in half-angles of its cone, if the direction is within that.
     pub fn sky(&self, direction: Vec3) -> Option<(usize, Radiance)> {
         let cells = self.lights.iter().filter(|light| light.shape.kind == LightKind::Sky);
-        let cosine = |light: &&Light| -light.shape.normal.dot(direction);
-        let nearest = cells.max_by(|a, b| cosine(a).total_cmp(&cosine(b)));
-        let within = |light: &&Light| cosine(light) >= light.shape.half_angle.cos();
-        nearest.filter(within).map(|cell| (cell.layer, cell.lobes[0].1))
+        // sin² of half the angle to the middle; 1 − cos cancels where cells are small.
+        let off = |light: &&Light| {
+            let half = 0.5 * (direction + light.shape.normal).length();
+            (half / (0.5 * light.shape.half_angle).sin()).powi(2)
+        };
+        let nearest = cells.min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest.filter(|cell| off(cell) <= 1.0).map(|cell| (cell.layer, cell.lobes[0].1))
     }
 
     /// One of the lights, chosen by a number in [0, 1), divided by its probability.

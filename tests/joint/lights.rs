@@ -145,6 +145,16 @@ fn a_sky_that_photographs_show_is_as_bright_as_they_show_it() {
     let cells: Vec<_> = lights.filter(as_shown).collect();
     assert!(cells.len() >= 300, "{} cells", cells.len());
     assert!(cells.iter().all(|(_, light)| light.normal.z < 0.0), "light from below the horizon");
+    // No light of the sky is there twice: the free floor receives what an even sky sends.
+    for c in 0..3 {
+        let of = |(index, light): (usize, &VirtualLight)| {
+            let emission = result.solution.emission[result.lobes.of(index).start];
+            emission[c] * f64::from(light.solid_angle_sr() * (-light.normal.z).max(0.0))
+        };
+        let received: f64 = result.lights.lights.iter().enumerate().map(of).sum();
+        let expected = std::f64::consts::PI * f64::from(shown[c]);
+        assert!((received / expected - 1.0).abs() < 0.05, "{received} for {expected}");
+    }
 }
 
 /// A lamp that the artist knows, close to a point: its irradiance is I cos θ / d².

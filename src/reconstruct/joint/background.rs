@@ -3,8 +3,10 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::math::rgb::Rgb;
 use crate::math::sampling::fibonacci;
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::seen_sky::SeenSky;
 use crate::reconstruct::lights::{self, LightKind, LightOptions, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{self, Lobe, LobeOptions, Lobes};
 use crate::reconstruct::samples::JAMMING_DENSITY;
@@ -145,8 +147,8 @@ impl Layout {
         }
     }
 
-    /// The lights of this background.
-    pub fn place(&self, problem: &Problem) -> Result<LightSet, Cancelled> {
+    /// The lights of this background, and per lobe its emission where photographs show it.
+    pub fn place(&self, problem: &Problem) -> Result<(LightSet, Vec<Option<Rgb>>), Cancelled> {
         let (views, cloud, watch) = (problem.data.views, problem.data.cloud, problem.watch());
         let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
         let spacing_m = self.spacing * f64::from(0.5 * (high - low).length());
@@ -161,6 +163,7 @@ impl Layout {
             ..LightSet::default()
         };
         let on_surface = |light: &VirtualLight| light.kind == LightKind::Surface;
+        let mut known = Vec::new();
         let surfaces: Vec<VirtualLight> =
             placed.lights.iter().filter(|light| on_surface(light)).copied().collect();
         placed.lights.retain(|light| !on_surface(light));
@@ -186,11 +189,12 @@ impl Layout {
                 let area = 4.0 * std::f64::consts::PI * self.radius.powi(2);
                 let count = (JAMMING_DENSITY * area / self.spacing.powi(2)).round();
                 let count = count.max(12.0) as usize;
-                // A cone with a cell's share of the sphere.
-                let half_angle = 2.0 * (1.0 / count as f32).sqrt().asin();
-                for direction in fibonacci(count, self.seed as f32) {
-                    let cell = VirtualLight::distant(LightKind::Sky, direction, half_angle);
-                    set.push(cell, &[(direction, 0.0)]);
+                let first = fibonacci(count, self.seed as f32).collect();
+                for cell in cells(first, problem.sky.as_deref()) {
+                    let half_angle = half_angle(cell.count);
+                    let light = VirtualLight::distant(LightKind::Sky, cell.direction, half_angle);
+                    set.push(light, &[(cell.direction, 0.0)]);
+                    known.push(cell.radiance);
                 }
             }
         }
@@ -199,6 +203,139 @@ impl Layout {
         for light in surfaces.into_iter().filter(|_| self.surfaces) {
             set.push(light, &[(light.normal, 1.0)]);
         }
-        Ok(set)
+        known.resize(set.lobes.lobes.len(), None);
+        Ok((set, known))
+    }
+}
+
+/// Half the angle of a cone with one of `count` equal shares of the sphere, in radians.
+pub fn half_angle(count: usize) -> f32 {
+    2.0 * (1.0 / count as f32).sqrt().asin()
+}
+
+/// A cell of a sky.
+struct Cell {
+    /// In which its light travels.
+    direction: Vec3,
+    /// How many cells of its size there are on the sphere.
+    count: usize,
+    /// Where photographs show it.
+    radiance: Option<Rgb>,
+}
+
+/// Cells are divided by so many from size to size.
+const DIVISION: usize = 4;
+
+/// A sky in cells about the given directions of light. A cell in which photographs show a part of the
+/// sky is divided, again and again, until its parts are those that photographs show and parts of
+/// which they show nothing.
+fn cells(first: Vec<Vec3>, seen: Option<&SeenSky>) -> Vec<Cell> {
+    let whole = |direction: Vec3, count| Cell { direction, count, radiance: None };
+    let Some(seen) = seen.filter(|seen| seen.directions.len() > first.len()) else {
+        let count = first.len();
+        return first.into_iter().map(|direction| whole(direction, count)).collect();
+    };
+    let mut sizes = vec![first];
+    while let Some(last) = sizes.last()
+        && last.len() * DIVISION < seen.directions.len()
+    {
+        sizes.push(fibonacci(last.len() * DIVISION, 0.0).collect());
+    }
+    sizes.push(seen.directions.iter().map(|towards| -*towards).collect());
+    // Each cell is a part of the larger one that is nearest.
+    let parents: Vec<Vec<usize>> = sizes
+        .windows(2)
+        .map(|sizes| sizes[1].par_iter().map(|&cell| nearest(&sizes[0], cell)).collect())
+        .collect();
+    let mut is_shown: Vec<Vec<bool>> = sizes.iter().map(|size| vec![false; size.len()]).collect();
+    for &cell in &seen.cells {
+        let mut cell = cell;
+        for size in (0..sizes.len()).rev() {
+            is_shown[size][cell] = true;
+            if size > 0 {
+                cell = parents[size - 1][cell];
+            }
+        }
+    }
+    let mut radiance = vec![None; seen.directions.len()];
+    for (&cell, &value) in seen.cells.iter().zip(&seen.radiance) {
+        radiance[cell] = Some(value);
+    }
+    let mut found = Vec::new();
+    let last = sizes.len() - 1;
+    for (size, directions) in sizes.iter().enumerate() {
+        for (cell, &direction) in directions.iter().enumerate() {
+            let is_part = size == 0 || is_shown[size - 1][parents[size - 1][cell]];
+            if is_part && (size == last || !is_shown[size][cell]) {
+                let radiance = if size == last { radiance[cell] } else { None };
+                found.push(Cell { radiance, ..whole(direction, directions.len()) });
+            }
+        }
+    }
+    found
+}
+
+/// Which of some unit directions is nearest to another.
+fn nearest(directions: &[Vec3], to: Vec3) -> usize {
+    let nearer = |a: &usize, b: &usize| {
+        directions[*a].dot(to).total_cmp(&directions[*b].dot(to)).then(b.cmp(a))
+    };
+    (0..directions.len()).max_by(nearer).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sky of which photographs show all within 20° of a direction.
+    fn partly_seen() -> SeenSky {
+        let directions: Vec<Vec3> = fibonacci(2000, 0.0).collect();
+        let shown = Vec3::new(0.6, 0.0, 0.8);
+        let cells: Vec<usize> =
+            (0..directions.len()).filter(|&cell| directions[cell].dot(shown) > 0.94).collect();
+        let radiance = cells.iter().map(|&cell| [cell as f64, 1.0, 2.0]).collect();
+        SeenSky { directions, cells, radiance }
+    }
+
+    #[test]
+    fn a_sky_is_divided_where_photographs_show_it_and_covered_once() {
+        let seen = partly_seen();
+        let first: Vec<Vec3> = fibonacci(35, 1.0).collect();
+        let found = cells(first.clone(), Some(&seen));
+        let shown: Vec<&Cell> = found.iter().filter(|cell| cell.radiance.is_some()).collect();
+        assert_eq!(shown.len(), seen.cells.len());
+        for (&cell, radiance) in seen.cells.iter().zip(&seen.radiance) {
+            let own = |found: &&&Cell| found.direction == -seen.directions[cell];
+            let same: Vec<_> = shown.iter().filter(own).collect();
+            assert_eq!(same.len(), 1);
+            assert_eq!((same[0].count, same[0].radiance), (2000, Some(*radiance)));
+        }
+        // Large where nothing is shown, with few cells in between.
+        let large = found.iter().filter(|cell| cell.count == first.len()).count();
+        assert!(large > 25 && found.len() < 35 + 4 * seen.cells.len(), "{large} {}", found.len());
+        // Every direction is in about one cell: the cones have the area of the sphere, and far from
+        // all of them is nowhere.
+        let area: f64 = found.iter().map(|cell| 1.0 / cell.count as f64).sum();
+        assert!((area - 1.0).abs() < 0.02, "{area}");
+        for direction in fibonacci(5000, 0.5) {
+            let angle = |cell: &Cell| {
+                cell.direction.dot(direction).clamp(-1.0, 1.0).acos() / half_angle(cell.count)
+            };
+            let nearest = found.iter().map(angle).fold(f32::INFINITY, f32::min);
+            assert!(nearest < 1.7, "{direction}: {nearest}");
+        }
+    }
+
+    #[test]
+    fn a_sky_that_no_photograph_shows_has_cells_of_one_size() {
+        let first: Vec<Vec3> = fibonacci(35, 1.0).collect();
+        let found = cells(first.clone(), None);
+        let directions: Vec<Vec3> = found.iter().map(|cell| cell.direction).collect();
+        assert_eq!(directions, first);
+        assert!(found.iter().all(|cell| cell.count == 35 && cell.radiance.is_none()));
+        // Nor has one that is finer than what photographs tell apart.
+        let fine: Vec<Vec3> = fibonacci(3000, 1.0).collect();
+        let found = cells(fine, Some(&partly_seen()));
+        assert!(found.iter().all(|cell| cell.count == 3000 && cell.radiance.is_none()));
     }
 }

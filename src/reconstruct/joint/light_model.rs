@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
-use crate::reconstruct::joint::background::{Layout, LightSet, NEIGHBOURS};
+use crate::reconstruct::joint::background::{Layout, LightSet, NEIGHBOURS, World};
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::lamps::Lamp;
 use crate::reconstruct::joint::problem::Problem;
@@ -35,8 +35,8 @@ pub struct Part {
     /// over, while rooms are dark but for their lamps, and a probe says how bright a sky is. A pair
     /// is here twice where each is among the nearest of the other.
     pub neighbours: Arc<Vec<[usize; 2]>>,
-    /// Emission per lobe where it is known.
-    pub held: Option<Vec<Rgb>>,
+    /// Per lobe its emission where that is known.
+    pub held: Vec<Option<Rgb>>,
     /// Its channels' emissions are this times one strength, which is not known.
     pub colour: Option<Rgb>,
 }
@@ -74,13 +74,15 @@ impl Part {
         let coupling = Arc::new(problem.couple(&set)?);
         let centre = vec![[0.0; CHANNELS]; set.lobes.lobes.len()];
         let neighbours = Arc::default();
+        let held = vec![None; centre.len()];
         let set = Arc::new(set);
-        Ok(Self { slot: 0, kind, set, coupling, centre, neighbours, held: None, colour: None })
+        Ok(Self { slot: 0, kind, set, coupling, centre, neighbours, held, colour: None })
     }
 
     pub fn background(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
-        let set = layout.place(problem)?;
+        let (set, known) = layout.place(problem)?;
         let mut part = Self::new(problem, PartKind::Background(*layout), set)?;
+        part.held = known;
         // A light probe says what the sky is likely to send.
         for light in &problem.capture().lights {
             let KnownLight::Dome { dome, .. } = light else { continue };
@@ -115,8 +117,8 @@ impl Part {
     /// The sky that photographs show, if the problem has one.
     fn seen_sky(problem: &Problem) -> Result<Option<Self>, Cancelled> {
         let Some(sky) = &problem.sky else { return Ok(None) };
-        let part = Self::new(problem, PartKind::SeenSky, sky.set.clone())?;
-        Ok(Some(Self { held: Some(sky.radiance.clone()), ..part }))
+        let part = Self::new(problem, PartKind::SeenSky, sky.set())?;
+        Ok(Some(Self { held: sky.radiance.iter().copied().map(Some).collect(), ..part }))
     }
 
     /// The lights that the artist gave.
@@ -139,8 +141,7 @@ impl Part {
             set.push(light, &[(axis, 0.0)]);
             let part = Self::new(problem, PartKind::Given(index), set)?;
             let colour = color.filter(|_| emission.is_none());
-            let held = emission.map(|emission| vec![emission]);
-            parts.push(Self { held, colour, ..part });
+            parts.push(Self { held: vec![*emission], colour, ..part });
         }
         Ok(parts)
     }
@@ -175,7 +176,12 @@ impl LightModel {
             gloss: (0..problem.materials()).map(gloss).collect(),
             ridge: problem.options().ridge,
         };
-        let parts = Part::given(problem)?.into_iter().chain(Part::seen_sky(problem)?);
+        // Of a sky the cells that photographs show are known.
+        let seen = match layout.world {
+            World::Room => Part::seen_sky(problem)?,
+            World::Open => None,
+        };
+        let parts = Part::given(problem)?.into_iter().chain(seen);
         let model = parts.fold(none, |model, part| model.with(part));
         Ok(model.with(Part::background(problem, layout)?))
     }
@@ -268,9 +274,9 @@ impl LightModel {
 
     /// Whether any light of the model is unknown.
     pub fn has_unknown_light(&self) -> bool {
-        self.parts.iter().any(|part| {
-            part.held.is_none() && part.columns() > 0 && !matches!(part.kind, PartKind::Given(_))
-        })
+        self.parts
+            .iter()
+            .any(|part| part.held.contains(&None) && !matches!(part.kind, PartKind::Given(_)))
     }
 
     /// The ridge per column: on the lights of backgrounds that are not drawn to their neighbours,
@@ -306,13 +312,8 @@ impl LightModel {
 
     /// Emissions that are known, per column.
     pub fn held(&self, channel: usize) -> Vec<Option<f64>> {
-        let of = |part: &Part| -> Vec<Option<f64>> {
-            match &part.held {
-                Some(held) => held.iter().map(|held| Some(held[channel])).collect(),
-                None => vec![None; part.columns()],
-            }
-        };
-        self.parts.iter().flat_map(of).collect()
+        let held = self.parts.iter().flat_map(|part| &part.held);
+        held.map(|held| held.map(|held| held[channel])).collect()
     }
 
     /// The emissions of a fit of a model with some of the same parts, in this one's columns.

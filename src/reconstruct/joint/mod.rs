@@ -221,7 +221,8 @@ fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Er
     };
     let problem = posterior.known_to(&found.problem);
     let fine = Layout::new(&problem, layout.world, Density::Fine, false);
-    let part = Part::background(&problem, &fine)?;
+    // Beside the light that is there, so that what photographs show of the sky is not added again.
+    let part = Part::background(&problem.with_sky(None), &fine)?;
     if part.columns() == 0 {
         return Ok(None);
     }

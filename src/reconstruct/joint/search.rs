@@ -137,10 +137,12 @@ fn lights(
     if environment == Environment::Room || !room.has_unknown_light() {
         return grown(Step::new(start(room)?));
     }
-    let slot = room.parts.iter().find(|part| part.is_background()).map_or(0, |part| part.slot);
-    let sky = start(&room.replacing(slot, Part::background(problem, &sky)?))?;
+    let mut model = LightModel::new(problem, &sky)?;
+    model.gloss.clone_from(&room.gloss);
+    let sky = start(&model)?;
     let of_sky = |start: Validated| -> Result<Step, Error> {
-        // A sun first, which many cells would imitate.
+        // A sun first, which many cells would imitate; whether these leave anything to it is seen when
+        // parts are taken away.
         let sky = grow(problem, places, Step::new(start), 0)?;
         if problem.sky.is_none() {
             return Ok(sky);
@@ -283,10 +285,6 @@ fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     let found = |part: &&Part| matches!(part.kind, PartKind::Lamp(_) | PartKind::Sun(_));
     let slots: Vec<usize> =
         step.best.fitted.model.parts.iter().filter(found).map(|part| part.slot).collect();
-    if slots.len() < 2 {
-        // The only one has just been compared with none.
-        return Ok(step);
-    }
     for slot in slots {
         let model = step.best.fitted.model.without(slot);
         let without = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;

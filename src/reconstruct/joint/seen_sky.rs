@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::math::rgb::Rgb;
 use crate::math::sampling::fibonacci;
-use crate::reconstruct::joint::background::LightSet;
+use crate::reconstruct::joint::background::{LightSet, half_angle};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::scene::{Views, agreeing};
 
@@ -21,8 +21,11 @@ const ENOUGH_PIXELS: usize = 8;
 /// Cells of the sky that photographs show, with their radiance.
 #[derive(Clone, Debug)]
 pub struct SeenSky {
-    pub set: LightSet,
-    /// Per cell, in the photographs' unit.
+    /// Unit directions towards all cells of the sphere.
+    pub directions: Vec<Vec3>,
+    /// The cells that photographs show.
+    pub cells: Vec<usize>,
+    /// Of each of these, in the photographs' unit.
     pub radiance: Vec<Rgb>,
 }
 
@@ -50,9 +53,7 @@ impl SeenSky {
                 }
             }
         }
-        // A cone with a cell's share of the sphere.
-        let half_angle = 2.0 * (1.0 / CELLS as f32).sqrt().asin();
-        let (mut set, mut radiance) = (LightSet::default(), Vec::new());
+        let (mut cells, mut radiance) = (Vec::new(), Vec::new());
         for (cell, seen) in of_cell {
             let brightness = seen.iter().map(|rgb| rgb.iter().sum());
             let mean: Rgb = std::array::from_fn(|c| {
@@ -60,13 +61,22 @@ impl SeenSky {
             });
             if agreeing(brightness).all(|is_near| is_near) && mean.iter().any(|&value| value > 0.0)
             {
-                let towards = directions[cell];
-                let light = VirtualLight::distant(LightKind::Sky, -towards, half_angle);
-                set.push(light, &[(-towards, 0.0)]);
+                cells.push(cell);
                 radiance.push(mean);
             }
         }
-        (!radiance.is_empty()).then_some(Self { set, radiance })
+        (!radiance.is_empty()).then_some(Self { directions, cells, radiance })
+    }
+
+    /// The cells that photographs show, as lights.
+    pub fn set(&self) -> LightSet {
+        let (mut set, half_angle) = (LightSet::default(), half_angle(self.directions.len()));
+        for &cell in &self.cells {
+            let travels = -self.directions[cell];
+            let light = VirtualLight::distant(LightKind::Sky, travels, half_angle);
+            set.push(light, &[(travels, 0.0)]);
+        }
+        set
     }
 }
 

@@ -32,7 +32,7 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// Directions all around; none where none is looked for.
+    /// Directions above the horizon; none where none is looked for.
     ///
     /// # Errors
     /// If it is cancelled.
@@ -40,7 +40,9 @@ impl Directions {
         let rows = problem.every(FIRST_ROWS);
         let points: Vec<SurfacePoint> =
             rows.iter().map(|&row| problem.surface_point(row)).collect();
-        let towards: Vec<Vec3> = fibonacci(if is_wanted { DIRECTIONS } else { 0 }, 0.0).collect();
+        let towards: Vec<Vec3> = fibonacci(if is_wanted { DIRECTIONS } else { 0 }, 0.0)
+            .filter(|&towards| is_above(towards))
+            .collect();
         let columns = towards
             .par_iter()
             .map(|&towards| {
@@ -114,6 +116,9 @@ impl<'a> Look<'a> {
 
     /// By how much a sun in a direction lowers the sum of the squared residuals.
     fn gain(&self, towards: Vec3) -> f64 {
+        if !is_above(towards) {
+            return 0.0;
+        }
         gain(&column(self.views, &self.points, towards), &self.residues)
     }
 
@@ -145,6 +150,11 @@ impl<'a> Look<'a> {
         }
         Ok(best)
     }
+}
+
+/// Whether a direction is above the horizon; z is up in every capture.
+fn is_above(towards: Vec3) -> bool {
+    towards.z > 0.0
 }
 
 /// V cos θ of a sun at some surface points.
