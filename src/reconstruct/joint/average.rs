@@ -7,7 +7,8 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, fit_with_scale_prior};
-use crate::reconstruct::joint::light_model::{LightModel, Part, PartKind};
+use crate::reconstruct::joint::light_model::LightModel;
+use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::{Found, regrow};
 

@@ -101,6 +101,22 @@ impl LightSet {
         cells.par_iter().flat_map_iter(nearest).collect()
     }
 
+    /// The lobes that are chosen, by index, with their lights.
+    pub fn selected(&self, is_chosen: impl Fn(usize) -> bool) -> Self {
+        let lights = VirtualLights { lights: Vec::new(), ..self.lights.clone() };
+        let mut set = Self { lights, ..Self::default() };
+        for (index, light) in self.lights.lights.iter().enumerate() {
+            let chosen = self.lobes.of(index).filter(|&lobe| is_chosen(lobe));
+            let lobes: Vec<(Vec3, f32)> = chosen
+                .map(|lobe| (self.lobes.lobes[lobe].direction, self.lobes.lobes[lobe].exponent))
+                .collect();
+            if !lobes.is_empty() {
+                set.push(*light, &lobes);
+            }
+        }
+        set
+    }
+
     /// Adds a light with its lobes: directions and exponents.
     pub fn push(&mut self, light: VirtualLight, lobes: &[(Vec3, f32)]) {
         let index = self.lights.lights.len();
@@ -223,7 +239,8 @@ struct Cell {
     radiance: Option<Rgb>,
 }
 
-/// Cells are divided by so many from size to size.
+/// Cells are divided by so many from size to size, and by at least half of it into the smallest ones:
+/// by less, some cells would be nearest to none.
 const DIVISION: usize = 4;
 
 /// A sky in cells about the given directions of light. A cell in which photographs show a part of the
@@ -237,7 +254,7 @@ fn cells(first: Vec<Vec3>, seen: Option<&SeenSky>) -> Vec<Cell> {
     };
     let mut sizes = vec![first];
     while let Some(last) = sizes.last()
-        && last.len() * DIVISION < seen.directions.len()
+        && last.len() * DIVISION * DIVISION / 2 <= seen.directions.len()
     {
         sizes.push(fibonacci(last.len() * DIVISION, 0.0).collect());
     }
@@ -287,20 +304,27 @@ fn nearest(directions: &[Vec3], to: Vec3) -> usize {
 mod tests {
     use super::*;
 
-    /// A sky of which photographs show all within 20° of a direction.
+    const SHOWN: Vec3 = Vec3::new(0.6, 0.0, 0.8);
+
+    /// A sky of which photographs show all within 20° of that direction.
     fn partly_seen() -> SeenSky {
         let directions: Vec<Vec3> = fibonacci(2000, 0.0).collect();
-        let shown = Vec3::new(0.6, 0.0, 0.8);
         let cells: Vec<usize> =
-            (0..directions.len()).filter(|&cell| directions[cell].dot(shown) > 0.94).collect();
+            (0..directions.len()).filter(|&cell| directions[cell].dot(SHOWN) > 0.94).collect();
         let radiance = cells.iter().map(|&cell| [cell as f64, 1.0, 2.0]).collect();
         SeenSky { directions, cells, radiance }
     }
 
     #[test]
     fn a_sky_is_divided_where_photographs_show_it_and_covered_once() {
+        for count in [12, 35, 70, 123, 280, 492, 900] {
+            is_divided_and_covered_once(count);
+        }
+    }
+
+    fn is_divided_and_covered_once(count: usize) {
         let seen = partly_seen();
-        let first: Vec<Vec3> = fibonacci(35, 1.0).collect();
+        let first: Vec<Vec3> = fibonacci(count, 1.0).collect();
         let found = cells(first.clone(), Some(&seen));
         let shown: Vec<&Cell> = found.iter().filter(|cell| cell.radiance.is_some()).collect();
         assert_eq!(shown.len(), seen.cells.len());
@@ -311,18 +335,27 @@ mod tests {
             assert_eq!((same[0].count, same[0].radiance), (2000, Some(*radiance)));
         }
         // Large where nothing is shown, with few cells in between.
-        let large = found.iter().filter(|cell| cell.count == first.len()).count();
-        assert!(large > 25 && found.len() < 35 + 4 * seen.cells.len(), "{large} {}", found.len());
-        // Every direction is in about one cell: the cones have the area of the sphere, and far from
-        // all of them is nowhere.
-        let area: f64 = found.iter().map(|cell| 1.0 / cell.count as f64).sum();
-        assert!((area - 1.0).abs() < 0.02, "{area}");
+        let large = found.iter().filter(|cell| cell.count == count).count();
+        assert!(
+            large > count / 2 && found.len() < count + 4 * seen.cells.len(),
+            "{count}: {large}"
+        );
+        // Every direction is in about one cell: the cones have the area of the sphere, also of the part
+        // that is shown, and far from all of them is nowhere.
+        let area = |chosen: &dyn Fn(&Cell) -> bool| -> f64 {
+            let chosen = found.iter().filter(|cell| chosen(cell));
+            chosen.map(|cell| 1.0 / cell.count as f64).sum()
+        };
+        let whole = area(&|_| true);
+        assert!((whole - 1.0).abs() < 0.02, "{count}: {whole}");
+        let inside = area(&|cell| cell.direction.dot(SHOWN) < -0.96);
+        assert!((inside / 0.02 - 1.0).abs() < 0.1, "{count}: {inside}");
         for direction in fibonacci(5000, 0.5) {
             let angle = |cell: &Cell| {
                 cell.direction.dot(direction).clamp(-1.0, 1.0).acos() / half_angle(cell.count)
             };
             let nearest = found.iter().map(angle).fold(f32::INFINITY, f32::min);
-            assert!(nearest < 1.7, "{direction}: {nearest}");
+            assert!(nearest < 1.7, "{count}: {direction}: {nearest}");
         }
     }
 

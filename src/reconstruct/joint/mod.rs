@@ -31,6 +31,7 @@ mod lamps;
 mod light_model;
 mod linearised;
 pub mod options;
+mod part;
 mod prepare;
 mod priors;
 mod problem;
@@ -52,7 +53,7 @@ use crate::reconstruct::joint::compare::{compare, held_out_error, validate};
 use crate::reconstruct::joint::fit::{EXACT, Fitted, ROUGH, fit};
 use crate::reconstruct::joint::history::History;
 use crate::reconstruct::joint::indirect::Settled;
-use crate::reconstruct::joint::light_model::Part;
+use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::prepare::{Prepared, prepare};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::{Found, aim_sun, search};
@@ -221,8 +222,7 @@ fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Er
     };
     let problem = posterior.known_to(&found.problem);
     let fine = Layout::new(&problem, layout.world, Density::Fine, false);
-    // Beside the light that is there, so that what photographs show of the sky is not added again.
-    let part = Part::background(&problem.with_sky(None), &fine)?;
+    let part = Part::beside(&problem, &fine)?;
     if part.columns() == 0 {
         return Ok(None);
     }

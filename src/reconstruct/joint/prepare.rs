@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::blocks::deal;
-use crate::reconstruct::joint::compare::{compare, validate};
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
@@ -83,9 +83,14 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Option<Trial>
     let Some(sky) = SeenSky::find(search.data.views) else { return Ok((search.clone(), None)) };
     let cells = sky.radiance.len();
     let seen = search.with_sky(Some(Arc::new(sky)));
-    let validated = |problem: &Problem| {
-        let layout = Layout::new(problem, World::Room, Density::Coarse, false);
-        validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
+    // In whichever of the two worlds predicts better.
+    let validated = |problem: &Problem| -> Result<Validated, Error> {
+        let lit = |world| {
+            let layout = Layout::new(problem, world, Density::Coarse, false);
+            validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
+        };
+        let (room, open) = (lit(World::Room)?, lit(World::Open)?);
+        Ok(if compare(problem, &room, &open).change < 0.0 { open } else { room })
     };
     let cv = compare(search, &validated(search)?, &validated(&seen)?);
     let trial = cv.trial(TrialPart::SeenSky(cells));
