@@ -123,13 +123,16 @@ impl VirtualLight {
 
     /// π f/ρ_s of a specular lobe ([`Gloss::value`]), averaged over the light's extent.
     pub fn lobe(&self, position: Vec3, viewing: Viewing, gloss: Gloss) -> f64 {
-        let angle = if self.is_distant() {
-            f64::from(self.half_angle)
-        } else {
-            let distance = self.position.distance(position).max(f32::MIN_POSITIVE);
-            f64::from((self.radius_m / distance).min(1.0))
-        };
-        gloss.value(viewing, self.direction_from(position), angle)
+        gloss.value(viewing, self.direction_from(position), self.angle_from(position).into())
+    }
+
+    /// Its angular radius seen from a position, in radians, at most 1.
+    pub fn angle_from(&self, position: Vec3) -> f32 {
+        if self.is_distant() {
+            return self.half_angle;
+        }
+        let distance = self.position.distance(position).max(f32::MIN_POSITIVE);
+        (self.radius_m / distance).min(1.0)
     }
 
     /// V(x, A_i): the fraction of the light that a surface point sees, by `side`² jittered rays.

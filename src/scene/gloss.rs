@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::Vec3;
 
 use crate::math::sampling::mirrored;
+use crate::solve::kernels::vectorised;
 
 /// The shape of a specular lobe, without its strength ρ_s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,6 +148,75 @@ impl Reflected {
     }
 }
 
+/// Directions that light comes from at a surface point that is viewed in one way: of many lobes each is
+/// evaluated for all of them at once, in single precision.
+#[derive(Clone, Debug, Default)]
+pub struct Arrivals {
+    /// Cosine between the normal and the viewer.
+    viewer: f32,
+    /// Per direction its cosine with the mirror direction and with the normal.
+    mirror: Vec<f32>,
+    light: Vec<f32>,
+    /// Squared sine of the half vector with the normal, and Fresnel's reflectance; 0 below the surface.
+    half_sine2: Vec<f32>,
+    fresnel: Vec<f32>,
+    /// A quarter of the squared angular radius of the light.
+    widening: Vec<f32>,
+}
+
+impl Arrivals {
+    /// `directions` are unit vectors, each with the angular radius of a light in radians.
+    pub fn new(viewing: Viewing, directions: impl Iterator<Item = (Vec3, f32)>) -> Self {
+        let viewer = viewing.normal.dot(viewing.mirror);
+        let mut arrivals = Self { viewer, ..Self::default() };
+        for (direction, angle) in directions {
+            let reflected = Reflected::new(viewing, direction);
+            let of = |value: fn(&Reflected) -> f64| reflected.as_ref().map_or(0.0, value) as f32;
+            arrivals.mirror.push(viewing.mirror.dot(direction));
+            arrivals.light.push(of(|reflected| reflected.light));
+            arrivals.half_sine2.push(of(|reflected| reflected.half_sine2));
+            arrivals.fresnel.push(of(|reflected| fresnel(reflected.difference)));
+            arrivals.widening.push(0.25 * angle * angle);
+        }
+        arrivals
+    }
+
+    /// [`Gloss::value`] for every direction.
+    pub fn values(&self, gloss: Gloss) -> Vec<f32> {
+        match gloss {
+            Gloss::Phong { exponent } => {
+                let flat = (exponent as f32).recip();
+                let value = |(&cosine, &widening): (&f32, &f32)| {
+                    let n = (flat + widening).recip();
+                    // ln x ≤ x − 1.
+                    let is_dark = cosine <= 0.0 || n * (cosine - 1.0) < DARK_LOG as f32;
+                    if is_dark { 0.0 } else { 0.5 * (n + 2.0) * cosine.powf(n) }
+                };
+                self.mirror.iter().zip(&self.widening).map(value).collect()
+            }
+            Gloss::Coat { roughness } => {
+                let flat = (roughness * roughness) as f32;
+                let mut values = self.fresnel.clone();
+                vectorised(|| {
+                    let of_direction = self.light.iter().zip(&self.half_sine2).zip(&self.widening);
+                    for (value, ((&light, &sine2), &widening)) in
+                        values.iter_mut().zip(of_direction)
+                    {
+                        let square = (flat + widening).min(1.0);
+                        let across =
+                            |cosine: f32| (square + (1.0 - square) * cosine * cosine).sqrt();
+                        let shadowed = self.viewer * across(light) + light * across(self.viewer);
+                        let spread = sine2 + square * (1.0 - sine2);
+                        *value *=
+                            0.5 * square / (spread * spread * shadowed.max(f32::MIN_POSITIVE));
+                    }
+                });
+                values
+            }
+        }
+    }
+}
+
 /// The reflectance of unpolarised light at the coat, by the cosine of incidence.
 pub fn fresnel(cosine: f64) -> f64 {
     let within = (1.0 - (1.0 - cosine * cosine) / (INDEX * INDEX)).sqrt();
@@ -218,6 +288,33 @@ mod tests {
         let there = gloss.value(Viewing::from(a, Vec3::Z), b, 0.0);
         let back = gloss.value(Viewing::from(b, Vec3::Z), a, 0.0);
         assert!(there > 0.0 && (there / back - 1.0).abs() < 1e-5, "{there} {back}");
+    }
+
+    #[test]
+    fn many_directions_at_once_are_those_one_by_one() {
+        let mut random = Random::new(4, 0, 0);
+        let frame = Frame::about(Vec3::Z);
+        let directions: Vec<(Vec3, f32)> = (0..500)
+            .map(|k| {
+                let up = frame.to_world(square_to_cosine_hemisphere(random.point()));
+                // Some below the surface.
+                (if k % 7 == 0 { -up } else { up }, 0.3 * (k % 3) as f32)
+            })
+            .collect();
+        for degrees in [0.0f32, 35.0, 80.0] {
+            let seen = viewing(degrees);
+            let arrivals = Arrivals::new(seen, directions.iter().copied());
+            let phong = [3.0, 40.0].map(|exponent| Gloss::Phong { exponent });
+            let coat = [0.05, 0.4].map(|roughness| Gloss::Coat { roughness });
+            for gloss in phong.into_iter().chain(coat) {
+                let values = arrivals.values(gloss);
+                for (&(direction, angle), value) in directions.iter().zip(values) {
+                    let expected = gloss.value(seen, direction, angle.into());
+                    let error = (f64::from(value) - expected).abs();
+                    assert!(error < 1e-4 * (expected + 1e-3), "{gloss:?}: {value} {expected}");
+                }
+            }
+        }
     }
 
     /// The highlight of a large light is that of a small one smoothed over its disc.

@@ -20,7 +20,7 @@ pub use capture::{
 };
 pub use dome::Dome;
 pub use emitter::Emitter;
-pub use gloss::{Gloss, Viewing, fresnel};
+pub use gloss::{Arrivals, Gloss, Viewing, fresnel};
 pub use image::Image;
 pub use mirrors::{MirrorsAndGlass, Optics, without_glass};
 pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

@@ -6,7 +6,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
@@ -15,7 +15,7 @@ use crate::reconstruct::joint::glossy::LightOnRow;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
 use crate::reconstruct::solution::{Trial, TrialPart};
-use crate::scene::Gloss;
+use crate::scene::{Arrivals, Gloss};
 
 /// What the search over the sharpness of one material's lobe found.
 #[derive(Clone, Debug)]
@@ -145,8 +145,48 @@ struct LitMaterial<'a> {
     problem: Problem<'a>,
     material: usize,
     /// Per row.
-    light: Vec<LightOnRow>,
-    set: LightSet,
+    light: Vec<LitRow>,
+}
+
+/// The light on a glossy row, all that a photograph or a light of the model sends.
+struct LitRow {
+    /// g, the irradiance of Eq. 14.
+    irradiance: Rgb,
+    arrivals: Arrivals,
+    /// Irradiance from the direction of each arrival.
+    from: Vec<Radiance>,
+}
+
+impl LitRow {
+    fn new(problem: &Problem, fitted: &Fitted, set: &LightSet, row: usize) -> Option<Self> {
+        let light = LightOnRow::of(fitted, set, row);
+        let point = problem.surface_point(row);
+        let glossy = problem.glossy[problem.rows.glossy[row]?];
+        let viewing = problem.data.equations.glossy[glossy].viewing;
+        let records = problem.data.transport.records_of(problem.rows.sample[row]);
+        let lights = light.lights.iter().map(|(index, irradiance)| {
+            let shape = &set.lights.lights[*index];
+            let direction = shape.direction_from(point.position);
+            ((direction, shape.angle_from(point.position)), irradiance.map(|value| value as f32))
+        });
+        let records = records.iter().map(|record| ((record.direction, 0.0), record.irradiance));
+        let (directions, from): (Vec<_>, Vec<Radiance>) = records.chain(lights).unzip();
+        let arrivals = Arrivals::new(viewing, directions.into_iter());
+        Some(Self { irradiance: light.irradiance, arrivals, from })
+    }
+
+    /// ∫ L π f/ρ_s cos θ dω.
+    fn mirrored(&self, gloss: Gloss) -> Rgb {
+        let mut sum = [0.0f64; CHANNELS];
+        for (factor, from) in self.arrivals.values(gloss).into_iter().zip(&self.from) {
+            if factor > 0.0 {
+                for (sum, irradiance) in sum.iter_mut().zip(from) {
+                    *sum += f64::from(factor * irradiance);
+                }
+            }
+        }
+        sum
+    }
 }
 
 impl<'a> LitMaterial<'a> {
@@ -155,8 +195,11 @@ impl<'a> LitMaterial<'a> {
             problem.rows.material[row] == material && problem.rows.glossy[row].is_some()
         };
         let set = fitted.model.set();
-        let rows = (0..problem.rows.sample.len()).filter(|&row| is_own(row));
-        let light = rows.map(|row| LightOnRow::of(fitted, &set, row)).collect();
+        let light = (0..problem.rows.sample.len())
+            .into_par_iter()
+            .filter(|&row| is_own(row))
+            .filter_map(|row| LitRow::new(problem, fitted, &set, row))
+            .collect();
         let mut priors = (*problem.priors).clone();
         for (known, fit) in priors.known.iter_mut().zip(&fitted.channels) {
             for (other, known) in known.iter_mut().enumerate().filter(|(m, _)| *m != material) {
@@ -164,21 +207,13 @@ impl<'a> LitMaterial<'a> {
             }
         }
         let problem = problem.part(is_own).with_priors(priors);
-        Self { problem, material, light, set }
+        Self { problem, material, light }
     }
 
     /// The cost of its rows with its reflectances at their best.
     fn cost(&self, fitted: &Fitted, gloss: Gloss) -> Result<f64, Error> {
         let problem = &self.problem;
-        let mirrored = |(row, light): (usize, &LightOnRow)| {
-            let viewing = problem.data.equations.glossy[problem.glossy[row]].viewing;
-            let transport = problem.data.transport;
-            let photographed = transport.reflected(problem.rows.sample[row], viewing, gloss);
-            let position = problem.surface_point(row).position;
-            let lights = light.mirrored(&self.set, position, viewing, gloss);
-            std::array::from_fn(|c| photographed[c] + lights[c])
-        };
-        let specular: Vec<Rgb> = self.light.iter().enumerate().map(mirrored).collect();
+        let specular: Vec<Rgb> = self.light.iter().map(|light| light.mirrored(gloss)).collect();
         let rows = self.light.len();
         let design = Design {
             diffuse: Mat::zeros(rows, 0),

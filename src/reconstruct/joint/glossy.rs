@@ -123,7 +123,7 @@ pub struct LightOnRow {
     /// g, the irradiance of Eq. 14.
     pub irradiance: Rgb,
     /// From each light of the model's set.
-    lights: Vec<(usize, Rgb)>,
+    pub lights: Vec<(usize, Rgb)>,
 }
 
 impl LightOnRow {

@@ -13,6 +13,10 @@ pub trait Model {
     fn free(&self) -> &[usize];
     /// Frees a column; refuses (false) one that depends on those already free.
     fn enter(&mut self, column: usize) -> bool;
+    /// Frees some columns, none being free yet, and says which were refused.
+    fn enter_all(&mut self, columns: &[usize]) -> Vec<usize> {
+        columns.iter().copied().filter(|&column| !self.enter(column)).collect()
+    }
     /// Takes the columns at these ascending positions of `free()` out of it.
     fn leave(&mut self, positions: &[usize]);
     /// Steepest descent at the present point, for every working column.
@@ -45,6 +49,18 @@ impl<'a> GramModel<'a> {
     }
 }
 
+/// Columns from which on their factor is made at once, rather than one after the other.
+const MANY: usize = 32;
+
+impl GramModel<'_> {
+    /// The factor of some columns, if none of them depends on the others.
+    fn at_once(&self, columns: &[usize]) -> Option<ActiveCholesky> {
+        let (count, gram) = (columns.len(), self.gram);
+        let gram = Mat::from_fn(count, count, |i, j| gram[(columns[i], columns[j])]);
+        ActiveCholesky::of(&gram, GRAM_THRESHOLD)
+    }
+}
+
 impl Model for GramModel<'_> {
     fn free(&self) -> &[usize] {
         &self.free
@@ -60,6 +76,16 @@ impl Model for GramModel<'_> {
         entered
     }
 
+    fn enter_all(&mut self, columns: &[usize]) -> Vec<usize> {
+        if columns.len() >= MANY
+            && let Some(factor) = self.at_once(columns)
+        {
+            (self.factor, self.free) = (factor, columns.to_vec());
+            return Vec::new();
+        }
+        columns.iter().copied().filter(|&column| !self.enter(column)).collect()
+    }
+
     fn leave(&mut self, positions: &[usize]) {
         let Some(&first) = positions.first() else { return };
         // Removing one costs about three times what entering one costs, per later column.
@@ -71,6 +97,16 @@ impl Model for GramModel<'_> {
             return;
         }
         let later = self.free.split_off(first);
+        if later.len() - positions.len() >= MANY {
+            let kept = later.iter().enumerate();
+            let kept = kept.filter(|(i, _)| positions.binary_search(&(first + i)).is_err());
+            let mut all = self.free.clone();
+            all.extend(kept.map(|(_, &column)| column));
+            if let Some(factor) = self.at_once(&all) {
+                (self.factor, self.free) = (factor, all);
+                return;
+            }
+        }
         self.factor.truncate(first);
         for (offset, &column) in later.iter().enumerate() {
             if positions.binary_search(&(first + offset)).is_err() {
