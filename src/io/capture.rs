@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, mesh, photograph, tags};
+use super::{Error, Fault, brackets, masks, mesh, photograph, tags};
 use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph};
@@ -322,10 +322,11 @@ fn accept(
         )));
     }
     let mut image = Image::new(width, height, pixels, saturation);
-    if image.invalid_count() == width * height {
+    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref())?);
+    if !image.measures_anything() {
         notes.push(format!(
-            "{}: no pixel is a measurement: all are saturated, negative or not finite. Check the \
-             image, and the saturation level in tags.json.",
+            "{}: no pixel is a measurement: all are saturated, negative, not finite or masked. \
+             Check the image, its mask, and the saturation level in tags.json.",
             file.display()
         ));
     }

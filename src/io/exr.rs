@@ -54,6 +54,31 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
     })
 }
 
+/// The opacity of the main layer's pixels, 0 outside of the data window; `None` where it has none.
+pub fn read_alpha(file: &Path) -> Result<Option<Vec<f32>>, Error> {
+    guarded(file, || {
+        let (meta, bytes) = read_headers(file)?;
+        check_counts(file, &meta, bytes)?;
+        let (choice, _) = choose(file, &meta)?;
+        let header = &meta.headers[choice.layer];
+        let first = match choice.channels {
+            Channels::Colour([first, ..]) | Channels::LuminanceChroma([first, ..]) => first,
+            Channels::Grey(first) => first,
+        };
+        let names: Vec<String> =
+            header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        let layer = split_name(&names[first]).0;
+        let is_alpha = |name: &String| {
+            let (own, channel) = split_name(name);
+            own == layer && channel.eq_ignore_ascii_case("A")
+        };
+        let Some(index) = names.iter().position(is_alpha) else { return Ok(None) };
+        check_layer(file, header, bytes)?;
+        let choice = Choice { layer: choice.layer, channels: Channels::Grey(index) };
+        Ok(Some(single(decode(file, header, &choice, None)?)))
+    })
+}
+
 /// One channel of the display window by its full name, 0 outside of the data window; `None` where
 /// no layer at full resolution has it.
 pub fn read_channel(file: &Path, name: &str) -> Result<Option<Vec<f32>>, Error> {
@@ -70,10 +95,14 @@ pub fn read_channel(file: &Path, name: &str) -> Result<Option<Vec<f32>>, Error> 
         let Some(choice) = found else { return Ok(None) };
         let header = &meta.headers[choice.layer];
         check_layer(file, header, bytes)?;
-        let pixels = decode(file, header, &choice, None)?.pixels;
-        let value = |[value, ..]: Radiance| if value.is_nan() { 0.0 } else { value };
-        Ok(Some(pixels.into_iter().map(value).collect()))
+        Ok(Some(single(decode(file, header, &choice, None)?)))
     })
+}
+
+/// The values of a channel that was decoded as grey, 0 where there are none.
+fn single(picture: Picture) -> Vec<f32> {
+    let value = |[value, ..]: Radiance| if value.is_nan() { 0.0 } else { value };
+    picture.pixels.into_iter().map(value).collect()
 }
 
 /// Runs a decoder, which may panic on a damaged file.
