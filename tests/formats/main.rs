@@ -2,6 +2,7 @@
 
 mod cameras; // projections against OpenCV, conventions of transforms.json
 mod captures; // whole folders: sound, incomplete and contradictory ones
+mod charts; // charts in tags.json: what is understood, refused, left out
 mod corpus; // files of others: damaged ones end in a message, sound ones are read
 mod edits; // edits.json: what is refused, and everything that can be said
 mod images; // OpenEXR and Radiance: values, windows, claims that are too large
