@@ -4,6 +4,7 @@
 //! and an allocation that fails ends the process. Blocks are then decoded one by one into the
 //! result, so the memory is the image's own plus one block. Panics of the decoder become errors.
 
+mod color;
 mod decode;
 mod write;
 
@@ -42,7 +43,8 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
 }
 
 /// The colour channels of the main layer in the display window; pixels outside of the data
-/// window are NaN. Half-float infinities stay infinite: they are no measurement.
+/// window are NaN. Half-float infinities stay infinite: they are no measurement. Colours of other
+/// chromaticities than those of Rec. 709 are converted to it.
 pub fn read(file: &Path) -> Result<Picture, Error> {
     guarded(file, || {
         let (meta, bytes) = read_headers(file)?;
@@ -50,7 +52,19 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
         let (choice, note) = choose(file, &meta)?;
         let header = &meta.headers[choice.layer];
         check_layer(file, header, bytes)?;
-        decode(file, header, &choice, note)
+        let mut picture = decode(file, header, &choice, note)?;
+        let stated = header.shared_attributes.chromaticities.as_ref();
+        let is_color = !matches!(choice.channels, Channels::Grey(_));
+        if let Some(stated) = stated.filter(|stated| is_color && !color::is_rec_709(stated)) {
+            match color::rec_709_from(stated) {
+                Some(matrix) => color::convert(&mut picture.pixels, &matrix),
+                None => picture.notes.push(format!(
+                    "{}: its chromaticities span no colours; it is taken to be Rec. 709.",
+                    file.display()
+                )),
+            }
+        }
+        Ok(picture)
     })
 }
 

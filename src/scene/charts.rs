@@ -274,7 +274,7 @@ mod tests {
         };
         assert!(values(|x, y| 5.0 + 0.1 * x - 0.05 * y) < 1e-6);
         // Half of it at 1, half at 3, in strips: ± 1 about 2, of which a plane explains little.
-        let striped = values(|x, _| if x as usize % 2 == 0 { 1.0 } else { 3.0 });
+        let striped = values(|x, _| if (x as usize).is_multiple_of(2) { 1.0 } else { 3.0 });
         assert!((striped - 0.5).abs() < 0.01, "{striped}");
     }
 }
