@@ -88,10 +88,17 @@ fn print(capture: &Capture) {
                     .flat_map(|y| (0..image.width()).filter_map(move |x| image.radiance(x, y)))
                     .flatten()
                     .fold(0.0, f32::max);
-                say_line!(
+                say!(
                     "  radiance up to {largest:.4}, {} invalid or saturated pixels",
                     image.invalid_count()
                 );
+                match image.masked_count() {
+                    0 => say_line!(),
+                    count => say_line!(
+                        ", {count} masked ({:.1} %)",
+                        100.0 * count as f64 / (image.width() * image.height()) as f64
+                    ),
+                }
             }
         }
     }

@@ -8,11 +8,12 @@ use rayon::prelude::*;
 
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
+use super::tags::ChartTag;
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, mesh, photograph, tags};
+use super::{Error, Fault, brackets, masks, mesh, photograph, tags};
 use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
-use crate::scene::{Camera, Capture, Image, Photograph};
+use crate::scene::{Camera, Capture, Image, Photograph, charts};
 use crate::watch::Watch;
 
 const GEOMETRY: &str = "scene.obj";
@@ -59,7 +60,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
             image: image.map(Arc::new),
         })
         .collect();
-    Ok(Capture {
+    let mut capture = Capture {
         name: name(folder),
         mesh: Arc::new(geometry.mesh),
         surfaces,
@@ -68,7 +69,25 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         lights: tags.lights,
         environment: tags.environment,
         warnings,
-    })
+    };
+    lay_charts(&mut capture, &tags.charts, &tag_file);
+    Ok(capture)
+}
+
+/// Makes surfaces of the charts; one that cannot be used is left out with a warning.
+fn lay_charts(capture: &mut Capture, charts: &[ChartTag], tag_file: &Path) {
+    for tag in charts {
+        let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
+        let outcome = tag.resolved(&names).and_then(|chart| charts::place(capture, &chart));
+        if let Err(problem) = outcome {
+            capture.warnings.push(format!(
+                "{}, {}: the chart \"{}\" is left out, and nothing is pinned by it: {problem}.",
+                tag_file.display(),
+                tag.place,
+                tag.name
+            ));
+        }
+    }
 }
 
 /// What a capture is called: its folder's name.
@@ -322,10 +341,11 @@ fn accept(
         )));
     }
     let mut image = Image::new(width, height, pixels, saturation);
-    if image.invalid_count() == width * height {
+    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref())?);
+    if !image.measures_anything() {
         notes.push(format!(
-            "{}: no pixel is a measurement: all are saturated, negative or not finite. Check the \
-             image, and the saturation level in tags.json.",
+            "{}: no pixel is a measurement: all are saturated, negative, not finite or masked. \
+             Check the image, its mask, and the saturation level in tags.json.",
             file.display()
         ));
     }

@@ -4,6 +4,7 @@
 //! and an allocation that fails ends the process. Blocks are then decoded one by one into the
 //! result, so the memory is the image's own plus one block. Panics of the decoder become errors.
 
+mod color;
 mod decode;
 mod write;
 
@@ -42,7 +43,8 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
 }
 
 /// The colour channels of the main layer in the display window; pixels outside of the data
-/// window are NaN. Half-float infinities stay infinite: they are no measurement.
+/// window are NaN. Half-float infinities stay infinite: they are no measurement. Colours of other
+/// chromaticities than those of Rec. 709 are converted to it.
 pub fn read(file: &Path) -> Result<Picture, Error> {
     guarded(file, || {
         let (meta, bytes) = read_headers(file)?;
@@ -50,7 +52,44 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
         let (choice, note) = choose(file, &meta)?;
         let header = &meta.headers[choice.layer];
         check_layer(file, header, bytes)?;
-        decode(file, header, &choice, note)
+        let mut picture = decode(file, header, &choice, note)?;
+        let stated = header.shared_attributes.chromaticities.as_ref();
+        let is_color = !matches!(choice.channels, Channels::Grey(_));
+        if let Some(stated) = stated.filter(|stated| is_color && !color::is_rec_709(stated)) {
+            match color::rec_709_from(stated) {
+                Some(matrix) => color::convert(&mut picture.pixels, &matrix),
+                None => picture.notes.push(format!(
+                    "{}: its chromaticities span no colours; it is taken to be Rec. 709.",
+                    file.display()
+                )),
+            }
+        }
+        Ok(picture)
+    })
+}
+
+/// The opacity of the main layer's pixels, 0 outside of the data window; `None` where it has none.
+pub fn read_alpha(file: &Path) -> Result<Option<Vec<f32>>, Error> {
+    guarded(file, || {
+        let (meta, bytes) = read_headers(file)?;
+        check_counts(file, &meta, bytes)?;
+        let (choice, _) = choose(file, &meta)?;
+        let header = &meta.headers[choice.layer];
+        let first = match choice.channels {
+            Channels::Colour([first, ..]) | Channels::LuminanceChroma([first, ..]) => first,
+            Channels::Grey(first) => first,
+        };
+        let names: Vec<String> =
+            header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        let layer = split_name(&names[first]).0;
+        let is_alpha = |name: &String| {
+            let (own, channel) = split_name(name);
+            own == layer && channel.eq_ignore_ascii_case("A")
+        };
+        let Some(index) = names.iter().position(is_alpha) else { return Ok(None) };
+        check_layer(file, header, bytes)?;
+        let choice = Choice { layer: choice.layer, channels: Channels::Grey(index) };
+        Ok(Some(single(decode(file, header, &choice, None)?)))
     })
 }
 
@@ -70,10 +109,14 @@ pub fn read_channel(file: &Path, name: &str) -> Result<Option<Vec<f32>>, Error> 
         let Some(choice) = found else { return Ok(None) };
         let header = &meta.headers[choice.layer];
         check_layer(file, header, bytes)?;
-        let pixels = decode(file, header, &choice, None)?.pixels;
-        let value = |[value, ..]: Radiance| if value.is_nan() { 0.0 } else { value };
-        Ok(Some(pixels.into_iter().map(value).collect()))
+        Ok(Some(single(decode(file, header, &choice, None)?)))
     })
+}
+
+/// The values of a channel that was decoded as grey, 0 where there are none.
+fn single(picture: Picture) -> Vec<f32> {
+    let value = |[value, ..]: Radiance| if value.is_nan() { 0.0 } else { value };
+    picture.pixels.into_iter().map(value).collect()
 }
 
 /// Runs a decoder, which may panic on a damaged file.

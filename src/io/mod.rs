@@ -22,6 +22,7 @@ pub mod import;
 pub(crate) mod inside;
 mod json;
 pub mod logfile;
+pub mod masks;
 pub mod mesh;
 pub mod model;
 pub mod mtl;

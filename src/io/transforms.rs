@@ -65,6 +65,9 @@ pub struct Frame {
     pub is_geometry: bool,
     /// An exposure series that stands in place of an image of radiance.
     pub brackets: Vec<Bracket>,
+    /// The picture that says which pixels are left out: `mask_path`, or the one that is found by
+    /// its name ([`super::masks::beside`]).
+    pub mask: Option<PathBuf>,
 }
 
 /// One exposure of a frame.

@@ -98,7 +98,7 @@ pub(super) fn of_photographs(views: &Views) -> Vec<String> {
                  wall or box, or the faces may be wound the wrong way round"
             ));
         }
-        if buffer.image.invalid_count() == camera.width * camera.height {
+        if !buffer.image.measures_anything() {
             warnings.push(format!("{name} has no valid pixel and is not used"));
         }
     }

@@ -13,9 +13,17 @@ pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<Radiance>,
+    /// What each pixel is to the reconstruction.
+    states: Vec<State>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
     /// Finite, not negative, below saturation and below [`LARGEST`] in every channel.
-    valid: Vec<bool>,
-    invalid: usize,
+    Measured,
+    Invalid,
+    /// Left out by a mask, whatever its value: it shows what is not of the scene.
+    Masked,
 }
 
 impl Image {
@@ -32,12 +40,13 @@ impl Image {
     ) -> Self {
         assert_eq!(pixels.len(), width * height);
         let limit = saturation.unwrap_or(LARGEST).min(LARGEST);
-        let valid: Vec<bool> = pixels
+        let is_measured =
+            |pixel: &Radiance| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit);
+        let states = pixels
             .iter()
-            .map(|pixel| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit))
+            .map(|pixel| if is_measured(pixel) { State::Measured } else { State::Invalid })
             .collect();
-        let invalid = valid.iter().filter(|valid| !**valid).count();
-        Self { width, height, pixels, valid, invalid }
+        Self { width, height, pixels, states }
     }
 
     pub fn width(&self) -> usize {
@@ -56,12 +65,42 @@ impl Image {
     /// The radiance of a pixel, or `None` where it is no measurement.
     pub fn radiance(&self, x: usize, y: usize) -> Option<Radiance> {
         let index = y * self.width + x;
-        self.valid[index].then(|| self.pixels[index])
+        (self.states[index] == State::Measured).then(|| self.pixels[index])
     }
 
-    /// The number of pixels that are no measurement.
+    /// Leaves out the pixels for which `is_left_out(x, y)`, for good. From here on nothing reads
+    /// them as radiance: this is all that a mask is to the reconstruction.
+    pub fn mask(&mut self, is_left_out: impl Fn(usize, usize) -> bool) {
+        for (index, state) in self.states.iter_mut().enumerate() {
+            if is_left_out(index % self.width, index / self.width) {
+                *state = State::Masked;
+            }
+        }
+    }
+
+    /// Whether a mask leaves a pixel out. Other pixels that are no measurement are often the
+    /// brightest ones; what a mask leaves out says nothing of what is beside it.
+    pub fn is_masked(&self, x: usize, y: usize) -> bool {
+        self.states[y * self.width + x] == State::Masked
+    }
+
+    /// The number of pixels that a mask leaves out.
+    pub fn masked_count(&self) -> usize {
+        self.count(State::Masked)
+    }
+
+    /// The number of other pixels that are no measurement: saturated, negative or not finite.
     pub fn invalid_count(&self) -> usize {
-        self.invalid
+        self.count(State::Invalid)
+    }
+
+    /// Whether any pixel is a measurement.
+    pub fn measures_anything(&self) -> bool {
+        self.states.contains(&State::Measured)
+    }
+
+    fn count(&self, wanted: State) -> usize {
+        self.states.iter().filter(|state| **state == wanted).count()
     }
 
     /// Multiplies the radiance of every pixel by `gain(x, y)`, leaving validity as it was

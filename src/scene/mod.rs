@@ -4,6 +4,7 @@ pub mod agreement;
 pub mod brdf;
 pub mod camera;
 pub mod capture;
+pub mod charts;
 pub mod dome;
 pub mod emitter;
 pub mod gloss;

@@ -395,7 +395,7 @@ impl<'a> VisibilityBuffer<'a> {
 }
 
 /// By which rays are started off the surfaces of a capture.
-fn offset_m(capture: &Capture) -> f32 {
+pub(super) fn offset_m(capture: &Capture) -> f32 {
     let extent = capture.mesh.bounds().map_or(1.0, |(low, high)| {
         (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
     });

@@ -155,8 +155,15 @@ fn each_image(capture: &mut Capture, mut change: impl FnMut(usize, Radiance, DVe
                 }
             })
             .collect();
-        photograph.image = Some(Arc::new(Image::new(width, height, pixels, None)));
+        photograph.image = Some(Arc::new(remade(image, pixels)));
     }
+}
+
+/// A photograph with other radiance: what its mask leaves out stays so.
+fn remade(image: &Image, pixels: Vec<Radiance>) -> Image {
+    let mut remade = Image::new(image.width(), image.height(), pixels, None);
+    remade.mask(|x, y| image.is_masked(x, y));
+    remade
 }
 
 fn each_camera(capture: &mut Capture, change: impl Fn(&Camera) -> Camera) {
@@ -366,8 +373,7 @@ fn add_texture(capture: &mut Capture, contrast: f64, watch: &Watch) -> Result<()
             radiance.map(|v| v * factor as f32)
         };
         let pixels = (0..width * height).map(pixel).collect();
-        capture.photographs[buffer.photograph].image =
-            Some(Arc::new(Image::new(width, height, pixels, None)));
+        capture.photographs[buffer.photograph].image = Some(Arc::new(remade(image, pixels)));
     }
     Ok(())
 }

@@ -197,3 +197,60 @@ fn radiance_samples_have_the_values_of_their_bytes() {
         (128, 256)
     );
 }
+
+/// The same colours in Rec. 709 and in ACEScg: 0.18 grey, and the red that ACEScg's matrix to Rec. 709
+/// (colour-science, tests/golden/color) makes of its first primary.
+#[test]
+fn stated_colours_are_converted_to_rec_709() {
+    use ::exr::meta::attribute::Chromaticities;
+    use ::exr::prelude::{Vec2, WritableImage};
+    let folder = crate::folder();
+    let file = folder.path().join("a.exr");
+    let write = |chromaticities| {
+        let pixels = [[0.18f32; 3], [1.0, 0.0, 0.0], [-1.0, 0.5, 0.5], [f32::INFINITY, 0.0, 0.0]];
+        let pixel = move |place: Vec2<usize>| {
+            let [r, g, b] = pixels[place.x()];
+            (r, g, b)
+        };
+        let channels = ::exr::image::SpecificChannels::rgb(pixel);
+        let mut image = ::exr::image::Image::from_channels((4, 1), channels);
+        image.attributes.chromaticities = chromaticities;
+        image.write().to_file(&file).unwrap();
+        lobelia::io::exr::read(&file).unwrap()
+    };
+    let aces = Chromaticities {
+        red: Vec2(0.713, 0.293),
+        green: Vec2(0.165, 0.83),
+        blue: Vec2(0.128, 0.044),
+        white: Vec2(0.32168, 0.33767),
+    };
+    let read = write(Some(aces));
+    assert!(read.notes.is_empty());
+    assert!(read.pixels[0].iter().all(|v| (v - 0.18).abs() < 1e-6), "{:?}", read.pixels[0]);
+    let golden = include_str!("../golden/color/matrices.json");
+    let golden: serde_json::Value = serde_json::from_str(golden).unwrap();
+    for (row, value) in read.pixels[1].iter().enumerate() {
+        let expected = golden["spaces"]["ACEScg"]["rec709_from"][row][0].as_f64().unwrap().max(0.0);
+        assert!((f64::from(*value) - expected).abs() < 1e-5, "{value} for {expected}");
+    }
+    // What was no measurement stays none.
+    assert_eq!(read.pixels[2], [-1.0, 0.5, 0.5]);
+    assert!(read.pixels[3][0].is_infinite());
+    // Nothing stated, and nonsense stated.
+    assert_eq!(write(None).pixels[1], [1.0, 0.0, 0.0]);
+    let nonsense = write(Some(Chromaticities { green: aces.red, ..aces }));
+    assert_eq!(nonsense.pixels[1], [1.0, 0.0, 0.0]);
+    assert!(nonsense.notes[0].contains("chromaticities"), "{:?}", nonsense.notes);
+}
+
+#[test]
+fn written_files_state_rec_709() {
+    let folder = crate::folder();
+    let file = folder.path().join("a.exr");
+    lobelia::io::exr::write_rgb(&file, 1, 1, &[[1.0, 2.0, 3.0]]).unwrap();
+    let meta = ::exr::meta::MetaData::read_from_file(&file, false).unwrap();
+    let stated = meta.headers[0].shared_attributes.chromaticities.unwrap();
+    let places = [stated.red, stated.green, stated.blue, stated.white].map(|v| [v.x(), v.y()]);
+    assert_eq!(places, [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
+    assert_eq!(lobelia::io::exr::read(&file).unwrap().pixels, [[1.0, 2.0, 3.0]]);
+}

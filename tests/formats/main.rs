@@ -2,10 +2,12 @@
 
 mod cameras; // projections against OpenCV, conventions of transforms.json
 mod captures; // whole folders: sound, incomplete and contradictory ones
+mod charts; // charts in tags.json: what is understood, refused, left out
 mod corpus; // files of others: damaged ones end in a message, sound ones are read
 mod edits; // edits.json: what is refused, and everything that can be said
 mod images; // OpenEXR and Radiance: values, windows, claims that are too large
 mod imports; // cameras of other programs, meshes, whole imports
+mod masks; // masks by every name, alpha, and what is wrong with them
 mod meshes; // OBJ: polygons, surfaces, broken vertices, large ones
 mod mutations; // every reader on changed files, bounded
 mod solved; // a written solution read back to be rendered

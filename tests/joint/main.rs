@@ -26,6 +26,10 @@ mod lights;
 mod grown;
 /// What holds for the solve as a whole: starts do not matter, and errors are of unseen samples.
 mod pipeline;
+/// Cards of known reflectance, found by their corners.
+mod charts;
+/// What a mask leaves out is not there.
+mod masks;
 /// Runs that take over what earlier ones made.
 mod kept;
 /// Whole reconstructions of degenerate scenes, and cancelling one.

@@ -12,7 +12,7 @@ use lobelia::watch::Watch;
 use crate::rooms::{Room, box_room, camera, cube_cameras, icosphere, quick, run};
 
 /// Coarse settings with two sets of lights, so that there are intervals.
-fn options() -> Options {
+pub fn options() -> Options {
     let mut options = quick();
     options.general.method = Method::Joint;
     options.joint.light_sets = 2;
@@ -61,8 +61,9 @@ fn painted(colours: [[f32; 3]; 2]) -> Room {
 }
 
 /// A sphere of a luminous cap of radiance 1 and two walls that are in equilibrium with it: every
-/// point of a sphere sees every area alike, so E/π = f_cap + Σ f_i ρ_i E/π.
-fn furnace(rho: [Rgb; 2]) -> Room {
+/// point of a sphere sees every area alike, so E/π = f_cap + Σ f_i ρ_i E/π. From each of `places`
+/// six photographs see all of it.
+pub fn furnace(rho: [Rgb; 2], places: &[DVec3]) -> Room {
     let mut room = Room::default();
     let (upper, lower) = (room.diffuse("upper"), room.diffuse("lower"));
     let cap = room.luminaire("cap");
@@ -87,7 +88,7 @@ fn furnace(rho: [Rgb; 2]) -> Room {
         })
     };
     let colours = [colour(0), colour(1), [1.0; 3]];
-    for camera in cube_cameras(DVec3::new(0.03, -0.02, 0.05), 96) {
+    for camera in places.iter().flat_map(|&place| cube_cameras(place, 96)) {
         room.photograph(camera, |struck| colours[struck.surface]);
     }
     room
@@ -96,7 +97,7 @@ fn furnace(rho: [Rgb; 2]) -> Room {
 #[test]
 fn a_closed_room_whose_luminaire_is_seen_needs_no_lobes() {
     let rho = [[0.8, 0.5, 0.1], [0.3, 0.6, 0.7]];
-    let room = furnace(rho);
+    let room = furnace(rho, &[DVec3::new(0.03, -0.02, 0.05)]);
     let mut options = options();
     options.transport.rays = 1024;
     let result = run(&room, &options).unwrap();

@@ -108,10 +108,11 @@ fn photographs(
 pub fn use_of(photograph: &Photograph) -> String {
     match &photograph.image {
         Some(image) => format!(
-            "Measures radiance, {} × {} pixels, {} of them invalid or saturated",
+            "Measures radiance, {} × {} pixels, {} of them invalid or saturated, {} masked",
             image.width(),
             image.height(),
-            count(image.invalid_count())
+            count(image.invalid_count()),
+            count(image.masked_count())
         ),
         None => "Not used: it holds values for display, or is marked as geometry only".to_owned(),
     }

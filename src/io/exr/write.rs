@@ -7,10 +7,12 @@ use exr::prelude::{
     WritableImage,
 };
 
+use super::color::REC_709;
 use crate::io::{Error, atomic};
 use crate::math::rgb::Radiance;
 
-/// Writes R, G, B as 32-bit floats, ZIP compressed, whole or not at all.
+/// Writes R, G, B as 32-bit floats with the chromaticities of Rec. 709, ZIP compressed, whole or not
+/// at all.
 pub fn write_rgb(
     file: &Path,
     width: usize,
@@ -50,7 +52,8 @@ pub fn write_rgb_with(
         },
         AnyChannels::sort(colour.chain(further).collect()),
     );
-    let image = exr::image::Image::from_layer(layer);
+    let mut image = exr::image::Image::from_layer(layer);
+    image.attributes.chromaticities = Some(REC_709);
     atomic::write(file, |out| {
         image.write().non_parallel().to_buffered(out).map_err(|failure| match failure {
             exr::error::Error::Io(source) => source,

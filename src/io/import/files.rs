@@ -61,6 +61,9 @@ pub(super) fn cameras(shots: &[Shot], names: &[String]) -> Value {
         if is_shown || looks_shown {
             frame.insert("hdr".into(), json!(false));
         }
+        if let Some(mask) = shot.mask.as_deref() {
+            frame.insert("mask_path".into(), json!(mask_name(name, mask)));
+        }
         let (rotation, position) = (shot.camera.world_from_camera, shot.camera.position);
         let row = |row: usize| {
             let axes = rotation.row(row);
@@ -72,6 +75,13 @@ pub(super) fn cameras(shots: &[Shot], names: &[String]) -> Value {
     });
     root.insert("frames".into(), frames.collect());
     Value::Object(root)
+}
+
+/// Where the mask of a photograph lies in a capture: by COLMAP's rule, with its own extension.
+pub(super) fn mask_name(photograph: &str, mask: &Path) -> String {
+    let below = photograph.strip_prefix("images/").unwrap_or(photograph);
+    let own = mask.extension().map_or("png".into(), |own| own.to_string_lossy());
+    format!("masks/{below}.{own}")
 }
 
 /// Size, focal lengths, principal point and distortion in nerfstudio's words.

@@ -92,6 +92,8 @@ pub struct Shot {
     pub camera: Camera,
     /// `None` where it was not found.
     pub image: Option<PathBuf>,
+    /// The picture that says which of its pixels are left out.
+    pub mask: Option<PathBuf>,
     /// Linear radiance, and not for geometry only.
     pub is_measurement: bool,
     /// What a COLMAP model observed in it.
@@ -119,6 +121,10 @@ impl Import {
             self.format,
             self.shots.len()
         )];
+        let masks = self.shots.iter().filter(|shot| shot.mask.is_some()).count();
+        if masks > 0 {
+            lines.push(format!("masks: {masks}"));
+        }
         if let Some(geometry) = &self.geometry {
             let (triangles, surfaces) = (geometry.mesh.triangles.len(), geometry.surfaces.len());
             lines.push(format!("mesh: {triangles} triangles in {surfaces} surfaces"));

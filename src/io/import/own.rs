@@ -13,7 +13,7 @@ use crate::io::error::read_bounded;
 use crate::io::mesh;
 use crate::io::obj::Geometry;
 use crate::io::transforms::{self, Images};
-use crate::io::{Error, Fault, capture, json};
+use crate::io::{Error, Fault, capture, json, masks};
 use crate::scene::{Camera, Distortion};
 
 impl Reader<'_> {
@@ -70,7 +70,8 @@ impl Reader<'_> {
             };
             let is_measurement = frame.is_measurement && is_radiance(image.as_deref());
             let (name, observations) = (frame.name, Vec::new());
-            shots.push(Shot { name, camera, image, is_measurement, observations });
+            let mask = frame.mask.or_else(|| masks::of_photograph(image.as_deref()?));
+            shots.push(Shot { name, camera, image, mask, is_measurement, observations });
         }
         if cameras.applied.is_some() && !self.options.undo_applied {
             self.import.warnings.push(format!(

@@ -18,7 +18,7 @@ use crate::io::brackets::Series;
 use crate::io::error::read_bounded;
 use crate::io::mesh;
 use crate::io::obj::Geometry;
-use crate::io::{Error, Fault, grouping};
+use crate::io::{Error, Fault, grouping, masks};
 use crate::scene::Distortion;
 use crate::watch::Watch;
 
@@ -189,6 +189,7 @@ impl Reader<'_> {
         Ok(fit(camera, image, actual, &view.place, notes).map(|(camera, image)| Shot {
             name: view.name.clone(),
             camera,
+            mask: image.as_deref().and_then(masks::of_photograph),
             is_measurement: is_radiance(image.as_deref()),
             image,
             observations: Vec::new(),

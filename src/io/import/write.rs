@@ -1,4 +1,4 @@
-//! Writes an import as a capture: `images/`, `scene.obj` with its library, `transforms.json`.
+//! Writes an import as a capture: `images/`, `masks/`, `scene.obj` with its library, `transforms.json`.
 //!
 //! Everything is made in a folder beside and renamed at the end, so that a capture is there whole
 //! or not at all.
@@ -14,7 +14,8 @@ use crate::io::{Error, Fault, atomic, exr};
 use crate::watch::Watch;
 
 /// What a capture consists of: a folder with anything else in it is not replaced.
-const PARTS: [&str; 5] = ["images", "scene.obj", "scene.mtl", "transforms.json", "tags.json"];
+const PARTS: [&str; 6] =
+    ["images", "masks", "scene.obj", "scene.mtl", "transforms.json", "tags.json"];
 
 /// How photographs come into the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -119,6 +120,9 @@ pub fn write(
         let place = made.path().join(name);
         if let Some(image) = shot.image.as_ref().filter(|_| !place.exists()) {
             bring(image, &place, writing.copying)?;
+        }
+        if let Some(mask) = &shot.mask {
+            bring(mask, &made.path().join(files::mask_name(name, mask)), writing.copying)?;
         }
         watch.tick()?;
     }

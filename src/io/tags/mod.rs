@@ -1,10 +1,12 @@
 //! `tags.json`: what the artist says about surfaces, lights and the photographs.
 
+mod charts;
 pub(in crate::io) mod lights;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+pub use self::charts::ChartTag;
 use super::error::{listed, suggestion};
 use super::json::{self, Field};
 use super::{Error, Fault};
@@ -16,6 +18,8 @@ use crate::scene::{Environment, KnownLight, Material, MaterialKind, Role, Surfac
 pub struct Tags {
     pub materials: Vec<Material>,
     pub lights: Vec<KnownLight>,
+    /// Cards of known reflectance, to be laid onto the surfaces behind them.
+    pub charts: Vec<ChartTag>,
     pub environment: Environment,
     /// Pixels at or above it are no measurements.
     pub saturation: Option<f32>,
@@ -65,6 +69,20 @@ pub fn read(file: &Path, surfaces: &mut [Surface]) -> Result<Tags, Error> {
             "no material is listed",
             "List the materials, or remove the file: then every usemtl group is one material",
         )));
+    }
+    if let Some(field) = root.get("charts") {
+        for item in field.items()? {
+            let chart = charts::read(&item)?;
+            let is_taken = !names.insert(chart.name.clone())
+                || reader.surfaces.iter().any(|surface| surface.name == chart.name);
+            if is_taken {
+                return Err(item.wrong_with(
+                    &format!("the name \"{}\" is that of a material or surface", chart.name),
+                    "Give the chart a name of its own: it becomes a surface and a material",
+                ));
+            }
+            tags.charts.push(chart);
+        }
     }
     tags.warnings.append(&mut reader.warnings);
     for (place, problem) in &reader.absent {

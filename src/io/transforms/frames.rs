@@ -1,14 +1,14 @@
 //! One frame after the other: its image, its camera, and what is worth a warning.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::{Bracket, Finder, Frame, Images};
 use crate::io::json::Field;
 use crate::io::pose::{self, NoRotation};
-use crate::io::{Error, Fault, inside, picture};
+use crate::io::{Error, Fault, inside, masks, picture};
 use crate::scene::{Camera, Distortion};
 
 /// Larger sides are no photographs.
@@ -123,6 +123,7 @@ impl Reader<'_> {
             Some(field) => field.text()? == "geometry",
             None => false,
         };
+        let mask = self.mask(item, &name)?;
         let is_hdr = item.get("hdr").map_or(Ok(true), |field| field.truth())?;
         let (world_from_camera, position) = self.pose(item)?;
         let has_size = ["w", "h"].iter().all(|key| self.either(item, key).is_some());
@@ -143,6 +144,7 @@ impl Reader<'_> {
             is_measurement: is_hdr && !is_geometry,
             is_geometry,
             brackets,
+            mask,
         }))
     }
 
@@ -167,6 +169,27 @@ impl Reader<'_> {
             }
         }
         Ok(brackets)
+    }
+
+    /// The frame's mask. One that is named must be there: without it what was to be left out would
+    /// be measured.
+    fn mask(&self, item: &Field, name: &str) -> Result<Option<PathBuf>, Error> {
+        let folder = self.file.parent().unwrap_or(Path::new(""));
+        let Some(field) = item.get("mask_path") else { return Ok(masks::beside(folder, name)) };
+        let named = field.text()?;
+        let mask = inside::join(folder, named).filter(|path| path.is_file());
+        if mask.is_none() && self.images == Images::Needed {
+            let what = if inside::leaves(named) {
+                "the mask lies outside of the folder of this file"
+            } else {
+                "the mask does not exist"
+            };
+            return Err(field.wrong_with(
+                &format!("{what}: \"{named}\""),
+                "Put it where mask_path says, relative to this file, or remove mask_path",
+            ));
+        }
+        Ok(mask)
     }
 
     /// The field of the frame, or else of the whole file.

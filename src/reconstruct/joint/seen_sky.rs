@@ -88,7 +88,7 @@ fn shown(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Sh
         (y - 1..=y + 1).all(|y| (x - 1..=x + 1).all(|x| buffer.hit(x, y).is_none()))
     };
     let pixel = |x: usize, y: usize| {
-        if !beyond(x, y) {
+        if !beyond(x, y) || buffer.image.is_masked(x, y) {
             return None;
         }
         let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);

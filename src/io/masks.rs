@@ -1,0 +1,128 @@
+//! Masks: which pixels of a photograph show what is not of the scene.
+//!
+//! As in COLMAP ("no features will be extracted in regions where the mask image is black"),
+//! nerfstudio (`mask_path`: black is ignored) and Metashape (white is kept), black is left out. They
+//! write masks of two values; here what is darker than half of a mask's brightest value is left out,
+//! so that masks of 0 and 1, and those that JPEG has blurred, mean the same.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use ::image::{ImageReader, Limits};
+
+use super::picture::{Format, LARGEST_SIDE_PRODUCT};
+use super::{Error, Fault, exr, inside};
+use crate::scene::Image;
+
+/// The folder of masks that are found by their names.
+const FOLDER: &str = "masks";
+/// Extensions that a mask's name may repeat of a photograph that has become another file since.
+const EXTENSIONS: [&str; 8] = ["exr", "hdr", "jpg", "JPG", "jpeg", "png", "tif", "tiff"];
+/// Alpha from here on covers a pixel: half floats and filters of renderers leave little less than 1.
+const OPAQUE: f32 = 0.99;
+
+/// The mask of the photograph that a `file_path` below `folder` names: in `masks` beside the
+/// photographs' own folder or in it, as `NAME.jpg.png` (COLMAP), `NAME.png` or `NAME_mask.png`
+/// (Metashape), in the folders below that the photograph is in.
+pub fn beside(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = inside::tail(name);
+    let below = name.split_once('/').map(|(_, below)| below);
+    let places = below.into_iter().chain([name.as_str()]);
+    places.flat_map(names).map(|mask| folder.join(FOLDER).join(mask)).find(|path| path.is_file())
+}
+
+/// The mask of a photograph of another program, up to three folders above it.
+pub fn of_photograph(file: &Path) -> Option<PathBuf> {
+    file.ancestors()
+        .skip(1)
+        .take(3)
+        .find_map(|folder| beside(folder, file.strip_prefix(folder).ok()?.to_str()?))
+}
+
+fn names(photograph: &str) -> impl Iterator<Item = String> {
+    let stem = match photograph.rsplit_once('.') {
+        Some((stem, own)) if !stem.is_empty() && !own.contains('/') => stem,
+        _ => photograph,
+    };
+    let others = EXTENSIONS.into_iter().map(move |own| format!("{stem}.{own}.png"));
+    [format!("{photograph}.png")]
+        .into_iter()
+        .chain([format!("{stem}.png"), format!("{stem}_mask.png")])
+        .chain(others)
+}
+
+/// Leaves out what the mask of a photograph, and the alpha channel of an OpenEXR `file`, say.
+/// Returns what was read with reservations.
+pub(super) fn apply(
+    image: &mut Image,
+    file: &Path,
+    mask: Option<&Path>,
+) -> Result<Vec<String>, Error> {
+    let mut notes = Vec::new();
+    let width = image.width();
+    if Format::of(file)? == Format::OpenExr
+        && let Some(alpha) = exr::read_alpha(file)?
+    {
+        // Renderers leave an empty alpha beside full colours where it was not asked for.
+        if alpha.iter().any(|&alpha| alpha >= OPAQUE) {
+            image.mask(|x, y| alpha[y * width + x] < OPAQUE);
+        } else {
+            notes.push(format!(
+                "{}: its alpha channel covers no pixel, so it is not taken as a mask.",
+                file.display()
+            ));
+        }
+    }
+    if let Some(mask) = mask {
+        let kept = read(mask, (image.width(), image.height()))?;
+        image.mask(|x, y| !kept[y * width + x]);
+    }
+    Ok(notes)
+}
+
+/// For each pixel of a mask whether it is kept. `size` is the photograph's.
+pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
+    let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let damaged = |reason: String| {
+        Error::Invalid(Fault::new(
+            file,
+            "",
+            format!("this mask cannot be read ({reason})"),
+            "Save it as PNG again, black where the photograph is to be left out",
+        ))
+    };
+    if Format::of(file)?.is_radiance() {
+        return Err(damaged("it is an image of radiance".into()));
+    }
+    let open = || {
+        let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+        reader.map_err(unreadable)
+    };
+    let found = open()?.into_dimensions().map_err(|error| damaged(error.to_string()))?;
+    let found = (found.0 as usize, found.1 as usize);
+    if found != size {
+        return Err(Error::Invalid(Fault::new(
+            file,
+            "",
+            format!(
+                "the mask has {} x {} pixels, and its photograph {} x {}",
+                found.0, found.1, size.0, size.1
+            ),
+            "Make the mask for the photograph as it is here, in its full size",
+        )));
+    }
+    let mut reader = open()?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(8 * LARGEST_SIDE_PRODUCT);
+    reader.limits(limits);
+    // Its decoders are said not to panic, but they see files from anywhere.
+    let decoded = catch_unwind(AssertUnwindSafe(|| reader.decode()))
+        .map_err(|_| damaged("its contents contradict its header".into()))?
+        .map_err(|error| damaged(error.to_string()))?;
+    // Some programs save a mask as opacity: what is transparent is black, whatever its colour.
+    let values: Vec<u32> = (decoded.into_luma_alpha16().pixels())
+        .map(|pixel| u32::from(pixel.0[0]) * u32::from(pixel.0[1]) / 0xFFFF)
+        .collect();
+    let brightest = values.iter().max().copied().unwrap_or(0);
+    Ok(values.into_iter().map(|value| value > 0 && 2 * value >= brightest).collect())
+}

@@ -1,0 +1,163 @@
+//! Cards of known reflectance on a floor that a lamp lights, whose radiance is known in closed form.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use lobelia::math::rgb::Rgb;
+use lobelia::reconstruct::options::Options;
+use lobelia::scene::charts::{Chart, ChartView, place};
+use lobelia::scene::{Distortion, Image, Role};
+
+use crate::rooms::{Room, bent_camera, image_of, run};
+
+const FLOOR: Rgb = [0.6, 0.5, 0.3];
+const CARD: Rgb = [0.18; 3];
+const EYES: [DVec3; 3] =
+    [DVec3::new(1.6, -1.8, 1.4), DVec3::new(-1.7, -1.2, 1.5), DVec3::new(0.2, 2.0, 1.6)];
+
+/// The card's corners: 30 × 20 cm, turned on the floor, in turn from its top left.
+fn corners() -> [DVec3; 4] {
+    let (u, v) = (DVec3::new(0.8, 0.6, 0.0), DVec3::new(-0.6, 0.8, 0.0));
+    let middle = DVec3::new(0.3, 0.2, 0.0);
+    [(-0.15, 0.1), (0.15, 0.1), (0.15, -0.1), (-0.15, -0.1)].map(|(a, b)| middle + a * u + b * v)
+}
+
+/// A floor with a card under a point lamp 1.5 m above, in lenses that bend lines.
+fn room() -> Room {
+    let mut room = Room::default();
+    let floor = room.diffuse("floor");
+    room.square(floor, 1.0, 0.0);
+    let [a, b, _, d] = corners();
+    let is_card = |p: DVec3| {
+        let inside = |edge: DVec3| (0.0..=edge.length_squared()).contains(&(p - a).dot(edge));
+        inside(b - a) && inside(d - a)
+    };
+    for eye in EYES {
+        let lens = Distortion { radial: [0.05, 0.0, 0.0, 0.0], ..Default::default() };
+        let camera = bent_camera((160, 120), 0.9, eye, DVec3::new(0.1, 0.1, 0.0), lens);
+        room.photograph(camera, |struck| {
+            let rho = if is_card(struck.position) { CARD } else { FLOOR };
+            let towards = DVec3::new(-0.3, 0.2, 1.5) - struck.position;
+            // E / π of an intensity of 2π: 2 cos θ / r².
+            let lit = 2.0 * towards.z / towards.length().powi(3);
+            rho.map(|rho| (rho * lit) as f32)
+        });
+    }
+    room
+}
+
+fn view(room: &Room, photograph: usize, corners: [DVec3; 4]) -> ChartView {
+    let camera = &room.capture.photographs[photograph].camera;
+    ChartView { photograph, corners_px: corners.map(|corner| image_of(camera, corner).unwrap()) }
+}
+
+fn chart(views: Vec<ChartView>) -> Chart {
+    Chart { name: "card".into(), known_diffuse: CARD, known_diffuse_sd: [0.001; 3], views }
+}
+
+fn refused(room: &mut Room, chart: &Chart, part: &str) {
+    let before = room.capture.mesh.triangles.len();
+    let problem = place(&mut room.capture, chart).unwrap_err();
+    assert!(problem.contains(part), "\"{part}\" is missing in: {problem}");
+    assert_eq!(room.capture.mesh.triangles.len(), before);
+    assert!(room.capture.surfaces.iter().all(|surface| surface.name != "card"));
+}
+
+#[test]
+fn a_card_lies_where_its_corners_are_seen() {
+    let exact = corners();
+    for views in [vec![0], vec![0, 1, 2]] {
+        let mut room = room();
+        let mut views: Vec<_> = views.into_iter().map(|k| view(&room, k, exact)).collect();
+        // Told the other way round, and from another corner on.
+        views[0].corners_px.reverse();
+        views.last_mut().unwrap().corners_px.rotate_left(1);
+        place(&mut room.capture, &chart(views)).unwrap();
+        let capture = &room.capture;
+        let card = capture.surfaces.iter().position(|surface| surface.name == "card").unwrap();
+        assert_eq!(capture.surfaces[card].role, Role::Material(1));
+        assert_eq!(capture.materials[1].known_diffuse, Some(CARD));
+        let own: Vec<usize> = (0..capture.mesh.triangles.len())
+            .filter(|&t| capture.mesh.surface[t] as usize == card)
+            .collect();
+        let area: f32 = own.iter().map(|&t| capture.mesh.area(t)).sum();
+        assert!((area - 0.06).abs() < 1e-4, "{area}");
+        for triangle in own {
+            assert!(capture.mesh.normal(triangle).z > 0.999);
+            for corner in capture.mesh.corners(triangle).map(|p| p.as_dvec3()) {
+                let nearest = exact.iter().map(|p| p.distance(corner)).fold(9.0, f64::min);
+                // Above the floor by less than a millimetre, and nowhere else.
+                assert!(corner.z > 1e-5 && corner.z < 1e-3 && nearest < 1e-3, "{corner}");
+            }
+        }
+    }
+}
+
+/// The floor's reflectance follows from the card beside it, whatever the light; with the wrong card
+/// it is wrong by that factor.
+#[test]
+fn a_card_settles_the_scale() {
+    let mut options = Options::default();
+    options.samples.count = 800;
+    options.joint.light_sets = 1;
+    for factor in [1.0, 0.7] {
+        let mut room = room();
+        let mut card = chart(vec![view(&room, 0, corners())]);
+        card.known_diffuse = CARD.map(|value| factor * value);
+        place(&mut room.capture, &card).unwrap();
+        let result = run(&room, &options).unwrap();
+        let found = result.solution.reflectances[0].unwrap().diffuse;
+        for (found, rho) in std::iter::zip(found, FLOOR) {
+            assert!((found / (factor * rho) - 1.0).abs() < 0.02, "{found} for {}", factor * rho);
+        }
+    }
+}
+
+#[test]
+fn what_is_no_card_pins_nothing() {
+    let change =
+        |room: &mut Room, photograph: usize, value: [f32; 3], of: &dyn Fn(usize) -> bool| {
+            let image = room.capture.photographs[photograph].image.as_ref().unwrap();
+            let (width, height) = (image.width(), image.height());
+            let pixels = image.pixels().iter().enumerate();
+            let pixels =
+                pixels.map(|(k, &pixel)| if of(k % width) { value } else { pixel }).collect();
+            let image = Image::new(width, height, pixels, Some(100.0));
+            room.capture.photographs[photograph].image = Some(Arc::new(image));
+        };
+    let mut sound = room();
+    let seen = view(&sound, 0, corners());
+    let middle = seen.corners_px.iter().sum::<DVec2>() / 4.0;
+
+    // Half hidden, burnt out, half of it floor.
+    let mut hidden = room();
+    change(&mut hidden, 0, [3.0; 3], &|x| x as f64 > middle.x);
+    refused(&mut hidden, &chart(vec![seen]), "uneven");
+    change(&mut hidden, 0, [200.0; 3], &|x| x as f64 > middle.x);
+    refused(&mut hidden, &chart(vec![seen]), "burnt out");
+    let shifted = corners().map(|corner| corner + DVec3::new(0.2, 0.05, 0.0));
+    let shifted = view(&sound, 0, shifted);
+    refused(&mut sound, &chart(vec![shifted]), "uneven");
+
+    // Its corners.
+    let mut crossed = seen;
+    crossed.corners_px.swap(0, 1);
+    refused(&mut sound, &chart(vec![crossed]), "in turn");
+    let point = ChartView { corners_px: [middle; 4], ..seen };
+    refused(&mut sound, &chart(vec![point]), "in turn");
+    let tiny =
+        ChartView { corners_px: seen.corners_px.map(|p| middle + 0.1 * (p - middle)), ..seen };
+    refused(&mut sound, &chart(vec![tiny]), "too small");
+    let outside = ChartView { corners_px: seen.corners_px.map(|p| p - DVec2::Y * 200.0), ..seen };
+    refused(&mut sound, &chart(vec![outside]), "no known surface");
+    let other = view(&sound, 1, corners().map(|corner| corner - DVec3::X * 0.6));
+    refused(&mut sound, &chart(vec![seen, other]), "cm apart");
+
+    // No plane behind it, and no measurement.
+    let mut stepped = room();
+    let floor = 0;
+    stepped.rectangle(floor, DVec3::new(0.3, -1.0, 0.1), DVec3::X * 0.7, DVec3::Y * 2.0);
+    refused(&mut stepped, &chart(vec![seen]), "not flat");
+    sound.capture.photographs[0].image = None;
+    refused(&mut sound, &chart(vec![seen]), "no measurement");
+}
