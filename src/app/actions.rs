@@ -14,10 +14,12 @@ use super::layout::{Pane, Workspace};
 use super::leaving::{AfterPrompt, leave, once_saved, proceed};
 use super::modelling::begin::{self, NewAction};
 use super::modelling::{self, ModelAction};
+use super::picture_choices::PictureChoices;
 use super::project::{Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
 use super::report;
+use super::scene_export::{self, ExportAction};
 use super::selecting::select;
 use super::state::State;
 use super::studying;
@@ -67,6 +69,10 @@ pub enum Action {
     HideSelected,
     ShowAllSurfaces,
     Run,
+    /// Runs although a study measures seconds; `afresh` as below.
+    RunBesideStudy {
+        afresh: bool,
+    },
     /// Runs without taking anything over from earlier runs.
     RunAfresh,
     Cancel,
@@ -87,6 +93,7 @@ pub enum Action {
     New(NewAction),
     Model(ModelAction),
     Study(Study),
+    ExportScene(ExportAction),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
@@ -115,8 +122,11 @@ pub enum Relight {
     Find(usize, PathBuf),
     /// Takes what could not be read out of the project.
     GiveUp(usize),
-    /// Makes pictures from all photographs' places, into a folder.
-    Render(PathBuf),
+    /// Asks which pictures are made, and where to.
+    AskPictures,
+    /// The folder for them.
+    PicturesFolder(PathBuf),
+    Render(Box<PictureChoices>),
     StopRendering,
 }
 
@@ -285,8 +295,10 @@ pub fn apply(state: &mut State, action: Action) {
                 project.selection.hidden.clear();
             }
         }
-        Action::Run => run(state, false),
-        Action::RunAfresh => run(state, true),
+        Action::Run => ask_run(state, false),
+        Action::RunAfresh => ask_run(state, true),
+        Action::RunBesideStudy { afresh } => run(state, afresh),
+        Action::ExportScene(what) => scene_export::apply(state, what),
         Action::Cancel if state.is_importing() => {
             import::apply(state, import::ImportAction::Cancel)
         }
@@ -344,6 +356,16 @@ pub fn apply(state: &mut State, action: Action) {
                 state.messages.errors.remove(index);
             }
         }
+    }
+}
+
+/// A run beside a study of speed makes the seconds longer that it measures.
+fn ask_run(state: &mut State, afresh: bool) {
+    let studied = state.jobs.studies.running().map(|(kind, _)| kind);
+    if studied == Some(Kind::Speed) && state.obstacle_to_run().is_none() {
+        state.dialogs.run_beside_study = Some(afresh);
+    } else {
+        run(state, afresh);
     }
 }
 

@@ -59,6 +59,8 @@ pub enum Change {
         material: String,
     },
     DefaultOptions,
+    /// Takes all materials away that no surface has.
+    DeleteEmpty,
     /// All options at once, under a name.
     Options {
         name: String,
@@ -95,6 +97,7 @@ impl Change {
             Self::KnownDeviation { .. } => "deviation of known reflectance".to_owned(),
             Self::Option { section, name, .. } => format!("{section}.{name}"),
             Self::ForgetStart { .. } => "remove start value".to_owned(),
+            Self::DeleteEmpty => "remove empty materials".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
             Self::Options { name, .. } => name.clone(),
             Self::Relight { name, .. } | Self::Unread { name, .. } => (*name).to_owned(),

@@ -17,6 +17,8 @@ use super::import::{Field, ImportAction};
 use super::jobs::studies::Kind;
 use super::leaving::AfterPrompt;
 use super::modelling::begin::{NewAction, NewCapture};
+use super::picture_choices::PictureChoices;
+use super::scene_export::{ExportAction, ExportQuestion};
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
@@ -38,6 +40,8 @@ pub enum PathRequest {
     LoadEdits,
     SaveEdits,
     RenderTo,
+    /// For the recovered scene.
+    SceneFolder,
     /// A file that the project names, and that is not there, by its index.
     Find(usize),
     ImportCameras,
@@ -85,6 +89,15 @@ pub struct Dialogs {
     pub locate: Option<Locate>,
     /// A capture that is begun of photographs.
     pub begin: Option<NewCapture>,
+    /// The recovered scene for other programs.
+    pub scene_export: Option<ExportQuestion>,
+    /// Pictures that are to be written.
+    pub pictures: Option<PictureChoices>,
+    pub pictures_focused: bool,
+    /// The choices of the time before.
+    pub last_pictures: PictureChoices,
+    /// A run that would spoil the seconds of a study; whether afresh.
+    pub run_beside_study: Option<bool>,
     pub palette: Option<Palette>,
     pub shortcuts: bool,
     pub about: bool,
@@ -111,6 +124,9 @@ impl Dialogs {
             || self.replace.is_some()
             || self.locate.is_some()
             || self.begin.is_some()
+            || self.scene_export.is_some()
+            || self.pictures.is_some()
+            || self.run_beside_study.is_some()
             || self.palette.is_some()
             || self.shortcuts
             || self.about
@@ -135,6 +151,9 @@ impl Dialogs {
         self.unsaved = None;
         self.replace = None;
         self.assign = false;
+        self.scene_export = None;
+        self.pictures = None;
+        self.run_beside_study = None;
     }
 }
 
@@ -151,6 +170,7 @@ impl PathRequest {
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
+            Self::SceneFolder => "Folder for the exported scene",
             Self::Find(_) => "Find the file",
             Self::ImportCameras => "File with cameras",
             Self::ImportCameraFolder => "Folder with cameras",
@@ -194,7 +214,8 @@ impl PathRequest {
             Self::AddDome => Action::Relight(Relight::AddDome(path)),
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
-            Self::RenderTo => Action::Relight(Relight::Render(path)),
+            Self::RenderTo => Action::Relight(Relight::PicturesFolder(path)),
+            Self::SceneFolder => Action::ExportScene(ExportAction::Folder(path)),
             Self::Find(index) => Action::Relight(Relight::Find(index, path)),
             Self::NewPhotographs => Action::New(NewAction::Add(vec![path])),
             Self::NewFolder => Action::New(NewAction::Folder(path)),
@@ -339,9 +360,16 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::SaveEdits => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-edits.json", project.name()))
         }),
-        PathRequest::RenderTo => project.map_or_else(PathBuf::new, |project| {
-            beside(&project.folder, &format!("{}-pictures", project.name()))
-        }),
+        PathRequest::RenderTo => state
+            .dialogs
+            .pictures
+            .as_ref()
+            .map_or_else(PathBuf::new, |own| own.folder.clone().into()),
+        PathRequest::SceneFolder => state
+            .dialogs
+            .scene_export
+            .as_ref()
+            .map_or_else(PathBuf::new, |own| own.folder.clone().into()),
         PathRequest::Find(index) => {
             project.and_then(|project| project.edit().unread.get(index)?.file()).unwrap_or_default()
         }
@@ -358,7 +386,7 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
 }
 
 /// A name beside a folder, as an absolute path.
-fn beside(folder: &Path, name: &str) -> PathBuf {
+pub(super) fn beside(folder: &Path, name: &str) -> PathBuf {
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     folder.parent().unwrap_or(Path::new("")).join(name)
 }

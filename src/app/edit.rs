@@ -53,6 +53,15 @@ impl Edit {
         project::tagged(loaded, &self.materials)
     }
 
+    /// The materials that no surface has, also none that the capture lacks at present.
+    pub fn empty_materials(&self) -> Vec<usize> {
+        let is_empty = |own: &Material| {
+            own.surfaces.is_empty() && self.absent.get(&own.name).is_none_or(|own| own.is_empty())
+        };
+        let all = self.materials.iter().enumerate();
+        all.filter(|(_, own)| is_empty(own)).map(|(index, _)| index).collect()
+    }
+
     /// The index in the reconstructed capture of a material of the list; `None` for one without
     /// surfaces.
     pub fn reconstructed(&self, material: usize) -> Option<usize> {
@@ -116,6 +125,11 @@ impl Edit {
             Change::Delete { material } => {
                 if *material < self.materials.len() {
                     self.remove(*material);
+                }
+            }
+            Change::DeleteEmpty => {
+                for material in self.empty_materials().into_iter().rev() {
+                    self.remove(material);
                 }
             }
             Change::Kind { material, kind } => {

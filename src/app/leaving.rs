@@ -111,6 +111,7 @@ pub fn proceed(state: &mut State, then: AfterPrompt) {
         }
         AfterPrompt::Quit => {
             state.settings.layout = state.layout.value();
+            state.remember_window();
             files::save_settings(state);
             files::close_unprompted(state);
             state.quitting = true;

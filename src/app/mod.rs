@@ -25,13 +25,16 @@ mod messages;
 mod modelling;
 mod panels;
 mod probe;
+mod picture_choices;
 mod products;
 mod project;
 mod relight;
 mod relighting;
 mod reopening;
 mod report;
+mod scene_export;
 mod selecting;
+mod solo;
 mod state;
 mod studying;
 mod theme;
@@ -46,6 +49,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use eframe::egui;
+
+use crate::io::settings::Settings;
 
 pub use app::Studio;
 pub use commands::entries;
@@ -66,14 +71,17 @@ pub struct Launch {
 /// Opens the window and returns when it is closed.
 pub fn open(path: Option<PathBuf>) -> Result<(), String> {
     let began = Instant::now();
-    let launch =
-        Launch { path, home: crate::io::settings::home(), own_dialogs: false, began: Some(began) };
+    let home = crate::io::settings::home();
+    let settings = home.as_deref().map(Settings::read).unwrap_or_default();
+    let [width, height] = settings.window.unwrap_or([1280.0, 720.0]);
+    let launch = Launch { path, home, own_dialogs: false, began: Some(began) };
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Lobelia")
             .with_app_id("lobelia")
             .with_icon(icon())
-            .with_inner_size([1280.0, 720.0])
+            .with_inner_size([width.clamp(800.0, 16384.0), height.clamp(500.0, 16384.0)])
+            .with_maximized(settings.is_maximized)
             .with_min_inner_size([800.0, 500.0])
             .with_drag_and_drop(true),
         ..Default::default()

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::actions::{self, Relight, Select};
 use super::change::Change;
-use super::dialogs::PathRequest;
+use super::dialogs::{PathRequest, beside};
 use super::jobs::Reading;
 use super::relight::{self, Added, Motion};
 use super::selecting::select;
@@ -93,8 +93,23 @@ pub fn apply(state: &mut State, what: Relight) {
                 actions::change_project(state, &Change::Unread { name, edits, unread });
             }
         }
-        Relight::Render(folder) => {
-            state.jobs.render(project, folder, state.viewport.development());
+        Relight::AskPictures => {
+            let mut choices = state.dialogs.last_pictures.clone();
+            let folder = beside(&project.folder, &format!("{}-pictures", project.name()));
+            choices.folder = folder.display().to_string();
+            state.dialogs.pictures_focused = false;
+            state.dialogs.pictures = Some(choices);
+        }
+        Relight::PicturesFolder(folder) => {
+            if let Some(own) = &mut state.dialogs.pictures {
+                own.folder = folder.display().to_string();
+            }
+        }
+        Relight::Render(choices) => {
+            state.dialogs.pictures = None;
+            let (shown, view) = (state.viewport.development(), state.viewport.seen());
+            state.jobs.render(project, &choices, shown, view);
+            state.dialogs.last_pictures = *choices;
         }
         Relight::StopRendering => state.jobs.stop_rendering(),
     }

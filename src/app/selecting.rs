@@ -8,7 +8,13 @@ use super::project::{Focus, Project, Selection};
 
 pub fn select(project: &mut Project, what: Select) {
     let count = project.loaded.surfaces.len();
+    // What is picked in the 3D view shows its material beside it.
+    let material = match &what {
+        Select::Surface { surface, .. } => material_of(project, *surface),
+        _ => None,
+    };
     let selection = &mut project.selection;
+    selection.material = material.or(selection.material);
     selection.focus = match what {
         Select::Surface { surface, mode } => {
             match mode {
@@ -81,4 +87,10 @@ pub fn select(project: &mut Project, what: Select) {
             Focus::Added
         }
     };
+}
+
+/// The material of the list that a surface has.
+fn material_of(project: &Project, surface: usize) -> Option<usize> {
+    let material = project.capture.surfaces.get(surface)?.material()?;
+    project.edit().listed().get(material).copied()
 }

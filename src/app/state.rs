@@ -9,12 +9,13 @@ use std::time::Instant;
 use eframe::{egui, egui_wgpu};
 
 use super::Launch;
+use super::actions::{Action, Relight};
 use super::dialogs::Dialogs;
 use super::gesture::Hand;
 use super::import::ImportPage;
 use super::jobs::Jobs;
 use super::keeping::Kept;
-use super::layout::Layout;
+use super::layout::{Layout, Workspace};
 use super::leaving::AfterPrompt;
 use super::messages::Messages;
 use super::modelling::ModelPage;
@@ -123,10 +124,56 @@ impl State {
         })
     }
 
+    /// Takes note of the window's size, for the next start.
+    pub fn remember_window(&mut self) {
+        let scale = self.ctx.zoom_factor();
+        let (size, is_maximized) = self.ctx.input(|input| {
+            let own = input.viewport();
+            (own.inner_rect.map(|rect| rect.size() * scale), own.maximized.unwrap_or(false))
+        });
+        self.settings.is_maximized = is_maximized;
+        // A window that fills the screen keeps the size that it had before.
+        if let Some(size) = size.filter(|_| !is_maximized) {
+            self.settings.window = Some([size.x, size.y]);
+        }
+    }
+
     pub fn obstacle_to_run(&self) -> Option<&'static str> {
         match &self.project {
             None => Some("Open a capture first."),
             Some(project) => project.obstacle(),
+        }
+    }
+
+    /// What comes next on the way from a capture to pictures, and how to do it.
+    pub fn next_step(&self) -> Option<(&'static str, Action)> {
+        let project = self.project.as_ref()?;
+        let at = self.layout.current;
+        let go = |text, workspace| Some((text, Action::Workspace(workspace)));
+        if project.capture.materials.is_empty() && at != Workspace::Tag {
+            return go("Next: give surfaces materials (F2)", Workspace::Tag);
+        }
+        if project.obstacle().is_some() {
+            return None;
+        }
+        if project.products.solved.is_none() {
+            return match at {
+                Workspace::Capture => go("Next: check the materials (F2)", Workspace::Tag),
+                _ => Some(("Next: run (Ctrl+R)", Action::Run)),
+            };
+        }
+        if project.is_outdated() {
+            return Some(("Changed since the run: run again (Ctrl+R)", Action::Run));
+        }
+        match at {
+            Workspace::Capture | Workspace::Tag | Workspace::Reconstruct => {
+                go("Next: look at the results (F4)", Workspace::Inspect)
+            }
+            Workspace::Inspect => go("Next: relight (F5)", Workspace::Relight),
+            Workspace::Relight => {
+                Some(("Next: render pictures (F12)", Action::Relight(Relight::AskPictures)))
+            }
+            Workspace::Study => None,
         }
     }
 

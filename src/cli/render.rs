@@ -47,6 +47,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         folder: folder.clone(),
         png: matches.get_flag("png").then_some(Development::Automatic),
         composite: matches.get_flag("composite"),
+        layers: true,
     };
     let rendering = Rendering { capture, solved, edits, frames, options, files: Some(files) };
     display.stage("render");

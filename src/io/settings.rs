@@ -25,13 +25,24 @@ pub struct Settings {
     pub scale: f32,
     /// Captures and project files, the latest first.
     pub recent: Vec<PathBuf>,
+    /// Width and height of the window in points at 100 %; `None` before it was closed once.
+    pub window: Option<[f32; 2]>,
+    /// Whether it filled the screen.
+    pub is_maximized: bool,
     /// How the panels were arranged.
     pub layout: Value,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { theme: "dark".to_owned(), scale: 1.0, recent: Vec::new(), layout: Value::Null }
+        Self {
+            theme: "dark".to_owned(),
+            scale: 1.0,
+            recent: Vec::new(),
+            window: None,
+            is_maximized: false,
+            layout: Value::Null,
+        }
     }
 }
 
@@ -43,6 +54,7 @@ impl Settings {
         settings.scale =
             if settings.scale.is_finite() { settings.scale.clamp(0.75, 2.0) } else { 1.0 };
         settings.recent.truncate(RECENT);
+        settings.window = settings.window.filter(|size| size.iter().all(|side| side.is_finite()));
         settings
     }
 

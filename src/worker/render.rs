@@ -53,6 +53,8 @@ pub struct Files {
     pub png: Option<Development>,
     /// Also the edits set into the photographs.
     pub composite: bool,
+    /// Light by light, albedo, normals and distance beside the radiance.
+    pub layers: bool,
 }
 
 pub(super) fn perform(
@@ -103,6 +105,7 @@ pub(super) fn perform(
             name: &pictures::name(&frame.name, &mut taken),
             film: &film,
             lights: &lights,
+            has_layers: files.layers,
             png: files.png.as_ref(),
             composite: without
                 .as_ref()

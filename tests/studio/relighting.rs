@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use eframe::egui;
+use egui_kittest::kittest::NodeT as _;
 
 use crate::Window;
 use crate::runs::coarse;
@@ -144,4 +145,30 @@ fn objects_come_from_files_and_bad_ones_are_told() {
         !["exr", "png"].iter().any(|end| name.to_string_lossy().ends_with(end))
     });
     assert_eq!(half.count(), 0);
+}
+
+#[test]
+fn a_light_is_seen_alone_and_the_others_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    window.menu("Add light", "Sphere");
+    window.menu("Add light", "Point");
+    window.click("point light 1 on");
+    let is_on = |window: &Window, label: &str| {
+        let toggled = window.node(label).accesskit_node().toggled();
+        toggled == Some(egui::accesskit::Toggled::True)
+    };
+    let state = |window: &Window| {
+        ["sphere light 1 on", "point light 1 on", "All of it"].map(|label| is_on(window, label))
+    };
+    assert_eq!(state(&window), [true, false, true]);
+    window.click("Solo point light 1");
+    assert_eq!(state(&window), [false, true, false]);
+    window.click("Solo sphere light 1");
+    assert_eq!(state(&window), [true, false, false]);
+    window.click("Solo sphere light 1");
+    assert_eq!(state(&window), [true, false, true], "as they were before the first");
+    // Each of them was one step.
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert_eq!(state(&window), [true, false, false]);
 }

@@ -77,3 +77,67 @@ fn a_picture_is_written_as_it_is_seen() {
         assert!((shown - on_disk).abs() < 2.0, "{shown} in the view, {on_disk} in the file");
     }
 }
+
+#[test]
+fn the_current_view_is_rendered_as_it_was_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    let view = window.node("Viewport").rect();
+    let pictures = folder.path().join("pictures");
+    window.key(NONE, egui::Key::F12);
+    assert!(window.has("All 6 photographs"));
+    window.click("Current view");
+    for (field, number) in [("Width of the picture", "200"), ("Paths a pixel", "4")] {
+        window.click(field);
+        window.key(egui::Modifiers::COMMAND, egui::Key::A);
+        window.harness.event(egui::Event::Text(number.to_owned()));
+        window.step();
+        window.key(NONE, egui::Key::Enter);
+    }
+    window.click("Layers in the EXR");
+    window.write("Path", pictures.to_str().unwrap());
+    window.click_front("Render");
+    window.wait("the picture", |window| !window.harness.state().is_busy());
+    let written = image::open(pictures.join("view.png")).unwrap().into_rgb8();
+    let height = (200.0 * view.height() / view.width()).round();
+    assert_eq!(written.width(), 200);
+    assert!((written.height() as f32 - height).abs() <= 2.0, "{} and {height}", written.height());
+    let names: Vec<_> =
+        fs::read_dir(&pictures).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+    let exr = exr::meta::MetaData::read_from_file(pictures.join("view.exr"), false).unwrap();
+    let channels: Vec<String> = exr
+        .headers
+        .iter()
+        .flat_map(|own| &own.channels.list)
+        .map(|own| own.name.to_string())
+        .collect();
+    assert_eq!(channels, ["A", "B", "G", "R"]);
+}
+
+#[test]
+fn the_scene_is_exported_from_the_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    let scene = folder.path().join("scene");
+    window.menu("File", "Export scene…");
+    window.click("OBJ");
+    window.click("Samples and lights");
+    window.write("Folder", scene.to_str().unwrap());
+    window.click_front("Export");
+    window.wait("the end of the export", |window| !window.harness.state().is_busy());
+    for file in ["scene.glb", "obj", "samples.ply"] {
+        assert!(scene.join(file).exists(), "{file}");
+    }
+    assert!(!scene.join("mitsuba").exists(), "that was not asked for");
+
+    // A file in the place of the folder is told where it was chosen.
+    window.menu("File", "Export scene…");
+    window.write("Folder", scene.join("scene.glb").to_str().unwrap());
+    window.click_front("Export");
+    assert!(window.has_part("a file is there and no folder"));
+    window.click("Light probe");
+    assert!(window.has("Probe width"));
+    window.key(NONE, egui::Key::Escape);
+    assert!(!window.has("Probe width"));
+}

@@ -118,6 +118,35 @@ fn no_entry_of_a_menu_is_out_of_reach() {
     }
 }
 
+/// Twice the size of text leaves no room for all workspaces beside the menus: they are in one.
+#[test]
+fn workspaces_and_run_are_within_reach_at_twice_the_size() {
+    let mut window = Window::with_example();
+    assert!(window.has("Relight") && !window.has("Workspace: Capture"));
+    window.submenu("View", "Size of text and controls", "Scale 200 %");
+    let screen = window.harness.ctx.content_rect();
+    window.click("Workspace: Capture");
+    for tab in ["Model", "Capture", "Reconstruct", "Study"] {
+        let place = window.node(tab).rect();
+        assert!(screen.contains_rect(place), "{tab}: {place}");
+    }
+    window.click("Reconstruct");
+    assert!(window.has("Workspace: Reconstruct"));
+    let run = window.harness.query_all_by_label("Run");
+    assert!(run.into_iter().any(|own| own.rect().right() > 0.9 * screen.right()), "the button");
+    assert!(window.harness.query_all_by_label("Run").all(|own| screen.contains_rect(own.rect())));
+}
+
+/// What comes next is said, and done at a click.
+#[test]
+fn the_next_step_is_offered() {
+    let mut window = Window::with_example();
+    window.click("Next: check the materials (F2)");
+    assert!(window.has("New material"), "the workspace for tagging");
+    window.click("Next: run (Ctrl+R)");
+    assert!(window.has("Cancel run"));
+}
+
 #[test]
 fn the_palette_finds_and_does() {
     let mut window = Window::with_example();

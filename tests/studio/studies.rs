@@ -46,6 +46,11 @@ fn settings_become_points_that_can_be_used_and_saved() {
     window.wait("the look for the truth", |window| !window.harness.state().is_busy());
     window.click("Run study");
     window.wait("two points", |window| points(window).len() >= 2);
+    // A run would spoil the seconds: that is asked first.
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    assert!(window.has("Run beside the study?") && !window.has("Cancel run"));
+    window.click_front("Cancel");
+    assert!(!window.has("Run beside the study?") && !window.has("Cancel run"));
     window.click("Cancel study");
     window.wait("the end", |window| !window.harness.state().is_busy());
     assert!(window.has_part("was stopped; its"));

@@ -96,3 +96,23 @@ fn shift_takes_only_what_is_in_sight() {
     window.step();
     assert!(window.has("2 surfaces selected"));
 }
+
+#[test]
+fn properties_stay_in_sight_of_many_materials_and_empty_ones_go() {
+    let mut window = Window::with_example();
+    window.key(egui::Modifiers::NONE, egui::Key::F2);
+    window.key(egui::Modifiers::ALT, egui::Key::A);
+    for _ in 0..40 {
+        window.click("New material");
+    }
+    let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1280.0, 720.0));
+    window.click("floor (1)");
+    for label in ["Kind", "Specular"] {
+        let place = window.node(label).rect();
+        assert!(screen.contains_rect(place), "{label}: {place}");
+    }
+    window.click("Remove 40 empty materials");
+    assert!(window.has("floor (1)") && !window.has_part("empty material"));
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert!(window.has("Remove 40 empty materials"), "it was one step");
+}

@@ -8,6 +8,7 @@ use crate::app::actions::Action;
 use crate::app::dialogs::PathRequest;
 use crate::app::import::ImportAction;
 use crate::app::modelling::begin::NewAction;
+use crate::app::scene_export::ExportAction;
 
 /// Adds them to a list.
 pub(super) fn file(list: &mut Vec<Command>) {
@@ -76,6 +77,14 @@ pub(super) fn file(list: &mut Vec<Command>) {
         key(COMMAND, Key::E),
         Action::Ask(PathRequest::Export),
         "Write solution, lights, samples, convergence and textures into a folder, as the terminal does",
+    );
+    add(
+        list,
+        File,
+        "Export scene…",
+        key(shift, Key::E),
+        Action::ExportScene(ExportAction::Show),
+        "Write the relit scene for other programs: glTF, Blender, OBJ, Mitsuba 3, light probe, PLY and CSV",
     );
     group(
         list,

@@ -268,8 +268,8 @@ fn relight(list: &mut Vec<Command>) {
         Relight,
         "Render to files…",
         key(NONE, Key::F12),
-        Action::Ask(PathRequest::RenderTo),
-        "Make pictures from the places of all photographs, and set the edits into these",
+        Action::Relight(Do::AskPictures),
+        "Make pictures of the view or from the places of all photographs, and set the edits into these",
     );
 }
 

@@ -79,7 +79,7 @@ impl Command {
         match &self.action {
             Action::Theme(_) | Action::Scale(_) | Action::Workspace(_) | Action::Cancel => true,
             Action::Model(ModelAction::Show) => true,
-            Action::Ask(PathRequest::Export) => false,
+            Action::Ask(PathRequest::Export) | Action::ExportScene(_) => false,
             _ => matches!(self.menu, Menu::File | Menu::Help),
         }
     }
@@ -133,7 +133,11 @@ impl Command {
                 | PathRequest::LoadEdits
                 | PathRequest::SaveEdits,
             ) => project.is_some(),
-            Action::Ask(PathRequest::RenderTo) => {
+            Action::ExportScene(_) => {
+                project.is_some_and(|p| p.products.solved.is_some())
+                    && state.jobs.scene_export.is_none()
+            }
+            Action::Relight(Relight::AskPictures) => {
                 project.is_some_and(|p| p.products.solved.is_some()) && !state.jobs.is_rendering()
             }
             Action::Relight(_) => project.is_some_and(|p| p.selection.added.is_some()),

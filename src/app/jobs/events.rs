@@ -172,6 +172,10 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
+    if state.jobs.scene_export.as_ref().is_some_and(|(job, _)| *job == event.job) {
+        state.jobs.scene_event(&event.what, &mut state.messages);
+        return;
+    }
     if state.jobs.rendering.as_ref().is_some_and(|own| own.job == event.job) {
         state.jobs.pictures_event(event.what, &mut state.messages);
         return;

@@ -91,7 +91,7 @@ use studies::Studies;
 pub struct Jobs {
     loader: Worker,
     runner: Worker,
-    render_worker: Worker,
+    pub(super) render_worker: Worker,
     relighter: Worker,
     relight: Option<Relighter>,
     pub studies: Studies,
@@ -102,6 +102,8 @@ pub struct Jobs {
     storing: Vec<(Job, Arc<Reconstruction>)>,
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
+    /// The scene that is being written for other programs, and where to.
+    pub(super) scene_export: Option<(Job, PathBuf)>,
     /// Pictures that are being written.
     rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.
@@ -135,6 +137,7 @@ impl Jobs {
             project_results: None,
             storing: Vec::new(),
             reading: Vec::new(),
+            scene_export: None,
             rendering: None,
             picture: None,
             coverage: None,
@@ -385,6 +388,7 @@ impl Jobs {
             || self.exporting.is_some()
             || self.derived.is_some()
             || self.rendering.is_some()
+            || self.scene_export.is_some()
             || !self.reading.is_empty()
             || self.restoring.is_some()
             || self.is_restoring()
@@ -399,6 +403,6 @@ impl Jobs {
             .relight
             .as_ref()
             .is_some_and(|own| own.relit.as_ref().is_none_or(|relit| !relit.is_done));
-        self.rendering.is_some() || is_painting || is_relighting
+        self.rendering.is_some() || self.scene_export.is_some() || is_painting || is_relighting
     }
 }

@@ -5,10 +5,12 @@ use std::time::{Duration, Instant};
 
 use super::Jobs;
 use crate::app::messages::Messages;
+use crate::app::picture_choices::PictureChoices;
 use crate::app::project::Project;
 use crate::io::export::pictures::Development;
 use crate::render::RenderOptions;
-use crate::worker::{Command, Files, Frame, Job, JobEvent, Rendering};
+use crate::scene::Camera;
+use crate::worker::{Command, Files, Job, JobEvent, Rendering};
 
 /// Pictures on their way to files.
 pub struct PicturesJob {
@@ -43,26 +45,33 @@ impl PicturesJob {
 }
 
 impl Jobs {
-    /// Writes pictures from the places of all photographs, to be looked at as they are shown.
-    pub fn render(&mut self, project: &Project, folder: PathBuf, shown: Development) {
+    /// Writes pictures, to be looked at as they are shown; `view` is the camera of the 3D view
+    /// with the photograph that is looked through.
+    pub fn render(
+        &mut self,
+        project: &Project,
+        choices: &PictureChoices,
+        shown: Development,
+        view: Option<(Camera, Option<usize>)>,
+    ) {
         let Some(solved) = project.products.solved.clone() else { return };
         let capture = project.result_capture().clone();
-        let frames = capture.photographs.iter().enumerate();
-        let frames: Vec<Frame> = frames
-            .map(|(index, photograph)| Frame {
-                name: photograph.name.clone(),
-                camera: photograph.camera,
-                photograph: Some(index),
-            })
-            .collect();
-        let count = frames.len();
+        let frames = choices.frames(&capture, view);
+        let (count, folder) = (frames.len(), PathBuf::from(choices.folder.trim()));
+        let options =
+            RenderOptions { spp: choices.spp, noise: choices.noise, ..RenderOptions::default() };
         let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             frames,
             capture: capture.clone(),
             solved,
             edits: project.edit().relight.clone(),
-            options: RenderOptions::default(),
-            files: Some(Files { folder: folder.clone(), png: Some(shown), composite: true }),
+            options,
+            files: Some(Files {
+                folder: folder.clone(),
+                png: choices.has_png.then_some(shown),
+                composite: choices.has_composite,
+                layers: choices.has_layers,
+            }),
         })));
         let now = Instant::now();
         self.rendering = Some(PicturesJob { job, folder, count, done: 0, began: now, latest: now });

@@ -31,29 +31,50 @@ pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             }
             if state.project.is_some() || state.modelling.is_some() {
                 ui.separator();
-                let tab = egui::Button::selectable(state.is_modelling(), "Model");
-                let help =
-                    "Lines and corners on the photographs, which place cameras and things (F7)";
-                if ui.add(tab).on_hover_text(help).clicked() {
-                    actions.push(Action::Model(ModelAction::Show));
+                // Large text leaves no room for all of them beside the menus.
+                if ui.available_width() < TABS {
+                    ui.menu_button(format!("Workspace: {}", page(state)), |ui| {
+                        tabs_ui(ui, state, actions);
+                    })
+                    .response
+                    .on_hover_text("The workspaces");
+                } else {
+                    tabs_ui(ui, state, actions);
                 }
             }
             if let Some(project) = &state.project {
-                for workspace in Workspace::ALL {
-                    let current = state.layout.current == workspace
-                        && !state.is_importing()
-                        && !state.is_modelling();
-                    let tab = egui::Button::selectable(current, workspace.name());
-                    if ui.add(tab).on_hover_text(workspace.help()).clicked() {
-                        actions.push(Action::Workspace(workspace));
-                    }
-                }
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     run_button(ui, project, ["Run", "Cancel run"], None, actions);
                 });
             }
         });
     });
+}
+
+/// Points that all tabs and the button to run need.
+const TABS: f32 = 480.0;
+
+/// The page that is shown.
+fn page(state: &State) -> &'static str {
+    match () {
+        () if state.is_importing() => "Import",
+        () if state.is_modelling() => "Model",
+        () => state.layout.current.name(),
+    }
+}
+
+fn tabs_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    let tab = egui::Button::selectable(state.is_modelling(), "Model");
+    let help = "Lines and corners on the photographs, which place cameras and things (F7)";
+    if ui.add(tab).on_hover_text(help).clicked() {
+        actions.push(Action::Model(ModelAction::Show));
+    }
+    for workspace in Workspace::ALL.into_iter().filter(|_| state.project.is_some()) {
+        let tab = egui::Button::selectable(page(state) == workspace.name(), workspace.name());
+        if ui.add(tab).on_hover_text(workspace.help()).clicked() {
+            actions.push(Action::Workspace(workspace));
+        }
+    }
 }
 
 fn entries_ui(ui: &mut egui::Ui, state: &State, part: &[&Command], actions: &mut Vec<Action>) {

@@ -19,12 +19,14 @@ pub mod numbers;
 mod options;
 mod outliner;
 pub mod palette;
+mod pictures;
 pub mod questions;
 mod relight;
 mod relight_added;
 mod relight_list;
 mod run;
 mod sample_errors;
+mod scene_export;
 mod samples;
 pub mod start;
 pub mod status;
@@ -52,6 +54,8 @@ use super::viewport::{Content, Viewport, ViewportEvent};
 #[derive(Default)]
 pub struct PanelState {
     pub title: String,
+    /// Where a light probe is proposed.
+    pub scene_middle: glam::DVec3,
     outliner: outliner::OutlinerState,
     tags: tags::TagState,
     run: run::RunPanelState,

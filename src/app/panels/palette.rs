@@ -49,28 +49,33 @@ pub fn palette_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Acti
             if response.changed() {
                 palette.chosen = 0;
             }
-            let height = (ctx.content_rect().height() - 180.0).clamp(80.0, 380.0);
-            egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
-                for (index, (name, help, key, _)) in entries.iter().enumerate() {
-                    let selected = index == palette.chosen;
-                    let mut button = egui::Button::selectable(selected, name.as_str())
-                        .truncate()
-                        .min_size(egui::vec2(ui.available_width(), 0.0));
-                    if let Some(key) = key {
-                        button = button.shortcut_text(key.as_str());
+            // Ten of them, as far as the window has room.
+            let row = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
+            let height = (ctx.content_rect().height() - 130.0).clamp(80.0, 10.0 * row);
+            egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(
+                ui,
+                |ui| {
+                    for (index, (name, help, key, _)) in entries.iter().enumerate() {
+                        let selected = index == palette.chosen;
+                        let mut button = egui::Button::selectable(selected, name.as_str())
+                            .truncate()
+                            .min_size(egui::vec2(ui.available_width(), 0.0));
+                        if let Some(key) = key {
+                            button = button.shortcut_text(key.as_str());
+                        }
+                        let response = ui.add(button).on_hover_text(*help);
+                        if selected && (down || up) {
+                            response.scroll_to_me(None);
+                        }
+                        if response.clicked() {
+                            chosen = Some(index);
+                        }
                     }
-                    let response = ui.add(button).on_hover_text(*help);
-                    if selected && (down || up) {
-                        response.scroll_to_me(None);
+                    if entries.is_empty() {
+                        ui.weak("Nothing that can be done now has this name.");
                     }
-                    if response.clicked() {
-                        chosen = Some(index);
-                    }
-                }
-                if entries.is_empty() {
-                    ui.weak("Nothing that can be done now has this name.");
-                }
-            });
+                },
+            );
         });
     });
     let beside = ctx.input(|input| {

@@ -24,6 +24,12 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
         unsaved_ui(ctx, state, actions);
     } else if state.dialogs.begin.is_some() {
         super::begin::begin_ui(ctx, state, actions);
+    } else if state.dialogs.scene_export.is_some() {
+        super::scene_export::scene_export_ui(ctx, state, actions);
+    } else if state.dialogs.pictures.is_some() {
+        super::pictures::pictures_ui(ctx, state, actions);
+    } else if state.dialogs.run_beside_study.is_some() {
+        beside_study_ui(ctx, state, actions);
     } else if state.dialogs.locate.is_some() {
         locate_ui(ctx, state, actions);
     } else if state.dialogs.assign {
@@ -107,12 +113,13 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::AddObject | PathRequest::AddDome => "Add",
         PathRequest::LoadEdits => "Load",
         PathRequest::SaveEdits => "Save",
-        PathRequest::RenderTo => "Render",
         PathRequest::ImportCameras
         | PathRequest::ImportCameraFolder
         | PathRequest::ImportImages
         | PathRequest::ImportMesh
         | PathRequest::ImportOut
+        | PathRequest::RenderTo
+        | PathRequest::SceneFolder
         | PathRequest::NewFolder => "Choose",
         PathRequest::NewPhotographs => "Add photographs",
         PathRequest::SaveStudy(_) => "Save study",
@@ -215,6 +222,25 @@ fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
         }
         None if left => state.dialogs.unsaved = None,
         None => {}
+    }
+}
+
+/// A run beside a study of speed.
+fn beside_study_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+    let Some(afresh) = state.dialogs.run_beside_study else { return };
+    let (answer, left) = ask(ctx, "Run beside the study?", 420.0, |ui| {
+        ui.label(
+            "The study of speed measures seconds. A run beside it takes part of the machine, and \
+             makes them longer than they are.",
+        );
+        ui.add_space(6.0);
+        buttons(ui, ("Run all the same", "Begin the run now"), true, false)
+    });
+    if answer == Some(true) {
+        actions.push(Action::RunBesideStudy { afresh });
+    }
+    if answer.is_some() || left {
+        state.dialogs.run_beside_study = None;
     }
 }
 

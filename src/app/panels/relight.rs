@@ -7,7 +7,7 @@ use eframe::egui::{self, Button, DragValue};
 use super::fields::triple;
 use super::numbers::{duration, emission_color, empty, named, reflectance_color, swatch};
 use super::relight_added::added_ui;
-use super::relight_list::list_ui;
+use super::relight_list::{list_ui, solo_ui};
 use crate::app::actions::{Action, Relight};
 use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
@@ -15,6 +15,7 @@ use crate::app::entry::{self, Unit};
 use crate::app::jobs::Jobs;
 use crate::app::project::Project;
 use crate::app::relight::{Added, NewLight};
+use crate::app::solo::{Alone, Solo, is_alone, toggled};
 use crate::app::viewport::GizmoMode;
 use crate::render::edits::{Edits, GREY, Override, Surroundings};
 use crate::render::groups::{self, Group};
@@ -26,6 +27,8 @@ pub struct RelightState {
     groups: Option<(Weak<Solved>, Vec<Group>)>,
     /// The temperature that was chosen last, by the added light.
     pub kelvin: Option<(usize, f64)>,
+    /// The light that is seen alone, and how all were before.
+    alone: Option<Alone>,
 }
 
 /// What a change is called, what it is of, and the edits as it makes them.
@@ -62,7 +65,7 @@ pub fn relight_ui(
             actions.push(Action::Ask(PathRequest::AddObject));
         }
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.weak("Handles");
         for (kind, name, help) in GizmoMode::ALL {
             ui.selectable_value(mode, kind, name).on_hover_text(help);
@@ -74,17 +77,18 @@ pub fn relight_ui(
         let Some(solved) = &project.products.solved else {
             empty(ui, "Run first: there is no light to relight with yet. Lights and objects can be placed already.");
             ui.add_space(6.0);
-            list_ui(ui, project, actions);
+            list_ui(ui, project, &[], &mut state.alone, actions);
             proposal = proposal.take().or(added_ui(ui, project, state, actions));
             return;
         };
+        let groups = state.groups(project, solved).to_vec();
+        let parts: Vec<String> = groups.iter().map(|group| group.name.clone()).collect();
         section(ui, "Added", true, |ui| {
-            list_ui(ui, project, actions);
+            list_ui(ui, project, &parts, &mut state.alone, actions);
             proposal = proposal.take().or(added_ui(ui, project, state, actions));
         });
         section(ui, "Recovered light", true, |ui| {
-            let groups = state.groups(project, solved);
-            proposal = proposal.take().or(recovered_ui(ui, edits, groups));
+            proposal = proposal.take().or(recovered_ui(ui, edits, &groups, &parts, &mut state.alone));
         });
         section(ui, "Materials", false, |ui| {
             proposal = proposal.take().or(materials_ui(ui, project));
@@ -131,7 +135,13 @@ fn factor(ui: &mut egui::Ui, name: &str, value: f64) -> Option<f64> {
     (edited != value).then_some(edited)
 }
 
-fn recovered_ui(ui: &mut egui::Ui, edits: &Edits, groups: &[Group]) -> Option<Proposal> {
+fn recovered_ui(
+    ui: &mut egui::Ui,
+    edits: &Edits,
+    groups: &[Group],
+    parts: &[String],
+    now: &mut Option<Alone>,
+) -> Option<Proposal> {
     let mut proposal = None;
     ui.horizontal(|ui| {
         let value = edits.original_light;
@@ -171,11 +181,18 @@ fn recovered_ui(ui: &mut egui::Ui, edits: &Edits, groups: &[Group]) -> Option<Pr
             if box_.on_hover_text(format!("{help}; off and on")).changed() {
                 set(if is_on { 1.0 } else { 0.0 });
             }
+            let solo = Solo::Recovered(group.name.clone());
+            let mut is_soloed = false;
             right(ui, |ui| {
+                let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
+                is_soloed = solo_ui(ui, &group.name, is_alone);
                 if let Some(value) = factor(ui, &group.name, value) {
                     set(value);
                 }
             });
+            if is_soloed {
+                proposal = Some(("solo", None, toggled(edits, now, solo, parts)));
+            }
         });
     }
     proposal
@@ -283,11 +300,11 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
                 }
             }
             None => {
-                let help = "Pictures from the places of all photographs, and the edits set into \
-                            the photographs: EXR with all radiance, PNG at the exposure and tone \
-                            mapping of the 3D view (F12)";
+                let help = "Pictures of the view or from the places of all photographs, and the edits set \
+                            into the photographs: EXR with all radiance, PNG at the exposure and \
+                            tone mapping of the 3D view (F12)";
                 if ui.button("Render to files…").on_hover_text(help).clicked() {
-                    actions.push(Action::Ask(PathRequest::RenderTo));
+                    actions.push(Action::Relight(Relight::AskPictures));
                 }
             }
         }

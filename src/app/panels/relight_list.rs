@@ -11,10 +11,18 @@ use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
+use crate::app::solo::{Alone, Solo, is_alone, toggled};
 use crate::io::edits::Unread;
 use crate::render::edits::Shape;
 
-pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+/// `parts` are the names of the recovered light's parts, `now` the light that is seen alone.
+pub fn list_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    parts: &[String],
+    now: &mut Option<Alone>,
+    actions: &mut Vec<Action>,
+) {
     let edits = &project.edit().relight;
     let unread = &project.edit().unread;
     if edits.lights.is_empty() && edits.objects.is_empty() && unread.is_empty() {
@@ -22,6 +30,7 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
     }
     let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
     let mut change = None;
+    let mut soloed = None;
     let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
         ui.horizontal(|ui| {
             swatch(ui, color);
@@ -32,15 +41,36 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
                     change = Some((index, is_on));
                 }
             }
-            let text = format!("{name}  ({kind})");
-            let width = ui.available_width();
-            let button = Button::selectable(selected == Some(item), left(text)).truncate();
-            let response = ui
-                .add(button.min_size(egui::vec2(width, 0.0)))
-                .on_hover_text("Select it: G, R and S move, rotate and scale it");
-            if response.clicked() {
-                actions.push(Action::Select(Select::Added(item)));
-            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                if let Added::Light(_) = item {
+                    let solo = Solo::Added(name.to_owned());
+                    let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
+                    if solo_ui(ui, name, is_alone) {
+                        soloed = Some(solo);
+                    }
+                }
+                let text = format!("{name}  ({kind})");
+                let width = ui.available_width();
+                let button = Button::selectable(selected == Some(item), left(text)).truncate();
+                let response = ui.add(button.min_size(egui::vec2(width, 0.0))).on_hover_text(
+                    "Select it: G, R and S move, rotate and scale it; right-click for more",
+                );
+                if response.clicked() {
+                    actions.push(Action::Select(Select::Added(item)));
+                }
+                response.context_menu(|ui| {
+                    for (text, help, what) in [
+                        ("Duplicate", "Make a twin", Relight::Duplicate),
+                        ("Remove", "Take it away", Relight::Remove),
+                    ] {
+                        if ui.button(text).on_hover_text(help).clicked() {
+                            actions.push(Action::Select(Select::Added(item)));
+                            actions.push(Action::Relight(what));
+                            ui.close();
+                        }
+                    }
+                });
+            });
         });
     };
     for (index, light) in edits.lights.iter().enumerate() {
@@ -62,9 +92,25 @@ pub fn list_ui(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) 
         let name = if is_on { "turn on" } else { "turn off" };
         actions.push(Action::Change(Change::Relight { name, of, edits }));
     }
+    if let Some(solo) = soloed {
+        let edits = Arc::new(toggled(edits, now, solo, parts));
+        actions.push(Action::Change(Change::Relight { name: "solo", of: None, edits }));
+    }
     for (index, part) in unread.iter().enumerate() {
         unread_ui(ui, index, part, actions);
     }
+}
+
+/// The switch that lets one light be seen alone; says whether it was clicked.
+pub fn solo_ui(ui: &mut egui::Ui, name: &str, is_alone: bool) -> bool {
+    let response =
+        named(ui.add(Button::selectable(is_alone, "Solo").small()), format!("Solo {name}"));
+    let help = if is_alone {
+        "All lights as they were before"
+    } else {
+        "This light alone, until it is clicked again"
+    };
+    response.on_hover_text(help).clicked()
 }
 
 /// The placeholder of a part of the project that could not be read.

@@ -7,6 +7,7 @@ use super::run::progress_ui;
 use crate::app::actions::Action;
 use crate::app::products::Run;
 use crate::app::project::Project;
+use crate::app::scene_export::ExportAction;
 use crate::app::state::State;
 use crate::app::viewport::Hovered;
 
@@ -40,8 +41,16 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     ui.spinner();
                     ui.label("Opening");
                 }
+                _ if state.jobs.scene_export.is_some() => {
+                    ui.spinner();
+                    ui.label("Exporting the scene");
+                    if ui.small_button("Stop").on_hover_text("Stop the export").clicked() {
+                        actions.push(Action::ExportScene(ExportAction::Stop));
+                    }
+                }
                 _ => {
                     ui.weak("Ready");
+                    next_ui(ui, state, actions);
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -58,6 +67,20 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
             });
         });
     });
+}
+
+/// What comes next on the way from a capture to pictures, where there is room to say so.
+fn next_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
+    let Some((text, action)) = state.next_step() else { return };
+    let gap = 100.0 - ui.min_rect().width();
+    if ui.available_width() < 620.0 || state.is_importing() || state.is_modelling() {
+        return;
+    }
+    ui.add_space(gap.max(0.0));
+    let button = egui::Button::new(text).small();
+    if ui.add(button).on_hover_text("What comes next").clicked() {
+        actions.push(action);
+    }
 }
 
 fn running(ui: &mut egui::Ui, run: &Run, actions: &mut Vec<Action>) {

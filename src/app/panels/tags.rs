@@ -16,6 +16,8 @@ use crate::scene::{Material, MaterialKind, Role};
 pub struct TagState {
     /// The material whose name is being typed, and what was typed.
     rename: Option<(usize, String)>,
+    /// The material that the list was last scrolled to.
+    followed: Option<usize>,
 }
 
 pub fn tags_ui(
@@ -38,21 +40,40 @@ pub fn tags_ui(
         } else {
             label
         });
+        let empty = project.edit().empty_materials().len();
+        if empty > 0 {
+            let text = format!("Remove {}", counted(empty, "empty material", "empty materials"));
+            let help = "Take materials away that no surface has";
+            if ui.button(text).on_hover_text(help).clicked() {
+                actions.push(Action::Change(Change::DeleteEmpty));
+            }
+        }
     });
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    let chosen = project.selection.material.filter(|&m| m < project.edit().materials.len());
+    let is_new = chosen.is_some() && std::mem::replace(&mut state.followed, chosen) != chosen;
+    // However many materials there are, the properties of the chosen one stay in sight.
+    let height = ui.available_height();
+    let list = egui::ScrollArea::vertical().id_salt("materials").auto_shrink([false, true]);
+    list.max_height(if chosen.is_some() { 0.5 * height } else { height }).show(ui, |ui| {
         for (index, material) in project.edit().materials.iter().enumerate() {
-            entry(ui, project, index, material, actions);
+            let row = ui.scope(|ui| entry(ui, project, index, material, actions));
+            if is_new && chosen == Some(index) {
+                row.response.scroll_to_me(None);
+            }
         }
         ui.add_space(4.0);
         unassigned(ui, project, actions);
-        ui.separator();
-        match project.selection.material.filter(|&m| m < project.edit().materials.len()) {
+    });
+    ui.separator();
+    egui::ScrollArea::vertical().id_salt("properties").auto_shrink(false).show(
+        ui,
+        |ui| match chosen {
             Some(index) => properties(ui, project, index, state, actions),
             None => {
                 ui.weak("Choose a material above to see and change its properties.");
             }
-        }
-    });
+        },
+    );
 }
 
 fn entry(

@@ -232,6 +232,12 @@ impl Viewport {
         })
     }
 
+    /// The camera of what is shown, and the photograph that is looked through; `None` before the
+    /// first frame.
+    pub fn seen(&self) -> Option<(Camera, Option<usize>)> {
+        Some((self.seen_by?, self.through))
+    }
+
     /// Radiance that is shown almost white at an exposure of 0.
     pub fn bright(&self) -> f32 {
         self.scene.bright

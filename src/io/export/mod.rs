@@ -72,7 +72,7 @@ pub fn write(
     }
     lights::file(capture, reconstruction).write(&folder.join("lights.json"))?;
     watch.tick()?;
-    let rows = samples(capture, options, reconstruction);
+    let rows = sample_rows(capture, options, reconstruction);
     table::write_samples(&folder.join("samples.csv"), &rows)?;
     watch.tick()?;
     table::write_convergence(&folder.join("convergence.csv"), &convergence(reconstruction))?;
@@ -225,7 +225,8 @@ fn intervals(channels: Intervals) -> Option<Intervals> {
     channels.iter().any(Option::is_some).then_some(channels)
 }
 
-fn samples(
+/// The samples as a table: where they are, and what is measured and computed there.
+pub fn sample_rows(
     capture: &Capture,
     options: &Options,
     reconstruction: &Reconstruction,

@@ -40,6 +40,8 @@ pub struct Written<'a> {
     pub film: &'a Film,
     /// Names of the added lights.
     pub lights: &'a [&'a str],
+    /// All layers of the radiance's file, not the coverage alone.
+    pub has_layers: bool,
     /// Also a picture to look at.
     pub png: Option<&'a Development>,
     /// The same view without edits, the photograph that was taken from there, and the factor on
@@ -56,9 +58,9 @@ pub fn name(file_path: &str, taken: &mut BTreeSet<String>) -> String {
 }
 
 /// Writes `NAME.exr` with the layers direct, indirect, albedo, normal, Z (metres) and one per
-/// light, and where asked for `NAME.png` and `NAME-composite.exr`.
+/// light, as far as they are wanted, and where asked for `NAME.png` and `NAME-composite.exr`.
 pub fn write(written: &Written) -> Result<(), Error> {
-    let Written { folder, name, film, lights, png, composite } = written;
+    let Written { folder, name, film, lights, has_layers, png, composite } = written;
     let (width, height) = (film.width, film.height);
     let beauty = film.beauty();
     let direct = film.direct();
@@ -85,6 +87,9 @@ pub fn write(written: &Written) -> Result<(), Error> {
         // A point in a layer's name would make a layer within a layer of it.
         let name = file_name(&light.replace('.', "_"), &mut taken);
         split(&format!("light {name}"), ["R", "G", "B"], &film.layer(1 + index));
+    }
+    if !has_layers {
+        layers.truncate(1);
     }
     let layers: Vec<(&str, &[f32])> =
         layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();

@@ -1,0 +1,149 @@
+//! The recovered scene for other programs: what was chosen, and the job that writes it.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use super::dialogs::beside;
+use super::messages::Messages;
+use super::state::State;
+use crate::io::export::elsewhere::{Format, Plan};
+use crate::io::export::{check_folder, sample_rows};
+use crate::render::probe::ProbeSettings;
+use crate::worker::{Command, JobEvent, SceneExport};
+
+/// What is done about the export.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExportAction {
+    /// Asks what is wanted, and where.
+    Show,
+    Folder(PathBuf),
+    Start,
+    Stop,
+    Leave,
+}
+
+/// The choices, while they are on the screen.
+pub struct ExportQuestion {
+    pub formats: Vec<Format>,
+    pub probe: ProbeSettings,
+    /// In metres; without one a place before the first camera.
+    pub probe_at: Option<DVec3>,
+    pub folder: String,
+    /// Why it cannot be written there.
+    pub problem: Option<String>,
+}
+
+impl ExportQuestion {
+    /// What is missing, in words.
+    pub fn obstacle(&self) -> Option<&'static str> {
+        if self.formats.is_empty() {
+            Some("Choose at least one format.")
+        } else if self.folder.trim().is_empty() {
+            Some("Choose a folder first.")
+        } else {
+            None
+        }
+    }
+
+    /// Whether a light probe is made.
+    pub fn has_probe(&self) -> bool {
+        self.formats.iter().any(|format| matches!(format, Format::Probe | Format::Blender))
+    }
+}
+
+pub fn apply(state: &mut State, what: ExportAction) {
+    match what {
+        ExportAction::Show => show(state),
+        ExportAction::Folder(folder) => {
+            if let Some(own) = &mut state.dialogs.scene_export {
+                own.folder = folder.display().to_string();
+                own.problem = None;
+            }
+        }
+        ExportAction::Start => start(state),
+        ExportAction::Stop => state.jobs.stop_scene_export(),
+        ExportAction::Leave => state.dialogs.scene_export = None,
+    }
+}
+
+fn show(state: &mut State) {
+    let Some(project) = &state.project else { return };
+    if project.products.solved.is_none() {
+        state.messages.notice("Run first: there is no recovered scene yet.");
+        return;
+    }
+    let folder = beside(&project.folder, &format!("{}-scene", project.name()));
+    let middle = project.loaded.mesh.bounds().map(|(low, high)| 0.5 * (low + high));
+    state.panels.scene_middle = middle.unwrap_or_default().as_dvec3();
+    state.dialogs.scene_export = Some(ExportQuestion {
+        formats: vec![Format::Glb],
+        probe: ProbeSettings::default(),
+        probe_at: None,
+        folder: folder.display().to_string(),
+        problem: None,
+    });
+}
+
+fn start(state: &mut State) {
+    let (Some(own), Some(project)) = (&mut state.dialogs.scene_export, &state.project) else {
+        return;
+    };
+    let Some(solved) = project.products.solved.clone() else { return };
+    let folder = PathBuf::from(own.folder.trim());
+    if let Err(error) = check_folder(&folder) {
+        own.problem = Some(error.to_string());
+        return;
+    }
+    let capture = project.result_capture().clone();
+    let samples = project.products.whole.as_ref().zip(project.products.of.as_ref());
+    let samples = samples
+        .filter(|_| own.formats.contains(&Format::Ply))
+        .map(|(whole, (edit, capture))| sample_rows(capture, &edit.run_options(), whole));
+    if capture.photographs.iter().any(|own| !own.camera.distortion.is_none()) {
+        state.messages.warning(
+            "Lens distortion has no place in these formats; cameras are written without it"
+                .to_owned(),
+        );
+    }
+    let plan = Plan {
+        folder,
+        formats: own.formats.clone(),
+        probe_at: own.probe_at.map(|at| at.as_vec3()),
+        probe: own.probe,
+        samples,
+    };
+    let edits = project.edit().relight.clone();
+    state.jobs.export_scene(SceneExport { capture, solved, edits, plan });
+    state.dialogs.scene_export = None;
+}
+
+impl super::jobs::Jobs {
+    /// Writes the recovered scene for other programs, after pictures that are under way.
+    fn export_scene(&mut self, scene: SceneExport) {
+        let folder = scene.plan.folder.clone();
+        let job = self.render_worker.send(Command::ExportScene(Box::new(scene)));
+        self.scene_export = Some((job, folder));
+    }
+
+    fn stop_scene_export(&mut self) {
+        if let Some((job, _)) = &self.scene_export {
+            self.render_worker.cancel(*job);
+        }
+    }
+
+    /// Takes an event of the scene that is written.
+    pub(super) fn scene_event(&mut self, event: &JobEvent, messages: &mut Messages) {
+        match event {
+            JobEvent::Exported(folder) => {
+                messages.notice(format!("Scene written to {}", folder.display()));
+            }
+            JobEvent::Failed(text) => messages.error("The scene cannot be written", text.clone()),
+            JobEvent::Cancelled => messages.notice("Exporting was stopped."),
+            _ => {}
+        }
+        if event.is_ending() {
+            self.scene_export = None;
+        }
+    }
+}
