@@ -5,6 +5,12 @@
 //! less the more their normals and distances differ, and the more their light differs than the
 //! noise explains (Schied et al. 2017), which is estimated from the two halves of the paths.
 //!
+//! Light is moved between pixels, never made or lost: of each pair of pixels both take the same part
+//! of their difference, one up and the other down, as heat flows. Usual weights, which each pixel
+//! scales to a sum of one, lose light. Its noise has a long tail: many pixels that are a little too
+//! dark and know of little noise refuse the few that are much too bright, which take over the dark
+//! ones' light.
+//!
 //! A picture is filtered row by row, one neighbour of all pixels after the other, so that the
 //! compiler can take several pixels at once. Each number of a pixel therefore has a plane of its
 //! own; a row holds its part of each plane after the other.
@@ -20,8 +26,9 @@ use crate::solve::kernels::vectorised;
 const ROUNDS: u32 = 5;
 /// The kernel of a cubic B-spline.
 const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
-/// Differences of light that count as noise, in standard deviations.
-const LIGHT: f32 = 4.0;
+/// Differences of light that count as noise, in standard deviations. One pixel that is much too bright
+/// makes for seven, as the variance is averaged over seven by seven pixels: less, and it stays alone.
+const LIGHT: f32 = 8.0;
 /// How sharply differences of normals separate surfaces: they count by this power of two of the
 /// cosine between them.
 const NORMAL_SQUARINGS: u32 = 6;
@@ -43,7 +50,7 @@ pub struct Guides {
 /// down.
 pub(super) const GUIDES: usize = 7;
 
-/// The film with less noise; its layers still add up. What has no surface stays as it is.
+/// The film with less noise; its layers still add up.
 pub fn denoised(film: &Film) -> Film {
     if film.paths < 2 {
         return film.clone();
@@ -148,15 +155,23 @@ impl Guides {
     }
 }
 
-/// From 0 to 1, whether two pixels that lie `away` from each other show one smooth surface;
-/// `further` of the exponent is against it.
+/// From 0 to 1, whether two pixels that lie `away` from each other show one smooth surface, whose
+/// distance changes by `slope` from one pixel to the next; `further` of the exponent is against it.
+/// The same for both where `slope` is.
 #[inline(always)]
-pub(super) fn alike(own: [f32; GUIDES], other: [f32; GUIDES], away: [f32; 2], further: f32) -> f32 {
-    let [nx, ny, nz, none, distance_m, slope_x, slope_y] = own;
-    let expected = slope_x * away[0] + slope_y * away[1];
-    let steepest = (slope_x * away[0]).abs() + (slope_y * away[1]).abs();
+pub(super) fn alike(
+    own: [f32; GUIDES],
+    other: [f32; GUIDES],
+    slope: [f32; 2],
+    away: [f32; 2],
+    further: f32,
+) -> f32 {
+    let [nx, ny, nz, none, distance_m, ..] = own;
+    let expected = slope[0] * away[0] + slope[1] * away[1];
+    let steepest = (slope[0] * away[0]).abs() + (slope[1] * away[1]).abs();
     let off = (other[4] - distance_m - expected).abs();
-    let scale = (0.5 * steepest + 2e-3 * distance_m).max(f32::MIN_POSITIVE);
+    let scale = 0.5 * steepest + 1e-3 * (distance_m + other[4]);
+    let scale = scale.max(f32::MIN_POSITIVE);
     let cosine = nx * other[0] + ny * other[1] + nz * other[2] + none * other[3];
     let mut near = cosine.max(0.0);
     for _ in 0..NORMAL_SQUARINGS {
@@ -242,32 +257,28 @@ impl Light {
         for j in -REACH..=REACH {
             for i in -REACH..=REACH {
                 let Some(tap) = Tap::new(guides, (y, i, j)) else { continue };
-                kernel.weigh(guides, &tap, 1.0, [&none, &none, &none]);
+                kernel.weigh(guides, &tap, 1.0, [[&none, &none], [&none, &none]]);
                 kernel.add(&tap, self.variance(tap.other), row, false);
             }
         }
-        kernel.divide(row, false);
+        kernel.divide(row);
     }
 
     #[inline(always)]
     fn filter_row(&self, guides: &Guides, (y, step): (usize, isize), row: &mut [f32]) {
         let width = self.width;
         let mut kernel = Kernel::new(width);
-        let own = self.brightness(y);
-        let inverse: Vec<f32> = own
-            .iter()
-            .zip(self.variance(y))
-            .map(|(brightness, variance)| {
-                let noise = LIGHT * variance.sqrt() + 1e-6 * brightness.abs();
-                1.0 / (noise + f32::MIN_POSITIVE)
-            })
-            .collect();
+        let own = [self.brightness(y), self.variance(y)];
         let (means, variance) = row.split_at_mut(self.stride() - width);
         for j in -2..=2isize {
             for i in -2..=2isize {
+                if (i, j) == (0, 0) {
+                    continue;
+                }
                 let spline = SPLINE[i.unsigned_abs()] * SPLINE[j.unsigned_abs()];
                 let Some(tap) = Tap::new(guides, (y, i * step, j * step)) else { continue };
-                kernel.weigh(guides, &tap, spline, [own, self.brightness(tap.other), &inverse]);
+                let other = [self.brightness(tap.other), self.variance(tap.other)];
+                kernel.weigh(guides, &tap, spline, [own, other]);
                 let planes = self.row(tap.other).chunks_exact(width);
                 for (plane, sums) in planes.zip(means.chunks_exact_mut(width)) {
                     kernel.add(&tap, plane, sums, false);
@@ -275,10 +286,10 @@ impl Light {
                 kernel.add(&tap, self.variance(tap.other), variance, true);
             }
         }
-        for sums in means.chunks_exact_mut(width) {
-            kernel.divide(sums, false);
+        for (plane, sums) in self.row(y).chunks_exact(width).zip(means.chunks_exact_mut(width)) {
+            kernel.keep(plane, sums, false);
         }
-        kernel.divide(variance, true);
+        kernel.keep(self.variance(y), variance, true);
     }
 }
 
@@ -315,25 +326,27 @@ impl Kernel {
         Self { weights: vec![0.0; width], sums: vec![0.0; width] }
     }
 
-    /// `light` holds the pixels' brightness, that of their neighbours, and the inverse of the
-    /// difference that noise explains.
+    /// `light` holds the brightness of the pixels and its variance, then those of their neighbours. A
+    /// neighbour counts for a pixel as much as the pixel does for it.
     #[inline(always)]
-    fn weigh(&mut self, guides: &Guides, tap: &Tap, factor: f32, light: [&[f32]; 3]) {
+    fn weigh(&mut self, guides: &Guides, tap: &Tap, factor: f32, light: [[&[f32]; 2]; 2]) {
         let Tap { row, other, first, neighbour, count, away } = *tap;
         let own: [&[f32]; GUIDES] =
             std::array::from_fn(|plane| &guides.plane(row, plane)[first..first + count]);
         let others: [&[f32]; GUIDES] =
             std::array::from_fn(|plane| &guides.plane(other, plane)[neighbour..neighbour + count]);
-        let here = &light[0][first..first + count];
-        let there = &light[1][neighbour..neighbour + count];
-        let inverse = &light[2][first..first + count];
+        let here = light[0].map(|plane| &plane[first..first + count]);
+        let there = light[1].map(|plane| &plane[neighbour..neighbour + count]);
         let weights = &mut self.weights[..count];
         let sums = &mut self.sums[first..first + count];
         for k in 0..count {
-            let apart = (here[k] - there[k]).abs() * inverse[k];
-            let own = std::array::from_fn(|plane| own[plane][k]);
-            let other = std::array::from_fn(|plane| others[plane][k]);
-            weights[k] = factor * alike(own, other, away, apart);
+            let noise = LIGHT * (0.5 * (here[1][k] + there[1][k])).sqrt();
+            let least = 1e-6 * (here[0][k] + there[0][k]).abs() + f32::MIN_POSITIVE;
+            let apart = ((here[0][k] - there[0][k]) / (noise + least)).powi(2);
+            let own: [f32; GUIDES] = std::array::from_fn(|plane| own[plane][k]);
+            let other: [f32; GUIDES] = std::array::from_fn(|plane| others[plane][k]);
+            let slope = [0.5 * (own[5] + other[5]), 0.5 * (own[6] + other[6])];
+            weights[k] = factor * alike(own, other, slope, away, apart);
             sums[k] += weights[k];
         }
     }
@@ -349,27 +362,23 @@ impl Kernel {
         }
     }
 
+    /// Adds the pixels' own values by what their neighbours, whose weights add up to less than 1,
+    /// leave of it.
     #[inline(always)]
-    fn divide(&self, values: &mut [f32], is_squared: bool) {
+    fn keep(&self, plane: &[f32], sums: &mut [f32], is_squared: bool) {
+        for ((sum, value), others) in sums.iter_mut().zip(plane).zip(&self.sums) {
+            let own = 1.0 - others;
+            *sum += if is_squared { own * own } else { own } * value;
+        }
+    }
+
+    #[inline(always)]
+    fn divide(&self, values: &mut [f32]) {
         for (value, sum) in values.iter_mut().zip(&self.sums) {
-            *value /= if is_squared { sum * sum } else { *sum };
+            *value /= *sum;
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_exponential_is_right_to_four_digits() {
-        for k in 0..6000 {
-            let x = -0.01 * k as f32;
-            let (found, expected) = (exp(x), f64::from(x).exp());
-            let error = f64::from(found) / expected.max(1e-26) - 1.0;
-            assert!(error.abs() < 1e-4 || expected < 1e-25, "{x}: {found}, not {expected}");
-        }
-        assert!(exp(f32::NEG_INFINITY) < 1e-25);
-        assert_eq!(exp(0.0), 1.0);
-    }
-}
+mod tests;

@@ -21,7 +21,9 @@ impl Guides {
                 let away =
                     |at: usize, to: usize| (to as f32 + 0.5) * factor as f32 - (at as f32 + 0.5);
                 // Where none shows the same surface all count.
-                share * part * (alike(own, other, [away(x, u), away(y, v)], 0.0) + 1e-6)
+                share
+                    * part
+                    * (alike(own, other, [own[5], own[6]], [away(x, u), away(y, v)], 0.0) + 1e-6)
             });
             let sum: f32 = weights.iter().sum();
             weights.map(|weight| (255.0 * weight / sum).round() as u8)

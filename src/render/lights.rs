@@ -15,6 +15,7 @@ use crate::reconstruct::transport::geometric_factor;
 use crate::render::edits::Edits;
 use crate::render::groups;
 use crate::render::scene::Solved;
+use crate::render::sky::Sky;
 use crate::scene::emitter::Arrival;
 use crate::scene::{Capture, Emitter, KnownLight, SurfacePoint, Views};
 
@@ -33,6 +34,7 @@ pub struct Light {
 /// All recovered lights, and the probability with which each is sampled at a place.
 pub struct Recovered {
     lights: Vec<Light>,
+    sky: Sky,
     grid: Arc<IrradianceGrid>,
     /// Per bin of the grid the lights' cumulated probabilities.
     cumulated: Vec<f32>,
@@ -135,7 +137,8 @@ impl Recovered {
                     .collect::<Vec<f32>>()
             })
             .collect();
-        Self { lights, grid, cumulated }
+        let sky = Sky::new(&lights);
+        Self { lights, sky, grid, cumulated }
     }
 
     /// The same lights with other changes of their groups.
@@ -147,17 +150,9 @@ impl Recovered {
         &self.lights
     }
 
-    /// Radiance of the sky from a direction, and its layer: of the cell whose middle is nearest,
-    /// in half-angles of its cone, if the direction is within that.
+    /// Radiance of the sky from a direction, and its layer.
     pub fn sky(&self, direction: Vec3) -> Option<(usize, Radiance)> {
-        let cells = self.lights.iter().filter(|light| light.shape.kind == LightKind::Sky);
-        // sin² of half the angle to the middle; 1 − cos cancels where cells are small.
-        let off = |light: &&Light| {
-            let half = 0.5 * (direction + light.shape.normal).length();
-            (half / (0.5 * light.shape.half_angle).sin()).powi(2)
-        };
-        let nearest = cells.min_by(|a, b| off(a).total_cmp(&off(b)));
-        nearest.filter(|cell| off(cell) <= 1.0).map(|cell| (cell.layer, cell.lobes[0].1))
+        self.sky.radiance(direction)
     }
 
     /// One of the lights, chosen by a number in [0, 1), divided by its probability.

@@ -15,6 +15,7 @@ pub mod path;
 pub mod preview;
 pub mod probe;
 pub mod scene;
+mod sky;
 pub mod view;
 
 use std::ops::Range;

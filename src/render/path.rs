@@ -12,7 +12,8 @@
 //! send: a path that comes there goes on for added light alone.
 //!
 //! A ray that leaves the known scene meets no recovered light: that was gathered where the ray
-//! began, also for the specular lobe, which is widened by the light's size as in the solve.
+//! began, also for the specular lobe, which is widened by the light's size as in the solve. The
+//! camera's own rays and those of mirrors, where nothing was gathered, meet the sky.
 
 use std::f32::consts::PI;
 
@@ -82,8 +83,9 @@ impl Sequence {
     /// A choice among the recovered lights, and a point of the chosen one.
     fn recovered(&mut self, depth: usize, sample: usize) -> (f32, Vec2) {
         if depth < PLACES {
-            let [a, b, c, _] =
-                self.four(1 + PLACES + if depth == 0 { sample } else { FIRST_SAMPLES + depth });
+            let before: usize = (0..depth.min(SAMPLES.len())).map(|depth| SAMPLES[depth]).sum();
+            let later = depth.saturating_sub(SAMPLES.len());
+            let [a, b, c, _] = self.four(1 + PLACES + before + later + sample);
             return (a, Vec2::new(b, c));
         }
         (self.further.uniform(), self.further.point())
@@ -137,9 +139,9 @@ struct Place {
     depth: usize,
 }
 
-/// Recovered lights that are sampled at the first place of a path: what is seen is mostly lit by them
-/// directly, and a shadow ray costs less than a path.
-const FIRST_SAMPLES: usize = 4;
+/// Recovered lights that are sampled at the first places of a path, one at the later ones: what is seen
+/// is mostly lit by them directly, and a shadow ray costs less than a path.
+const SAMPLES: [usize; 2] = [4, 2];
 /// Places that a path goes on from whatever it carries; later it ends by chance.
 const SURE_DEPTH: usize = 3;
 
@@ -203,9 +205,9 @@ impl Scene<'_> {
         let mut from: Option<(SurfacePoint, f32)> = None;
         // From here on the recovered light is counted already, or not looked for.
         let mut is_counted = !sought.recovered;
-        // Whether the ray comes from a mirror: only there light of the sky is met, which is sampled at
-        // all other surfaces.
-        let mut is_mirrored = false;
+        // Whether the ray comes from a camera or a mirror: only there light of the sky is met, which is
+        // sampled at all other surfaces. Whoever asks from within adds it themselves.
+        let mut meets_sky = !is_within;
         for depth in 0..=most {
             let hit = self.closest(&ray, from.is_none(), &mut sequence.random);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
@@ -223,7 +225,7 @@ impl Scene<'_> {
                     if let Met::Mirror(reflected) = met {
                         throughput = times(throughput, reflected);
                         ray = self.geometry.ray(point, mirrored(-ray.direction, point.normal));
-                        (from, is_mirrored) = (None, true);
+                        (from, meets_sky) = (None, true);
                         continue;
                     }
                     // What a camera sees there has to be guessed: what it would reflect.
@@ -244,7 +246,7 @@ impl Scene<'_> {
                     }
                 }
                 None => {
-                    if is_mirrored
+                    if meets_sky
                         && !is_counted
                         && let Some((layer, sky)) = self.recovered.sky(ray.direction)
                     {
@@ -287,7 +289,7 @@ impl Scene<'_> {
             }
             throughput = scaled(throughput, 1.0 / survives);
             ray = self.geometry.ray(point, direction);
-            (from, is_mirrored) = (Some((point, density)), false);
+            (from, meets_sky) = (Some((point, density)), false);
         }
         first
     }
@@ -326,7 +328,7 @@ impl Scene<'_> {
     fn recovered_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
         let Place { point, brdf, viewing, throughput, depth } = *place;
         let strength = brdf.strength();
-        let samples = if depth == 0 { FIRST_SAMPLES } else { 1 };
+        let samples = SAMPLES.get(depth).copied().unwrap_or(1);
         for sample in 0..samples {
             let (choice, square) = sequence.recovered(depth, sample);
             let found = self.recovered.sample(&self.geometry, point, choice, square);

@@ -6,6 +6,7 @@ Both render one camera with several seeds. Over blocks of 16 by 16 pixels the di
 means is divided by its standard error, which comes from the differences between seeds, pixel by
 pixel: if both have the same expectation, the scores are normal with mean 0 and deviation 1. Fails
 (exit code 1) where their mean square is beyond 4.5 of its own deviations, or any score beyond 5.
+Pixels that show anything beyond the geometry are left out: there lobelia shows the recovered sky.
 Mitsuba's llvm_ad_rgb needs LLVM 15 or later (DRJIT_LIBLLVM_PATH).
 """
 import argparse
@@ -41,7 +42,8 @@ def picture(file):
     main_layer = dict(mi.Bitmap(str(file)).split())["<root>"]
     names = [field.name for field in main_layer.struct_()]
     values = np.array(main_layer, dtype=float)
-    return values[..., [names.index(channel) for channel in "RGB"]]
+    alpha = values[..., names.index("A")] if "A" in names else np.ones(values.shape[:2])
+    return values[..., [names.index(channel) for channel in "RGB"]], alpha
 
 
 def main(folder):
@@ -58,7 +60,7 @@ def main(folder):
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
-    sets = [[], []]
+    sets, covered = [[], []], 1.0
     for seed in range(1, arguments.seeds + 1):
         ours, theirs = [os.path.join(folder, f"{who}-{seed}") for who in ("lobelia", "mitsuba")]
         run(arguments.lobelia, "render", arguments.capture, "--solution", arguments.solution,
@@ -67,8 +69,11 @@ def main(folder):
         run(sys.executable, os.path.join(folder, "mitsuba", "render.py"), "--spp", arguments.spp,
             "--seed", seed, "--camera", arguments.camera, "--out", theirs)
         for pictures, where in zip(sets, (ours, theirs)):
-            pictures.append(picture(os.path.join(where, name + ".exr")))
-    return compare(*[np.array(pictures) for pictures in sets])
+            radiance, alpha = picture(os.path.join(where, name + ".exr"))
+            pictures.append(radiance)
+            if where == ours:
+                covered = covered * (alpha > 1 - 1e-4)[..., None]
+    return compare(*[np.array(pictures) * covered for pictures in sets])
 
 
 def blocks(values):

@@ -230,3 +230,35 @@ fn unseen_surfaces_that_shine_do_not_reflect_what_was_recovered() {
     let (once, often) = (floor(&stage, 1), floor(&stage, 12));
     assert!(apart(often, once) > 10.0, "{often:?}, {once:?}");
 }
+
+/// Beyond the geometry a camera sees the recovered sky, once: below a cell's edge nothing, and the
+/// light of what it sees is the light that falls on the floor.
+#[test]
+fn cameras_see_the_sky_beyond_the_geometry() {
+    let mut stage = crate::stage::floor(reflectance(0.5, 0.0, 1.0)).most(1);
+    let towards = Vec3::new(0.6, 0.0, 0.8);
+    let cell = VirtualLight::distant(LightKind::Sky, -towards, 0.3);
+    shine(&mut stage, cell, &[(-towards, 0.0)]);
+    let eye = DVec3::new(0.0, 0.0, 1.0);
+    let sent = stage.solved.light.emission[0];
+    let seen = |angle: f64, factor: f64| {
+        let mut stage = stage.clone();
+        stage.edits.original_light = factor;
+        // From the cell's middle, which is 0.6435 from the vertical, on towards the horizon.
+        let (sine, cosine) = (0.643_501 + angle).sin_cos();
+        stage.radiance(eye, eye + DVec3::new(sine, 0.0, cosine))
+    };
+    for factor in [1.0, 0.25] {
+        for angle in [0.0, 0.28, -0.28] {
+            for (found, sent) in seen(angle, factor).into_iter().zip(sent) {
+                assert!((found.mean / (factor * sent) - 1.0).abs() < 1e-5, "{found:?} of {sent}");
+            }
+        }
+    }
+    for angle in [0.32, -0.32] {
+        assert!(seen(angle, 1.0).iter().all(|found| found.mean == 0.0));
+    }
+    // What lies in front hides it.
+    let below = stage.radiance(-eye, -eye + towards.as_dvec3());
+    assert!(below.iter().all(|found| found.mean < 0.2 * sent[0]), "{below:?}");
+}
