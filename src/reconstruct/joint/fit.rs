@@ -8,7 +8,6 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::statistics::robust_deviation;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::light_model::LightModel;
-use crate::reconstruct::joint::priors::BLACK;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, State, Terms};
 use crate::scene::Gloss;
@@ -289,16 +288,10 @@ pub fn with_terms<T>(
 
 /// Reflectances that are known with a standard deviation, against the noise of the rows.
 fn pin_anchors(problem: &Problem, channel: usize) -> Vec<Anchor> {
-    let anchor = |(material, value, sd): &(usize, Rgb, Rgb)| {
+    let anchor = |(material, target, variance): (usize, f64, f64)| {
         let mut combination = vec![0.0; problem.materials()];
-        combination[*material] = 1.0;
-        let value = value[channel].max(BLACK);
-        let relative = (sd[channel] / value).max(LEAST_RELATIVE_SD);
-        let weight = problem.priors.noise[channel] / relative.powi(2);
-        Anchor { combination, target: value.ln(), weight }
+        combination[material] = 1.0;
+        Anchor { combination, target, weight: problem.priors.noise[channel] / variance }
     };
-    problem.priors.pins.iter().map(anchor).collect()
+    problem.priors.pins_of(channel).map(anchor).collect()
 }
-
-/// A known reflectance is taken to be no more certain than a thousandth.
-const LEAST_RELATIVE_SD: f64 = 1e-3;

@@ -9,6 +9,9 @@ const UNSEEN: f64 = 0.4;
 /// Reflectances below it are told from black by no photograph.
 pub const BLACK: f64 = 1e-3;
 
+/// A known reflectance is taken to be no more certain than a thousandth.
+const LEAST_RELATIVE_SD: f64 = 1e-3;
+
 /// Relative error of a sample's radiance before anything is fitted.
 const TYPICAL_ERROR: f64 = 0.05;
 
@@ -86,6 +89,16 @@ impl Priors {
             noise: [TYPICAL_ERROR * TYPICAL_ERROR; CHANNELS],
             relative_ridge: false,
         }
+    }
+
+    /// Reflectances of one channel that are known with a standard deviation: material, log ρ_d and the
+    /// variance of that.
+    pub fn pins_of(&self, channel: usize) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.pins.iter().map(move |(material, value, sd)| {
+            let value = value[channel].max(BLACK);
+            let relative = (sd[channel] / value).max(LEAST_RELATIVE_SD);
+            (*material, value.ln(), relative.powi(2))
+        })
     }
 
     pub fn has_pin(&self) -> bool {

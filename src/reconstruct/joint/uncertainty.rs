@@ -114,7 +114,13 @@ pub fn assess(
     let determined: [Determined; CHANNELS] =
         std::array::from_fn(|channel| Determined::of(problem, fitted, channel));
     let noise = certainty.scale.log_rms.map(|rms| (MODEL_ERROR * rms).powi(2));
-    let from_rows = determined.each_ref().map(|determined| determined.variances(0.0));
+    // A reflectance that is known with some deviation says as much as rows do.
+    let pins: [Vec<(usize, f64)>; CHANNELS] = std::array::from_fn(|c| {
+        let weight = |(material, _, variance)| (material, UNDERSTATED * noise[c] / variance);
+        priors.pins_of(c).map(weight).collect()
+    });
+    let from_rows: [Variances; CHANNELS] =
+        std::array::from_fn(|c| determined[c].variances(0.0, &pins[c]));
     let levels: Rgb = std::array::from_fn(|c| UNDERSTATED * noise[c] * from_rows[c].level);
     for channel in 0..CHANNELS {
         let (noise, from_rows) = (noise[channel], &from_rows[channel]);
@@ -123,7 +129,7 @@ pub fn assess(
         } else {
             UNDERSTATED * noise / prior_variance(problem.options(), &levels, channel)
         };
-        let with_prior = determined[channel].variances(prior);
+        let with_prior = determined[channel].variances(prior, &pins[channel]);
         certainty.scale.singular_value[channel] = determined[channel].singular_value;
         certainty.scale.log_sd[channel] =
             if priors.has_pin() { 0.0 } else { (UNDERSTATED * noise * from_rows.common).sqrt() };
@@ -282,8 +288,9 @@ impl Determined {
         }
     }
 
-    /// Variances with a prior of this weight on the mean of all unknown log ρ_d.
-    fn variances(&self, prior: f64) -> Variances {
+    /// Variances with a prior of this weight on the mean of all unknown log ρ_d, and with reflectances
+    /// that are known: material and weight.
+    fn variances(&self, prior: f64, pins: &[(usize, f64)]) -> Variances {
         let count = self.unknown.len();
         let mut found = Variances {
             log_diffuse: self.specular.iter().map(|_| None).collect(),
@@ -295,7 +302,13 @@ impl Determined {
         }
         let Some(variance) = self.diffuse.as_ref().and_then(|diffuse| {
             let share = prior / (count * count) as f64;
-            inverse(&Mat::from_fn(count, count, |i, j| diffuse[(i, j)] + share))
+            let mut precision = Mat::from_fn(count, count, |i, j| diffuse[(i, j)] + share);
+            for (material, weight) in pins {
+                if let Ok(place) = self.unknown.binary_search(material) {
+                    precision[(place, place)] += weight;
+                }
+            }
+            inverse(&precision)
         }) else {
             return found;
         };
@@ -376,13 +389,17 @@ mod tests {
             specular: vec![None; 3],
             singular_value: 0.0,
         };
-        let found = determined.variances(4.0);
+        let found = determined.variances(4.0, &[]);
         assert_eq!(found.log_diffuse[0], None);
         let expected = 0.25 + 0.02 / 4.0;
         assert!((found.log_diffuse[1].unwrap() - expected).abs() < 1e-9, "{:?}", found.log_diffuse);
         assert!((found.level - 0.25).abs() < 1e-9, "{}", found.level);
         assert!((found.common - 2.0 * 0.25).abs() < 1e-9, "{}", found.common);
-        assert!(determined.variances(0.0).level > 1e6);
+        assert!(determined.variances(0.0, &[]).level > 1e6);
+        // Known to a variance of 0.01, the first determines the second as well as their ratio does.
+        let pinned = determined.variances(0.0, &[(1, 100.0)]);
+        assert!((pinned.log_diffuse[1].unwrap() - 0.01).abs() < 1e-9);
+        assert!((pinned.log_diffuse[2].unwrap() - (0.01 + 0.02)).abs() < 1e-9);
     }
 
     #[test]
