@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::dialogs::beside;
-use super::messages::Messages;
 use super::state::State;
 use crate::io::export::elsewhere::{Format, Plan};
 use crate::io::export::{check_folder, sample_rows};
 use crate::render::probe::ProbeSettings;
-use crate::worker::{Command, JobEvent, SceneExport};
+use crate::worker::SceneExport;
 
 /// What is done about the export.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +28,8 @@ pub struct ExportQuestion {
     pub probe: ProbeSettings,
     /// In metres; without one a place before the first camera.
     pub probe_at: Option<DVec3>,
+    /// The place that is proposed: the geometry's middle.
+    pub middle: DVec3,
     pub folder: String,
     /// Why it cannot be written there.
     pub problem: Option<String>,
@@ -75,11 +76,11 @@ fn show(state: &mut State) {
     }
     let folder = beside(&project.folder, &format!("{}-scene", project.name()));
     let middle = project.loaded.mesh.bounds().map(|(low, high)| 0.5 * (low + high));
-    state.panels.scene_middle = middle.unwrap_or_default().as_dvec3();
     state.dialogs.scene_export = Some(ExportQuestion {
         formats: vec![Format::Glb],
         probe: ProbeSettings::default(),
         probe_at: None,
+        middle: middle.unwrap_or_default().as_dvec3(),
         folder: folder.display().to_string(),
         problem: None,
     });
@@ -116,34 +117,4 @@ fn start(state: &mut State) {
     let edits = project.edit().relight.clone();
     state.jobs.export_scene(SceneExport { capture, solved, edits, plan });
     state.dialogs.scene_export = None;
-}
-
-impl super::jobs::Jobs {
-    /// Writes the recovered scene for other programs, after pictures that are under way.
-    fn export_scene(&mut self, scene: SceneExport) {
-        let folder = scene.plan.folder.clone();
-        let job = self.render_worker.send(Command::ExportScene(Box::new(scene)));
-        self.scene_export = Some((job, folder));
-    }
-
-    fn stop_scene_export(&mut self) {
-        if let Some((job, _)) = &self.scene_export {
-            self.render_worker.cancel(*job);
-        }
-    }
-
-    /// Takes an event of the scene that is written.
-    pub(super) fn scene_event(&mut self, event: &JobEvent, messages: &mut Messages) {
-        match event {
-            JobEvent::Exported(folder) => {
-                messages.notice(format!("Scene written to {}", folder.display()));
-            }
-            JobEvent::Failed(text) => messages.error("The scene cannot be written", text.clone()),
-            JobEvent::Cancelled => messages.notice("Exporting was stopped."),
-            _ => {}
-        }
-        if event.is_ending() {
-            self.scene_export = None;
-        }
-    }
 }

@@ -135,7 +135,7 @@ impl Command {
             ) => project.is_some(),
             Action::ExportScene(_) => {
                 project.is_some_and(|p| p.products.solved.is_some())
-                    && state.jobs.scene_export.is_none()
+                    && !state.jobs.is_exporting_scene()
             }
             Action::Relight(Relight::AskPictures) => {
                 project.is_some_and(|p| p.products.solved.is_some()) && !state.jobs.is_rendering()

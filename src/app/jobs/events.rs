@@ -172,7 +172,7 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
-    if state.jobs.scene_export.as_ref().is_some_and(|(job, _)| *job == event.job) {
+    if state.jobs.scene_export == Some(event.job) {
         state.jobs.scene_event(&event.what, &mut state.messages);
         return;
     }

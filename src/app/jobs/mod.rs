@@ -6,6 +6,7 @@
 
 mod events;
 mod rendering;
+mod scene_export;
 pub mod studies;
 
 use std::path::PathBuf;
@@ -91,7 +92,7 @@ use studies::Studies;
 pub struct Jobs {
     loader: Worker,
     runner: Worker,
-    pub(super) render_worker: Worker,
+    render_worker: Worker,
     relighter: Worker,
     relight: Option<Relighter>,
     pub studies: Studies,
@@ -102,8 +103,8 @@ pub struct Jobs {
     storing: Vec<(Job, Arc<Reconstruction>)>,
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
-    /// The scene that is being written for other programs, and where to.
-    pub(super) scene_export: Option<(Job, PathBuf)>,
+    /// The scene that is being written for other programs.
+    scene_export: Option<Job>,
     /// Pictures that are being written.
     rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.

@@ -54,8 +54,6 @@ use super::viewport::{Content, Viewport, ViewportEvent};
 #[derive(Default)]
 pub struct PanelState {
     pub title: String,
-    /// Where a light probe is proposed.
-    pub scene_middle: glam::DVec3,
     outliner: outliner::OutlinerState,
     tags: tags::TagState,
     run: run::RunPanelState,

@@ -29,7 +29,6 @@ const ORDER: [Format; 6] =
     [Format::Glb, Format::Blender, Format::Obj, Format::Mitsuba, Format::Probe, Format::Ply];
 
 pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
-    let middle = state.panels.scene_middle;
     let Some(own) = &mut state.dialogs.scene_export else { return };
     let ((), left) = ask(ctx, "Export scene", 520.0, |ui| {
         let height = (ui.ctx().content_rect().height() - 190.0).max(80.0);
@@ -48,7 +47,7 @@ pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec
                 });
             }
             if own.has_probe() {
-                probe_ui(ui, own, middle);
+                probe_ui(ui, own);
             }
         });
         ui.add_space(6.0);
@@ -93,7 +92,7 @@ pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec
 }
 
 /// Size, paths and place of the light probe, which is Blender's world, too.
-fn probe_ui(ui: &mut egui::Ui, own: &mut ExportQuestion, middle: glam::DVec3) {
+fn probe_ui(ui: &mut egui::Ui, own: &mut ExportQuestion) {
     ui.add_space(4.0);
     egui::Grid::new("probe").num_columns(2).spacing([12.0, 4.0]).show(ui, |ui| {
         ui.weak("Probe width");
@@ -113,7 +112,7 @@ fn probe_ui(ui: &mut egui::Ui, own: &mut ExportQuestion, middle: glam::DVec3) {
             let mut is_chosen = own.probe_at.is_some();
             let help = "Else it is between the first camera and what that sees in its middle";
             if ui.checkbox(&mut is_chosen, "At").on_hover_text(help).changed() {
-                own.probe_at = is_chosen.then_some(middle);
+                own.probe_at = is_chosen.then_some(own.middle);
             }
             for (value, axis) in own.probe_at.iter_mut().flat_map(|at| {
                 let [x, y, z] = at.as_mut();

@@ -41,7 +41,7 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                     ui.spinner();
                     ui.label("Opening");
                 }
-                _ if state.jobs.scene_export.is_some() => {
+                _ if state.jobs.is_exporting_scene() => {
                     ui.spinner();
                     ui.label("Exporting the scene");
                     if ui.small_button("Stop").on_hover_text("Stop the export").clicked() {

@@ -31,8 +31,10 @@ pub fn solve<M: Model>(
     // Columns that cannot enter the present free ones: they depend on them, or would leave the
     // box at once. It holds until others are free.
     let mut refused = vec![false; state.y.len()];
-    for column in model.enter_all(start_free) {
-        refused[column] = true;
+    if !model.replace(start_free) {
+        for &column in start_free {
+            refused[column] = !model.enter(column);
+        }
     }
     let limit = limit.min(LIMIT_PER_COLUMN * state.y.len() + LIMIT_AT_LEAST);
     let mut iterations = 0;

@@ -13,9 +13,10 @@ pub trait Model {
     fn free(&self) -> &[usize];
     /// Frees a column; refuses (false) one that depends on those already free.
     fn enter(&mut self, column: usize) -> bool;
-    /// Frees some columns, none being free yet, and says which were refused.
-    fn enter_all(&mut self, columns: &[usize]) -> Vec<usize> {
-        columns.iter().copied().filter(|&column| !self.enter(column)).collect()
+    /// Frees these columns and no others, where that is faster at once than one after the other and
+    /// none of them depends on the others; else (false) nothing is changed.
+    fn replace(&mut self, _columns: &[usize]) -> bool {
+        false
     }
     /// Takes the columns at these ascending positions of `free()` out of it.
     fn leave(&mut self, positions: &[usize]);
@@ -52,15 +53,6 @@ impl<'a> GramModel<'a> {
 /// Columns from which on their factor is made at once, rather than one after the other.
 const MANY: usize = 32;
 
-impl GramModel<'_> {
-    /// The factor of some columns, if none of them depends on the others.
-    fn at_once(&self, columns: &[usize]) -> Option<ActiveCholesky> {
-        let (count, gram) = (columns.len(), self.gram);
-        let gram = Mat::from_fn(count, count, |i, j| gram[(columns[i], columns[j])]);
-        ActiveCholesky::of(&gram, GRAM_THRESHOLD)
-    }
-}
-
 impl Model for GramModel<'_> {
     fn free(&self) -> &[usize] {
         &self.free
@@ -76,14 +68,15 @@ impl Model for GramModel<'_> {
         entered
     }
 
-    fn enter_all(&mut self, columns: &[usize]) -> Vec<usize> {
-        if columns.len() >= MANY
-            && let Some(factor) = self.at_once(columns)
-        {
-            (self.factor, self.free) = (factor, columns.to_vec());
-            return Vec::new();
+    fn replace(&mut self, columns: &[usize]) -> bool {
+        let (count, gram) = (columns.len(), self.gram);
+        if count < MANY {
+            return false;
         }
-        columns.iter().copied().filter(|&column| !self.enter(column)).collect()
+        let gram = Mat::from_fn(count, count, |i, j| gram[(columns[i], columns[j])]);
+        let Some(factor) = ActiveCholesky::of(&gram, GRAM_THRESHOLD) else { return false };
+        (self.factor, self.free) = (factor, columns.to_vec());
+        true
     }
 
     fn leave(&mut self, positions: &[usize]) {
@@ -102,8 +95,7 @@ impl Model for GramModel<'_> {
             let kept = kept.filter(|(i, _)| positions.binary_search(&(first + i)).is_err());
             let mut all = self.free.clone();
             all.extend(kept.map(|(_, &column)| column));
-            if let Some(factor) = self.at_once(&all) {
-                (self.factor, self.free) = (factor, all);
+            if self.replace(&all) {
                 return;
             }
         }
