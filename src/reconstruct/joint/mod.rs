@@ -56,7 +56,7 @@ use crate::reconstruct::joint::indirect::Settled;
 use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::prepare::{Prepared, prepare};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::search::{Found, aim_sun, search};
+use crate::reconstruct::joint::search::{Found, search};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
@@ -110,9 +110,11 @@ pub fn solve(
 
     let report = |problem: &Problem, fitted: &Fitted| history.push(problem, fitted);
     let Prepared { all, search: some, is_outer, fine, indirect, surfaces, seen_sky } = prepared;
-    let found = search(&some, &indirect, fine, surfaces, &report)?;
+    let found = search(&some, seen_sky, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
-    let (found, fitted) = aim_sun(found, &all)?;
+    let all = all.with_sky(found.problem.sky.clone());
+    let best = &found.best.fitted;
+    let fitted = fit(&all, &best.model.on(&all)?, Some(best), ROUGH)?;
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);
@@ -158,11 +160,7 @@ pub fn solve(
     let selection = Selection {
         candidates: found.candidates + finer.as_ref().map_or(0, |finer| finer.part.columns()),
         kept,
-        trials: seen_sky
-            .into_iter()
-            .chain(found.trials.iter().cloned())
-            .chain(finer.map(|finer| finer.trial))
-            .collect(),
+        trials: found.trials.iter().cloned().chain(finer.map(|finer| finer.trial)).collect(),
     };
     let notes = report::notes(&all, &found, &selection);
     certainty.selection = Some(selection);

@@ -6,13 +6,12 @@ use std::sync::Arc;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::blocks::deal;
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::compare::{compare, validate};
 use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::seen_sky::SeenSky;
-use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::Environment;
 
 /// Blocks in one of so many parts are kept for judging the result.
@@ -36,8 +35,9 @@ pub struct Prepared<'a> {
     pub indirect: Indirect,
     /// Whether known surfaces that no photograph shows may shine.
     pub surfaces: bool,
-    /// What came of the sky that photographs show, if they show any.
-    pub seen_sky: Option<Trial>,
+    /// The sky that photographs show, if they show any. What they see beyond the known geometry may as
+    /// well be near: whether it lights the scene is for the search to tell.
+    pub seen_sky: Option<Arc<SeenSky>>,
 }
 
 pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
@@ -45,7 +45,8 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let is_outer = outer(problem);
     let search = problem.part(|row| !is_outer[row]).subsample(SEARCHED, least);
     let indirect = Indirect::new(&search)?;
-    let (search, seen_sky) = with_seen_sky(&search)?;
+    let may_see_sky = problem.capture().environment != Environment::Room;
+    let seen_sky = may_see_sky.then(|| SeenSky::find(problem.data.views)).flatten().map(Arc::new);
     let (search, surfaces) = if indirect.has_patches() {
         reflecting_or_shining(&search, &indirect)?
     } else {
@@ -56,10 +57,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let layout = Layout::new(&search, World::Room, Density::Fine, surfaces);
     let fine = fit(&search, &LightModel::new(&search, &layout)?, None, EXACT)?;
     let Settled { problem: search, fitted: fine, .. } = indirect.settle(&search, fine)?;
-    let all = problem
-        .with_sky(search.sky.clone())
-        .with_irradiance((*search.irradiance).clone())
-        .informed_by(&search, &fine);
+    let all = problem.with_irradiance((*search.irradiance).clone()).informed_by(&search, &fine);
     let search = search.informed_by(&search, &fine);
     Ok(Prepared { all, search, is_outer, fine, indirect, surfaces, seen_sky })
 }
@@ -72,29 +70,6 @@ fn outer(problem: &Problem) -> Vec<bool> {
     }
     let fold = deal(blocks, OUTER_FOLDS, OUTER);
     problem.block.iter().map(|&block| fold[block] == 0).collect()
-}
-
-/// The light of the sky is what photographs show of it, where that predicts better: what they see
-/// beyond the known geometry may as well be near.
-fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Option<Trial>), Error> {
-    if search.capture().environment == Environment::Room {
-        return Ok((search.clone(), None));
-    }
-    let Some(sky) = SeenSky::find(search.data.views) else { return Ok((search.clone(), None)) };
-    let cells = sky.radiance.len();
-    let seen = search.with_sky(Some(Arc::new(sky)));
-    // In whichever of the two worlds predicts better.
-    let validated = |problem: &Problem| -> Result<Validated, Error> {
-        let lit = |world| {
-            let layout = Layout::new(problem, world, Density::Coarse, false);
-            validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
-        };
-        let (room, open) = (lit(World::Room)?, lit(World::Open)?);
-        Ok(if compare(problem, &room, &open).change < 0.0 { open } else { room })
-    };
-    let cv = compare(search, &validated(search)?, &validated(&seen)?);
-    let trial = cv.trial(TrialPart::SeenSky(cells));
-    Ok((if cv.is_better() { seen } else { search.clone() }, Some(trial)))
 }
 
 /// Known surfaces that no photograph shows reflect, unless a model in which they shine predicts

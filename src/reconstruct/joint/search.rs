@@ -5,12 +5,13 @@
 //! places (alternating descent conditional gradient: Boyd, Schiebinger, Recht 2017); parts that are
 //! not needed any more are taken away at the end.
 
-use rayon::prelude::*;
+use std::sync::Arc;
 
-use crate::math::sampling::Frame;
+use glam::Vec3;
+
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate, validate_sun};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::gloss::{self, Sharpness, sharpen};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
@@ -18,7 +19,8 @@ use crate::reconstruct::joint::lamps::{self, COLUMNS, Candidates};
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::sun::{self, Directions};
+use crate::reconstruct::joint::seen_sky::SeenSky;
+use crate::reconstruct::joint::sun::Directions;
 use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::{Emitter, Environment, KnownLight};
 
@@ -71,6 +73,7 @@ const DOUBLINGS: usize = 3;
 /// If it is cancelled, or if the bounded least squares of a fit fails.
 pub fn search<'a>(
     problem: &Problem<'a>,
+    seen_sky: Option<Arc<SeenSky>>,
     indirect: &Indirect,
     fine: Fitted,
     surfaces: bool,
@@ -89,19 +92,16 @@ pub fn search<'a>(
     let places = Places { lamps: &lamps, suns: &suns, report };
     let environment = problem.capture().environment;
     let layout = |world| Layout::new(problem, world, Density::Coarse, surfaces);
-    let (room, sky) = (layout(World::Room), layout(World::Open));
-
-    let mut problem = problem.clone();
-    let mut first = LightModel::new(&problem, &room)?;
-    let mut chosen = lights(&problem, &places, &first, &fine, (environment, sky))?;
+    let mut first = LightModel::new(problem, &layout(World::Room))?;
+    let worlds = Worlds { environment, sky: layout(World::Open), seen_sky, from: &fine };
+    let (mut chosen, mut problem) = lights(problem, &places, &first, &worlds)?;
     if first.is_glossy() {
         // Lamps stand better where highlights have their true sharpness, and I_s its part from
         // glossy surfaces.
         let (gloss, trials) = gloss::choose(&problem, chosen.best.fitted)?;
         let Settled { problem: settled, fitted, .. } = indirect.settle(&problem, gloss.fitted)?;
-        problem = settled;
         first.gloss.clone_from(&fitted.model.gloss);
-        chosen = lights(&problem, &places, &first, &fine, (environment, sky))?;
+        (chosen, problem) = lights(&settled.with_sky(None), &places, &first, &worlds)?;
         chosen.trials.extend(trials);
     }
     let of_lights = |trial: &Trial| match trial.part {
@@ -121,53 +121,73 @@ pub fn search<'a>(
     Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
 }
 
-/// The lights of a room or of the open sky. The sky, which has fewer unknowns or is photographed, is
-/// left where a room with its lamps predicts better.
-fn lights(
-    problem: &Problem,
+/// Where unknown light may come from.
+struct Worlds<'a> {
+    environment: Environment,
+    /// The cells of a sky.
+    sky: Layout,
+    seen_sky: Option<Arc<SeenSky>>,
+    /// All models are fitted from this one, so that where that one started has no effect.
+    from: &'a Fitted,
+}
+
+/// The lights of a room, of the open sky, or of the sky that photographs show, with the problem that
+/// they are for; `problem` is without that sky. A sky is left where a room with its lamps predicts
+/// better.
+fn lights<'a>(
+    problem: &Problem<'a>,
     places: &Places,
     room: &LightModel,
-    from: &Fitted,
-    (environment, sky): (Environment, Layout),
-) -> Result<Step, Error> {
-    // From one fit, so that where that one started has no effect.
-    let start = |model: &LightModel| validate(problem, fit(problem, model, Some(from), ROUGH)?);
-    let grown = |start: Step| -> Result<Step, Error> {
+    worlds: &Worlds,
+) -> Result<(Step, Problem<'a>), Error> {
+    let start = |problem: &Problem, model: &LightModel| -> Result<Step, Error> {
+        Ok(Step::new(validate(problem, fit(problem, model, Some(worlds.from), ROUGH)?)?))
+    };
+    let grown = |problem: &Problem, start: Step| -> Result<Step, Error> {
         prune(problem, grow(problem, places, start, problem.options().max_lamps)?)
     };
-    if environment == Environment::Room || !room.has_unknown_light() {
-        return grown(Step::new(start(room)?));
+    if worlds.environment == Environment::Room || !room.has_unknown_light() {
+        return Ok((grown(problem, start(problem, room)?)?, problem.clone()));
     }
-    let mut model = LightModel::new(problem, &sky)?;
-    model.gloss.clone_from(&room.gloss);
-    let sky = start(&model)?;
-    let of_sky = |start: Validated| -> Result<Step, Error> {
-        // A sun first, which many cells would imitate; whether these leave anything to it is seen when
-        // parts are taken away.
-        let sky = grow(problem, places, Step::new(start), 0)?;
-        if problem.sky.is_none() {
-            return Ok(sky);
-        }
-        // Where photographs show the sky it is drawn as finely as openings need, and may shine into a
-        // room with lamps.
-        grown(denser(problem, sky)?)
+    // A sun first, which many cells would imitate; whether these leave anything to it is seen when
+    // parts are taken away.
+    let of_sky = |problem: &Problem, sun: Option<Part>| -> Result<Step, Error> {
+        let mut model = LightModel::new(problem, &worlds.sky)?;
+        model.gloss.clone_from(&room.gloss);
+        let model = match sun {
+            Some(sun) => model.with(sun),
+            None => model,
+        };
+        grow(problem, places, start(problem, &model)?, 0)
     };
-    if environment == Environment::Open {
-        return if problem.sky.is_some() { of_sky(sky) } else { grown(Step::new(sky)) };
-    }
-    let mut room = grown(Step::new(start(room)?))?;
+    let sun_of = |step: &Step| step.best.fitted.model.sun().cloned();
+    let is_open = worlds.environment == Environment::Open;
+    let room = if is_open { None } else { Some(grown(problem, start(problem, room)?)?) };
     // A sky that explains as much as a room with its lamps needs none.
-    let sky = match room.best.fitted.model.sun() {
-        Some(sun) => start(&sky.fitted.model.with(sun.clone()))?,
-        None => sky,
-    };
-    let sky = of_sky(sky)?;
-    let cv = compare(problem, &sky.best, &room.best);
-    if !cv.is_better() {
-        room = sky;
+    let mut best = of_sky(problem, room.as_ref().and_then(sun_of))?;
+    if is_open {
+        best = grown(problem, best)?;
     }
-    room.trials.push(cv.trial(TrialPart::Room));
-    Ok(room)
+    let mut of = problem.clone();
+    if let Some(sky) = &worlds.seen_sky {
+        // It is drawn as finely as openings need, and may shine into a room with lamps.
+        let seen = problem.with_sky(Some(sky.clone()));
+        let sky_seen = of_sky(&seen, sun_of(&best))?;
+        let sky_seen = grown(&seen, denser(&seen, sky_seen)?)?;
+        let cv = compare(problem, &best.best, &sky_seen.best);
+        if cv.is_better() {
+            (best, of) = (sky_seen, seen);
+        }
+        best.trials.push(cv.trial(TrialPart::SeenSky(sky.cells.len())));
+    }
+    if let Some(room) = room {
+        let cv = compare(problem, &best.best, &room.best);
+        if cv.is_better() {
+            (best, of) = (room, problem.clone());
+        }
+        best.trials.push(cv.trial(TrialPart::Room));
+    }
+    Ok((best, of))
 }
 
 /// Twice as many cells of the sky, up to [`DOUBLINGS`] times, where they predict better: four times as
@@ -200,60 +220,96 @@ fn with_lights(
     Ok(Some(validate(problem, fit(problem, &model, Some(fitted), ROUGH)?)?))
 }
 
-/// Adds lamps and a sun while they are needed. Two may be needed of which neither is alone.
+/// Adds lamps and a sun while they are needed. Two lamps may be needed of which neither is alone.
 fn grow(problem: &Problem, places: &Places, mut step: Step, most: usize) -> Result<Step, Error> {
     (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
-    loop {
-        let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
-        let Some((part, proposal)) = propose(problem, places, from, most)? else { break };
-        let proposal = validate(problem, settle(problem, places, proposal)?)?;
-        let cv = compare(problem, &step.best, &proposal);
-        step.trials.push(cv.trial(part));
-        if cv.is_better() {
-            (places.report)(problem, &proposal.fitted);
-            (step.best, ahead) = (proposal, None);
-        } else if ahead.is_none() {
-            ahead = Some(proposal);
-        } else {
-            break;
+    'growing: loop {
+        let from = ahead.as_ref().unwrap_or(&step.best).fitted.clone();
+        let lamps = from.model.lamps();
+        let mut lamp = if lamps < most { with_lamp(problem, places, &from)? } else { None };
+        let falls_by = |fitted: &Fitted| from.cost() - fitted.cost();
+        let (starts, promised) = match from.model.sun() {
+            None => places.suns.first(problem, &from),
+            Some(_) => (Vec::new(), 0.0),
+        };
+        // A sun may come first where a rough direction explains half as much as the best lamp.
+        let mut sun = None;
+        if promised > 0.5 * lamp.as_ref().map_or(0.0, falls_by) {
+            sun = with_sun(problem, places, &from, &starts)?;
+        }
+        let is_sun_first = sun.as_ref().map_or(0.0, falls_by) > lamp.as_ref().map_or(0.0, falls_by);
+        let mut kinds = [TrialPart::Lamp(lamps + 1), TrialPart::Sun];
+        if is_sun_first {
+            kinds.reverse();
+        }
+        let mut rejected = None;
+        for part in kinds {
+            let proposal = match part {
+                TrialPart::Sun if sun.is_none() => with_sun(problem, places, &from, &starts)?,
+                TrialPart::Sun => sun.take(),
+                _ => lamp.take(),
+            };
+            let Some(proposal) = proposal.filter(|fitted| falls_by(fitted) > 0.0) else { continue };
+            let (cv, proposal) = if part == TrialPart::Sun {
+                judge_sun(problem, places, &step.best, proposal)?
+            } else {
+                let proposal = validate(problem, settle(problem, places, proposal)?)?;
+                (compare(problem, &step.best, &proposal), proposal)
+            };
+            step.trials.push(cv.trial(part));
+            if cv.is_better() {
+                (places.report)(problem, &proposal.fitted);
+                (step.best, ahead) = (proposal, None);
+                continue 'growing;
+            }
+            if part != TrialPart::Sun {
+                rejected = Some(proposal);
+            }
+        }
+        match rejected {
+            Some(lamp) if ahead.is_none() => ahead = Some(lamp),
+            _ => return Ok(step),
         }
     }
-    Ok(step)
 }
 
-/// The model with the lamp or the sun that explains most; `None` where nothing explains anything.
-fn propose(
+/// Whether a sun comes in: first in the direction that all rows found, which is too well of it, then, where
+/// that is better, without each fold.
+fn judge_sun(
+    problem: &Problem,
+    places: &Places,
+    best: &Validated,
+    with_sun: Fitted,
+) -> Result<(PairedCv, Validated), Error> {
+    let rough = validate(problem, with_sun)?;
+    let cv = compare(problem, best, &rough);
+    if !cv.is_better() {
+        return Ok((cv, rough));
+    }
+    let settled = settle(problem, places, rough.fitted)?;
+    let judged = validate_sun(problem, settled, places.suns)?;
+    Ok((compare(problem, best, &judged), judged))
+}
+
+/// The model with the sun that explains most, about some directions; `None` where it explains nothing.
+fn with_sun(
     problem: &Problem,
     places: &Places,
     from: &Fitted,
-    most: usize,
-) -> Result<Option<(TrialPart, Fitted)>, Error> {
-    let mut best: Option<(TrialPart, Fitted)> = None;
-    let mut offer = |part: TrialPart, fitted: Fitted| {
-        if fitted.cost() < best.as_ref().map_or(from.cost(), |(_, best)| best.cost()) {
-            best = Some((part, fitted));
-        }
-    };
-    let lamps = from.model.lamps();
-    let lamp = if lamps < most { places.lamps.best(problem, from) } else { None };
-    let response = lamp.map_or(0.0, |(_, response)| response);
-    if let Some((lamp, _)) = lamp {
-        let lamp = places.lamps.refine(problem, from, lamp, None)?;
-        let model = from.model.with(Part::lamp(problem, lamp)?);
-        let with = fit(problem, &model, Some(from), ROUGH)?;
-        offer(TrialPart::Lamp(lamps + 1), with);
-    }
-    if from.model.sun().is_none()
-        && let Some(towards) = places.suns.best(problem, from, response)?
-    {
-        // Without lamps, since those found before may stand in for it.
-        let mut model = from.model.clone();
-        model.parts.retain(|part| !part.is_lamp());
-        let model = model.with(Part::sun(problem, towards)?);
-        offer(TrialPart::Sun, fit(problem, &model, Some(from), ROUGH)?);
-    }
-    Ok(best)
+    starts: &[Vec3],
+) -> Result<Option<Fitted>, Error> {
+    let Some(towards) = places.suns.best(problem, from, starts)? else { return Ok(None) };
+    let model = from.model.with(Part::sun(problem, towards)?);
+    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
+}
+
+/// The model with the lamp that explains most; `None` where nothing explains anything.
+fn with_lamp(problem: &Problem, places: &Places, from: &Fitted) -> Result<Option<Fitted>, Error> {
+    let Some((lamp, _)) = places.lamps.best(problem, from) else { return Ok(None) };
+    let lamp = places.lamps.refine(problem, from, lamp, None)?;
+    let model = from.model.with(Part::lamp(problem, lamp)?);
+    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
 }
 
 /// Moves every lamp and the sun to its best place, the others given.
@@ -266,7 +322,7 @@ fn settle(problem: &Problem, places: &Places, mut fitted: Fitted) -> Result<Fitt
                 (moved != lamp).then(|| Part::lamp(problem, moved)).transpose()?
             }
             Some(PartKind::Sun(towards)) => {
-                let moved = sun::refine(problem, &fitted, towards, slot)?;
+                let moved = places.suns.refine(problem, &fitted, towards, slot)?;
                 (moved != towards).then(|| Part::sun(problem, moved)).transpose()?
             }
             _ => None,
@@ -327,51 +383,6 @@ fn choose_density(
     Ok((step, is_fine))
 }
 
-/// First and last step by which a sun is aimed, in radians; the last is less than a tenth of its
-/// diameter.
-const FIRST_AIM: f32 = 0.01;
-const LAST_AIM: f32 = 0.0009;
-
-/// The model with its sun aimed by all rows of a problem, and its fit there: the edge of a shadow is
-/// known as well as samples are dense.
-///
-/// # Errors
-/// As [`search`].
-pub fn aim_sun<'a>(found: Found<'a>, all: &Problem) -> Result<(Found<'a>, Fitted), Error> {
-    let chosen = &found.best.fitted;
-    let mut fitted = fit(all, &chosen.model.on(all)?, Some(chosen), ROUGH)?;
-    let sun = chosen.model.parts.iter().find_map(|part| match part.kind {
-        PartKind::Sun(towards) => Some((part.slot, towards)),
-        _ => None,
-    });
-    let Some((slot, towards)) = sun else { return Ok((found, fitted)) };
-    // By the cost itself: linearised, the samples that are shadowed wrongly hardly count.
-    let (mut aimed, mut step) = (towards, FIRST_AIM);
-    while step > LAST_AIM {
-        let frame = Frame::about(aimed);
-        let tried = [frame.tangent, -frame.tangent, frame.bitangent, -frame.bitangent]
-            .into_par_iter()
-            .map(|aside| {
-                let moved = (aimed + step * aside).normalize_or_zero();
-                let model = fitted.model.replacing(slot, Part::sun(all, moved)?);
-                Ok((moved, fit(all, &model, Some(&fitted), ROUGH)?))
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
-        let best = tried.into_iter().min_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
-        match best.filter(|(_, again)| again.cost() < fitted.cost()) {
-            Some(best) => (aimed, fitted) = best,
-            None => step *= 0.5,
-        }
-    }
-    if aimed == towards {
-        return Ok((found, fitted));
-    }
-    let problem = &found.problem;
-    let model = chosen.model.replacing(slot, Part::sun(problem, aimed)?);
-    let best = validate(problem, fit(problem, &model, Some(chosen), ROUGH)?)?;
-    Ok((Found { best, ..found }, fitted))
-}
-
 /// A model over other backgrounds, with as many lamps, each looked for anew: which places explain
 /// most depends on what the background leaves.
 ///
@@ -384,7 +395,8 @@ pub fn regrow(found: &Found, model: &LightModel) -> Result<Fitted, Error> {
     bare.parts.retain(|part| !part.is_lamp());
     let mut fitted = fit(problem, &bare, Some(from), ROUGH)?;
     while fitted.model.lamps() < model.lamps()
-        && let Some((_, next)) = propose(problem, &places, &fitted, model.lamps())?
+        && let Some(next) = with_lamp(problem, &places, &fitted)?
+        && next.cost() < fitted.cost()
     {
         fitted = next;
     }
