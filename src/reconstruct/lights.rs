@@ -171,13 +171,22 @@ impl VirtualLight {
         })
     }
 
+    /// The direction to the place of a light at infinity that a point of the unit square stands
+    /// for: even over its cone.
+    pub fn direction_within(&self, square: Vec2) -> Vec3 {
+        self.distant_direction(Frame::about(self.normal), square_to_disc(square))
+    }
+
+    fn distant_direction(&self, frame: Frame, disc: Vec2) -> Vec3 {
+        let spread = (0.5 * self.half_angle).sin() * disc;
+        let height = 1.0 - 2.0 * spread.length_squared();
+        let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
+        -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height)
+    }
+
     fn is_free(&self, views: &Views, point: SurfacePoint, frame: Frame, disc: Vec2) -> bool {
         if self.is_distant() {
-            let spread = (0.5 * self.half_angle).sin() * disc;
-            let height = 1.0 - 2.0 * spread.length_squared();
-            let out = 2.0 * spread * (1.0 - spread.length_squared()).max(0.0).sqrt();
-            let direction =
-                -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height);
+            let direction = self.distant_direction(frame, disc);
             direction.dot(point.normal) > 0.0
                 && !views.caster.occluded(&views.ray(point, direction))
         } else {

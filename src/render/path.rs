@@ -1,9 +1,10 @@
 //! Paths from the camera into the scene.
 //!
 //! The estimator is the usual one: at every place that a path comes to, light is gathered from
-//! one of the recovered lights (at the first place from a few) and from every added one, and the path goes on in a direction that
-//! the surface is likely to reflect into. Two kinds of light are kept apart, since the recovered
-//! light contains already what the unmodelled part of the room returns:
+//! one of the recovered lights (at the first places from a few) and from every added one, and the
+//! path goes on in a direction that the surface is likely to reflect into. Two kinds of light are
+//! kept apart, since the recovered light contains already what the unmodelled part of the room
+//! returns:
 //!
 //! - recovered light reaches what the path comes to over known surfaces and objects alone;
 //! - added light also by way of the [`Shell`](super::scene::Shell) that stands for the room.
@@ -11,9 +12,10 @@
 //! Where virtual lights lie on known surfaces that no photograph shows, they are all that these
 //! send: a path that comes there goes on for added light alone.
 //!
-//! A ray that leaves the known scene meets no recovered light: that was gathered where the ray
-//! began, also for the specular lobe, which is widened by the light's size as in the solve. The
-//! camera's own rays and those of mirrors, where nothing was gathered, meet the sky.
+//! A ray that leaves the known scene meets no recovered light but the sky: all other was gathered
+//! where the ray began, also for the specular lobe, which is widened by the light's size as in the
+//! solve. The sky is found both ways, and each finding counts for as much as it is likely (Veach
+//! 1997): beside a window by the surface's directions, deep in a room by the cells behind it.
 
 use std::f32::consts::PI;
 
@@ -21,8 +23,10 @@ use glam::{Vec2, Vec3};
 
 use crate::geometry::bvh::Ray;
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::math::sampling::{Frame, Random, mirrored, square_to_cosine_hemisphere};
+use crate::math::sampling::{Random, mirrored};
+use crate::render::lights::{Arriving, Light};
 use crate::render::looks::BrdfF32;
+use crate::render::scatter::scatter;
 use crate::render::scene::{Met, Scene};
 use crate::scene::{SurfacePoint, Viewing};
 
@@ -139,9 +143,24 @@ struct Place {
     depth: usize,
 }
 
+/// A direction that a place's surface chose for the path to go on in.
+struct Chose {
+    place: Place,
+    direction: Vec3,
+    /// By solid angle.
+    density: f32,
+    /// The chance with which the path went on.
+    survives: f32,
+}
+
 /// Recovered lights that are sampled at the first places of a path, one at the later ones: what is seen
 /// is mostly lit by them directly, and a shadow ray costs less than a path.
 const SAMPLES: [usize; 2] = [4, 2];
+
+fn samples_at(depth: usize) -> usize {
+    SAMPLES.get(depth).copied().unwrap_or(1)
+}
+
 /// Places that a path goes on from whatever it carries; later it ends by chance.
 const SURE_DEPTH: usize = 3;
 
@@ -205,9 +224,11 @@ impl Scene<'_> {
         let mut from: Option<(SurfacePoint, f32)> = None;
         // From here on the recovered light is counted already, or not looked for.
         let mut is_counted = !sought.recovered;
-        // Whether the ray comes from a camera or a mirror: only there light of the sky is met, which is
-        // sampled at all other surfaces. Whoever asks from within adds it themselves.
+        // Whether the ray comes from a camera or a mirror, where nothing was gathered. Whoever asks from
+        // within adds the sky themselves.
         let mut meets_sky = !is_within;
+        // Where recovered light was gathered before the ray.
+        let mut last: Option<Chose> = None;
         for depth in 0..=most {
             let hit = self.closest(&ray, from.is_none(), &mut sequence.random);
             let distance_m = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
@@ -225,7 +246,7 @@ impl Scene<'_> {
                     if let Met::Mirror(reflected) = met {
                         throughput = times(throughput, reflected);
                         ray = self.geometry.ray(point, mirrored(-ray.direction, point.normal));
-                        (from, meets_sky) = (None, true);
+                        (from, meets_sky, last) = (None, true, None);
                         continue;
                     }
                     // What a camera sees there has to be guessed: what it would reflect.
@@ -252,6 +273,9 @@ impl Scene<'_> {
                     {
                         let sky = scaled(sky, self.original_light);
                         gathered.add(layer, depth.saturating_sub(1), times(throughput, sky));
+                    }
+                    if let Some(chose) = &last {
+                        self.sky_met(chose, &mut gathered);
                     }
                     let Some(shell) = self.shell.filter(|_| depth > 0 || is_within) else { break };
                     is_counted = true;
@@ -290,6 +314,7 @@ impl Scene<'_> {
             throughput = scaled(throughput, 1.0 / survives);
             ray = self.geometry.ray(point, direction);
             (from, meets_sky) = (Some((point, density)), false);
+            last = (!is_counted).then_some(Chose { place, direction, density, survives });
         }
         first
     }
@@ -325,24 +350,52 @@ impl Scene<'_> {
         gathered.add(self.layer_of_added[index], depth.saturating_sub(1), light);
     }
 
-    fn recovered_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
-        let Place { point, brdf, viewing, throughput, depth } = *place;
+    /// Light of the sky from a direction that a surface chose, which sampling the sky might have
+    /// found as well.
+    fn sky_met(&self, chose: &Chose, gathered: &mut Gathered) {
+        let Chose { place, direction, density, survives } = chose;
+        let samples = samples_at(place.depth) as f32;
+        for (arriving, light, probability) in self.recovered.cells(place.point, *direction) {
+            let over = samples * probability + density * light.shape.solid_angle_sr();
+            let reflected = self.reflected(place, arriving, light, over * survives);
+            gathered.add(light.layer, place.depth, reflected);
+        }
+    }
+
+    /// Light of a recovered light that a place reflects, divided by `over`.
+    fn reflected(&self, place: &Place, arriving: Arriving, light: &Light, over: f32) -> Radiance {
+        let Place { point, brdf, viewing, throughput, .. } = *place;
         let strength = brdf.strength();
-        let samples = SAMPLES.get(depth).copied().unwrap_or(1);
+        let lobe = if brdf.is_specular() {
+            light.shape.lobe(point.position, viewing, brdf.gloss()) as f32
+        } else {
+            0.0
+        };
+        let factor = self.original_light / (PI * over);
+        let reflected = std::array::from_fn(|c| {
+            factor * (brdf.diffuse[c] + strength[c] * lobe) * arriving.irradiance[c]
+        });
+        times(throughput, reflected)
+    }
+
+    fn recovered_at(&self, place: &Place, sequence: &mut Sequence, gathered: &mut Gathered) {
+        let Place { point, brdf, viewing, depth, .. } = *place;
+        let samples = samples_at(depth);
         for sample in 0..samples {
             let (choice, square) = sequence.recovered(depth, sample);
-            let found = self.recovered.sample(&self.geometry, point, choice, square);
-            let Some((arriving, light)) = found else { continue };
-            let lobe = if brdf.is_specular() {
-                light.shape.lobe(point.position, viewing, brdf.gloss()) as f32
-            } else {
-                0.0
+            let found = self.recovered.choose(&self.geometry, point, choice, square);
+            let Some(chosen) = found.filter(|chosen| chosen.is_free(&self.geometry, point)) else {
+                continue;
             };
-            let factor = self.original_light / (PI * samples as f32);
-            let reflected = std::array::from_fn(|c| {
-                factor * (brdf.diffuse[c] + strength[c] * lobe) * arriving.irradiance[c]
-            });
-            gathered.add(light.layer, depth, times(throughput, reflected));
+            // The balance heuristic (Veach 1997) over all samples of the light and the one of the
+            // surface; both have the sum of their densities below, times the cell's solid angle.
+            let mut over = samples as f32 * chosen.probability;
+            if let Some((direction, solid_angle_sr)) = chosen.of_sky() {
+                let cosine = direction.dot(point.normal);
+                over += brdf.density(viewing, direction, cosine) * solid_angle_sr;
+            }
+            let light = self.reflected(place, chosen.arriving, chosen.light, over);
+            gathered.add(chosen.light.layer, depth, light);
         }
     }
 
@@ -359,32 +412,4 @@ impl Scene<'_> {
         let light = scaled(times(reflected, direct.light), direct.cosine * share);
         gathered.add(self.layer_of_added[index], depth, times(throughput, light));
     }
-}
-
-/// A direction in which light may have come, with the reflectance times cosine over its density,
-/// and that density; `None` where the lobe points into the surface, or nothing is reflected.
-fn scatter(brdf: &BrdfF32, viewing: Viewing, square: Vec2) -> Option<(Vec3, Radiance, f32)> {
-    let normal = viewing.normal;
-    let part = brdf.specular_part(viewing);
-    if part == 0.0 {
-        // Reflectance times cosine over density is the reflectance.
-        let local = square_to_cosine_hemisphere(square);
-        let direction = Frame::about(normal).to_world(local);
-        let cosine = direction.dot(normal);
-        return (cosine > 0.0).then_some((direction, brdf.diffuse, cosine / PI));
-    }
-    // What the choice between the lobes leaves of the number is even in [0, 1) again.
-    let direction = if square.x < part {
-        brdf.sample_lobe(viewing, Vec2::new(square.x / part, square.y))
-    } else {
-        let rest = ((square.x - part) / (1.0 - part)).min(1.0 - f32::EPSILON);
-        Frame::about(normal).to_world(square_to_cosine_hemisphere(Vec2::new(rest, square.y)))
-    };
-    let cosine = direction.dot(normal);
-    if cosine <= 0.0 {
-        return None;
-    }
-    let density = brdf.density(viewing, direction, cosine);
-    let weight = scaled(brdf.value(viewing, direction), cosine / density.max(f32::MIN_POSITIVE));
-    (density > 0.0).then_some((direction, weight, density))
 }

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::math::rgb::Radiance;
 use crate::reconstruct::lights::LightKind;
-use crate::render::lights::Light;
+use crate::render::light::Light;
 
 /// For every direction the few cells that may hold it, so that a ray which escapes need not ask
 /// all: a furnished room has hundreds.
@@ -25,6 +25,8 @@ struct Cell {
     towards: Vec3,
     /// Of the cone that it is.
     half_angle: f32,
+    /// Its index among the lights.
+    light: usize,
     layer: usize,
     radiance: Radiance,
 }
@@ -37,9 +39,11 @@ const REACH: f32 = 1.01 * std::f32::consts::FRAC_1_SQRT_2 * PI / ROWS as f32;
 
 impl Sky {
     pub fn new(lights: &[Light]) -> Self {
-        let cells = lights.iter().filter(|light| light.shape.kind == LightKind::Sky);
+        let all = lights.iter().enumerate();
+        let cells = all.filter(|(_, light)| light.shape.kind == LightKind::Sky);
         let cells: Vec<Cell> = cells
-            .map(|light| Cell {
+            .map(|(index, light)| Cell {
+                light: index,
                 towards: -light.shape.normal,
                 half_angle: light.shape.half_angle,
                 layer: light.layer,
@@ -65,16 +69,28 @@ impl Sky {
     /// Radiance from a direction, and its layer: of the cell whose middle is nearest, in half-angles
     /// of its cone, if the direction is within that.
     pub fn radiance(&self, direction: Vec3) -> Option<(usize, Radiance)> {
-        if self.cells.is_empty() {
-            return None;
-        }
-        let bucket = bucket(direction);
-        let range = self.first[bucket] as usize..self.first[bucket + 1] as usize;
-        let cells = self.members[range].iter().map(|&index| &self.cells[index as usize]);
+        let cells = self.near(direction);
         let (off, cell) = cells
             .map(|cell| (cell.off(direction), cell))
             .min_by(|(a, _), (b, _)| a.total_cmp(b))?;
         (off <= 1.0).then_some((cell.layer, cell.radiance))
+    }
+
+    /// Indices of all lights whose cones hold a direction.
+    pub fn holding(&self, direction: Vec3) -> impl Iterator<Item = usize> {
+        let cells = self.near(direction);
+        cells.filter(move |cell| cell.off(direction) <= 1.0).map(|cell| cell.light)
+    }
+
+    /// The cells that may hold a direction.
+    fn near(&self, direction: Vec3) -> impl Iterator<Item = &Cell> {
+        let range = if self.cells.is_empty() {
+            0..0
+        } else {
+            let bucket = bucket(direction);
+            self.first[bucket] as usize..self.first[bucket + 1] as usize
+        };
+        self.members[range].iter().map(|&index| &self.cells[index as usize])
     }
 }
 

@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::RayCaster;
-use lobelia::math::sampling::Random;
+use lobelia::math::sampling::{Random, fibonacci};
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::transport::arriving;
@@ -261,4 +261,19 @@ fn cameras_see_the_sky_beyond_the_geometry() {
     // What lies in front hides it.
     let below = stage.radiance(-eye, -eye + towards.as_dvec3());
     assert!(below.iter().all(|found| found.mean < 0.2 * sent[0]), "{below:?}");
+}
+
+/// Cells of a sky that cover every direction, many of them twice.
+fn add_whole_sky(stage: &mut Stage, count: usize, half_angle: f32) {
+    for towards in fibonacci(count, 0.4) {
+        let cell = VirtualLight::distant(LightKind::Sky, -towards, half_angle);
+        shine(stage, cell, &[(-towards, 0.0)]);
+    }
+}
+
+#[test]
+fn cells_of_a_sky_that_overlap_all_count_however_they_are_found() {
+    let mut stage = corner().spp(64);
+    add_whole_sky(&mut stage, 12, 0.9);
+    agree(&stage);
 }
