@@ -12,6 +12,7 @@ use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
 use super::leaving::{AfterPrompt, leave, once_saved, proceed};
+use super::lighting::{self, Lighting};
 use super::modelling::begin::{self, NewAction};
 use super::modelling::{self, ModelAction};
 use super::picture_choices::PictureChoices;
@@ -89,6 +90,8 @@ pub enum Action {
     FrameSelection,
     LookThrough(Option<usize>),
     Relight(Relight),
+    /// What is done about known lights.
+    Lighting(Lighting),
     Import(import::ImportAction),
     New(NewAction),
     Model(ModelAction),
@@ -344,6 +347,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::New(what) => begin::apply(state, what),
         Action::Model(what) => modelling::apply(state, what),
         Action::Relight(what) => relighting::apply(state, what),
+        Action::Lighting(what) => lighting::apply(state, what),
         Action::Import(what) => import::apply(state, what),
         Action::Study(what) => studying::apply(state, what),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),

@@ -16,6 +16,7 @@ use super::files::Opening;
 use super::import::{Field, ImportAction};
 use super::jobs::studies::Kind;
 use super::leaving::AfterPrompt;
+use super::lighting::Lighting;
 use super::modelling::begin::{NewAction, NewCapture};
 use super::picture_choices::PictureChoices;
 use super::scene_export::{ExportAction, ExportQuestion};
@@ -37,6 +38,8 @@ pub enum PathRequest {
     Locate,
     AddObject,
     AddDome,
+    /// A known sky.
+    AddSky,
     LoadEdits,
     SaveEdits,
     RenderTo,
@@ -44,6 +47,8 @@ pub enum PathRequest {
     SceneFolder,
     /// A file that the project names, and that is not there, by its index.
     Find(usize),
+    /// The same of a known light.
+    FindLight(usize),
     ImportCameras,
     ImportCameraFolder,
     ImportImages,
@@ -165,13 +170,14 @@ impl PathRequest {
             Self::SaveAs => "Save project as",
             Self::Export => "Export results to a folder",
             Self::Locate => "Find the capture",
-            Self::AddObject => "Add a mesh (OBJ)",
+            Self::AddObject => "Add a mesh (OBJ, glTF, PLY, STL)",
             Self::AddDome => "Add light from all around (EXR or HDR)",
+            Self::AddSky => "Add a known sky (EXR or HDR)",
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
             Self::SceneFolder => "Folder for the exported scene",
-            Self::Find(_) => "Find the file",
+            Self::Find(_) | Self::FindLight(_) => "Find the file",
             Self::ImportCameras => "File with cameras",
             Self::ImportCameraFolder => "Folder with cameras",
             Self::ImportImages => "Folder of the photographs",
@@ -212,11 +218,13 @@ impl PathRequest {
             Self::Locate => Action::Locate(path),
             Self::AddObject => Action::Relight(Relight::AddObject(path)),
             Self::AddDome => Action::Relight(Relight::AddDome(path)),
+            Self::AddSky => Action::Lighting(Lighting::AddSky(path)),
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::PicturesFolder(path)),
             Self::SceneFolder => Action::ExportScene(ExportAction::Folder(path)),
             Self::Find(index) => Action::Relight(Relight::Find(index, path)),
+            Self::FindLight(index) => Action::Lighting(Lighting::Find(index, path)),
             Self::NewPhotographs => Action::New(NewAction::Add(vec![path])),
             Self::NewFolder => Action::New(NewAction::Folder(path)),
             Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
@@ -247,8 +255,8 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
         dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
     }
     let (name, kinds): (&str, &[&str]) = match asked {
-        PathRequest::AddObject => ("Wavefront mesh", &["obj"]),
-        PathRequest::AddDome => ("Light from all around", &["exr", "hdr"]),
+        PathRequest::AddObject => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::AddDome | PathRequest::AddSky => ("Light from all around", &["exr", "hdr"]),
         PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
         PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
         _ => ("", &[]),
@@ -276,8 +284,10 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
             PathRequest::OpenProject
             | PathRequest::AddObject
             | PathRequest::AddDome
+            | PathRequest::AddSky
             | PathRequest::LoadEdits
             | PathRequest::Find(_)
+            | PathRequest::FindLight(_)
             | PathRequest::ImportCameras
             | PathRequest::ImportMesh => block_on(dialog.pick_file()),
             PathRequest::SaveAs | PathRequest::SaveEdits => block_on(dialog.save_file()),
@@ -354,7 +364,10 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::Export => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-results", project.name()))
         }),
-        PathRequest::AddObject | PathRequest::AddDome | PathRequest::LoadEdits => {
+        PathRequest::AddObject
+        | PathRequest::AddDome
+        | PathRequest::AddSky
+        | PathRequest::LoadEdits => {
             project.map_or_else(PathBuf::new, |project| beside(&project.folder, ""))
         }
         PathRequest::SaveEdits => project.map_or_else(PathBuf::new, |project| {
@@ -373,6 +386,9 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::Find(index) => {
             project.and_then(|project| project.edit().unread.get(index)?.file()).unwrap_or_default()
         }
+        PathRequest::FindLight(index) => project
+            .and_then(|project| project.edit().given.unread.get(index)?.file())
+            .unwrap_or_default(),
         PathRequest::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
             let what = if kind == Kind::Speed { "speed" } else { "stability" };
             beside(&project.folder, &format!("{}-{what}", project.name()))

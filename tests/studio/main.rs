@@ -6,6 +6,7 @@ mod dropping; // files that are dropped, numbers that are typed
 mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page
+mod lighting; // known light
 mod modelling; // the Model page: captures from photographs alone
 mod nothing_lost; // what a project holds stays there
 mod projects; // save, reopen, recovery, a moved capture

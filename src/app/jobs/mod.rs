@@ -22,6 +22,7 @@ use super::files::Opening;
 use super::keeping::Restoring;
 use super::products::{Products, Run};
 use super::project::Project;
+use crate::io::project::Relight;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::CoverageMask;
@@ -61,6 +62,10 @@ pub enum Reading {
     Dome,
     /// A part of the project that could not be read, by its index, from another file.
     Found(usize),
+    /// A known sky.
+    Sky,
+    /// A known light that could not be read, by its index, from another file.
+    FoundLight(usize),
 }
 
 /// The relit scene in the viewport.
@@ -171,12 +176,28 @@ impl Jobs {
         self.loader.cancel(job);
     }
 
-    /// Reads what a project changes of the recovered scene, before it is shown.
-    pub fn read_stored(&mut self, opening: Opening, capture: Arc<Capture>, value: Value) {
-        let (file, value) = (opening.path.clone(), Box::new(value));
-        let command = Command::ReadStoredEdits { capture: capture.clone(), file, value };
+    /// Reads what else a project holds, before it is shown: its known lights, then what it changes
+    /// of the recovered scene. Gives the project back once all has been read.
+    pub fn read_stored(
+        &mut self,
+        opening: Opening,
+        capture: Arc<Capture>,
+    ) -> Option<(Opening, Arc<Capture>)> {
+        let (file, project) = (opening.path.clone(), opening.project.as_deref());
+        let command = match project.map(|project| (&project.lights, &project.relight)) {
+            Some((Some(values), _)) if opening.lights.is_none() => {
+                let (capture, values) = (capture.clone(), values.clone());
+                Command::ReadStoredLights { capture, file, values }
+            }
+            Some((_, Relight::Stored(value))) if !value.is_null() && opening.edits.is_none() => {
+                let (capture, value) = (capture.clone(), Box::new(value.clone()));
+                Command::ReadStoredEdits { capture, file, value }
+            }
+            _ => return Some((opening, capture)),
+        };
         self.opening = Some((self.loader.send(command), opening));
         self.loaded = Some(capture);
+        None
     }
 
     pub fn cancel_opening(&mut self) {
@@ -316,6 +337,14 @@ impl Jobs {
         let Some(project) = project else { return };
         let capture = project.loaded.clone();
         self.reading.push((self.loader.send(Command::ReadEdits { capture, source }), reading));
+    }
+
+    /// Reads known lights for the open project.
+    pub fn read_lights(&mut self, project: Option<&Project>, reading: Reading, values: Vec<Value>) {
+        let Some(project) = project else { return };
+        let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
+        let command = Command::ReadStoredLights { capture, file, values };
+        self.reading.push((self.loader.send(command), reading));
     }
 
     /// Requests the viewport's relit picture; with `None`, where it is not shown, rendering stops.

@@ -50,7 +50,6 @@ pub use palette::{INVALID, material_color, signed};
 
 pub use crate::app::derived::Derived;
 pub use crate::app::project::Focus;
-use crate::app::relight;
 
 use crate::geometry::bvh::Ray;
 use crate::io::export::pictures::Development;
@@ -417,7 +416,7 @@ fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
         }
         Focus::Added => {
             let item = content.selected_added?;
-            relight::middle(&content.edits, item, capture.mesh.bounds()?)?
+            content.things.middle(item, capture.mesh.bounds()?)?
         }
         Focus::Photograph => {
             capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()
