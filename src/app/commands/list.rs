@@ -312,6 +312,14 @@ fn help(list: &mut Vec<Command>) {
     add(
         list,
         Help,
+        "Guide",
+        None,
+        Action::ShowGuide,
+        "Tutorial, how to do things, reference, and how far to trust the results",
+    );
+    add(
+        list,
+        Help,
         "Command palette…",
         key(COMMAND, Key::P),
         Action::ShowPalette,

@@ -5,6 +5,7 @@
 //! worker that the terminal drives.
 
 mod events;
+mod reading;
 mod rendering;
 mod scene_export;
 pub mod studies;
@@ -15,14 +16,12 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use eframe::egui;
-use serde_json::Value;
 
 use super::derived::{self, Derived};
 use super::files::Opening;
 use super::keeping::Restoring;
 use super::products::{Products, Run};
 use super::project::Project;
-use crate::io::project::Relight;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::CoverageMask;
@@ -176,30 +175,6 @@ impl Jobs {
         self.loader.cancel(job);
     }
 
-    /// Reads what else a project holds, before it is shown: its known lights, then what it changes
-    /// of the recovered scene. Gives the project back once all has been read.
-    pub fn read_stored(
-        &mut self,
-        opening: Opening,
-        capture: Arc<Capture>,
-    ) -> Option<(Opening, Arc<Capture>)> {
-        let (file, project) = (opening.path.clone(), opening.project.as_deref());
-        let command = match project.map(|project| (&project.lights, &project.relight)) {
-            Some((Some(values), _)) if opening.lights.is_none() => {
-                let (capture, values) = (capture.clone(), values.clone());
-                Command::ReadStoredLights { capture, file, values }
-            }
-            Some((_, Relight::Stored(value))) if !value.is_null() && opening.edits.is_none() => {
-                let (capture, value) = (capture.clone(), Box::new(value.clone()));
-                Command::ReadStoredEdits { capture, file, value }
-            }
-            _ => return Some((opening, capture)),
-        };
-        self.opening = Some((self.loader.send(command), opening));
-        self.loaded = Some(capture);
-        None
-    }
-
     pub fn cancel_opening(&mut self) {
         self.loaded = None;
         if let Some((job, _)) = self.opening.take() {
@@ -337,14 +312,6 @@ impl Jobs {
         let Some(project) = project else { return };
         let capture = project.loaded.clone();
         self.reading.push((self.loader.send(Command::ReadEdits { capture, source }), reading));
-    }
-
-    /// Reads known lights for the open project.
-    pub fn read_lights(&mut self, project: Option<&Project>, reading: Reading, values: Vec<Value>) {
-        let Some(project) = project else { return };
-        let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
-        let command = Command::ReadStoredLights { capture, file, values };
-        self.reading.push((self.loader.send(command), reading));
     }
 
     /// Requests the viewport's relit picture; with `None`, where it is not shown, rendering stops.

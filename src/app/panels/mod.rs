@@ -5,6 +5,7 @@ pub mod cards;
 mod compare;
 mod convergence;
 mod fields;
+mod guide;
 pub mod import;
 mod inspect_light;
 mod inspect_sample;
@@ -150,7 +151,7 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     relight::relight_ui(ui, project, jobs, state, gizmo, actions);
                 }
                 Pane::Convergence => {
-                    convergence::convergence_ui(ui, project, &mut panels.convergence);
+                    convergence::convergence_ui(ui, project, &mut panels.convergence, actions);
                 }
                 Pane::SampleErrors => {
                     sample_errors::sample_errors_ui(ui, project, &mut panels.errors, actions);

@@ -35,6 +35,7 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
     } else if state.dialogs.assign {
         assign_ui(ctx, state, actions);
     }
+    super::guide::guide_ui(ctx, state);
     if state.dialogs.shortcuts {
         shortcuts_ui(ctx, state);
     }
@@ -133,7 +134,7 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::Locate | PathRequest::Find(_) | PathRequest::FindLight(_) => "Use",
         PathRequest::AddObject | PathRequest::AddDome | PathRequest::AddSky => "Add",
         PathRequest::LoadEdits => "Load",
-        PathRequest::SaveEdits => "Save",
+        PathRequest::SaveEdits | PathRequest::SavePlot(..) => "Save",
         PathRequest::ImportCameras
         | PathRequest::ImportCameraFolder
         | PathRequest::ImportImages

@@ -9,7 +9,7 @@ use crate::app::derived::Derived;
 use crate::app::project::Focus;
 use crate::app::relight::Added;
 use crate::app::things::Things;
-use crate::math::rgb::Radiance;
+use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
@@ -220,6 +220,17 @@ impl Default for ViewSettings {
             before: None,
         }
     }
+}
+
+/// The value that the picture on the screen has under the cursor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PictureValue {
+    /// Linear radiance, in the unit of the photographs.
+    Radiance(Radiance),
+    /// Diffuse reflectance.
+    Reflectance(Rgb),
+    /// Saturated or invalid.
+    NoMeasurement,
 }
 
 /// The value under the cursor.

@@ -65,7 +65,7 @@ fn stored_light(reader: &mut Reader, item: &Field, index: usize) -> Result<Known
             item.file,
             place.clone(),
             problem.clone(),
-            &format!(
+            format!(
                 "The light is left out until the capture has its surfaces again; it has {}",
                 listed(reader.surfaces.iter().map(|surface| surface.name.as_str()))
             ),
