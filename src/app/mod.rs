@@ -21,6 +21,8 @@ mod guide;
 mod import;
 mod jobs;
 mod keeping;
+#[cfg(test)]
+mod killed;
 mod layout;
 mod leaving;
 mod lighting;

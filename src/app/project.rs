@@ -251,8 +251,7 @@ impl Project {
     /// Results that are in no file of the project. While a run is under way they are those before
     /// it.
     pub fn unsaved_results(&self) -> Option<&Arc<Reconstruction>> {
-        let products = self.settled();
-        products.whole.as_ref().filter(|_| !products.stored)
+        Some(self.settled()).filter(|own| !own.stored).and_then(|own| own.whole.as_ref())
     }
 
     fn settled(&self) -> &Products {

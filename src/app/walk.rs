@@ -71,7 +71,7 @@ impl Model {
     }
 }
 
-fn capture() -> Arc<Capture> {
+pub(super) fn capture() -> Arc<Capture> {
     let surface = |index: usize| Surface {
         name: format!("s{index}"),
         role: Role::Material(index),
@@ -82,7 +82,7 @@ fn capture() -> Arc<Capture> {
     Arc::new(Capture { surfaces, materials: tags.materials, ..Capture::default() })
 }
 
-fn save(project: &Project, file: &Path) {
+pub(super) fn save(project: &Project, file: &Path) {
     let edit = project.edit();
     let stored = ProjectFile {
         capture: project.folder.clone(),
@@ -95,7 +95,7 @@ fn save(project: &Project, file: &Path) {
     project::write_over(file, &stored).unwrap();
 }
 
-fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
+pub(super) fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
     let stored = project::read(file).unwrap();
     let mut given = GivenLight::of(loaded);
     if let Some(values) = &stored.lights {
@@ -121,7 +121,7 @@ fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
     project
 }
 
-fn count_of(samples: usize) -> Change {
+pub(super) fn count_of(samples: usize) -> Change {
     Change::Option { section: "samples", name: "count", text: samples.to_string() }
 }
 
