@@ -84,7 +84,7 @@ pub const READERS: [Reader; 25] = [
         },
     ),
     ("mtl", &["formats/obj/assimp/concave_polygon.mtl"], |bytes| {
-        from_disk("a.mtl", bytes, |file| drop(mtl::read_specular(file)));
+        from_disk("a.mtl", bytes, |file| drop(mtl::read(file)));
     }),
     (
         "exr",

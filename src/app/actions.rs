@@ -12,9 +12,11 @@ use super::import;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
 use super::leaving::{AfterPrompt, leave, once_saved, proceed};
+use super::lighting::{self, Lighting};
 use super::modelling::begin::{self, NewAction};
 use super::modelling::{self, ModelAction};
 use super::picture_choices::PictureChoices;
+use super::plots::{self, PlotFile, Plotted};
 use super::project::{Project, Selection};
 use super::relight::{Added, NewLight};
 use super::relighting;
@@ -89,14 +91,19 @@ pub enum Action {
     FrameSelection,
     LookThrough(Option<usize>),
     Relight(Relight),
+    /// What is done about known lights.
+    Lighting(Lighting),
     Import(import::ImportAction),
     New(NewAction),
     Model(ModelAction),
     Study(Study),
     ExportScene(ExportAction),
+    /// With `true` where a file of that name may go.
+    SavePlot(Plotted, PlotFile, PathBuf, bool),
     ShowPalette,
     ShowShortcuts,
     ShowAbout,
+    ShowGuide,
     ShowReport,
     Copy(String),
     DismissError(usize),
@@ -344,10 +351,15 @@ pub fn apply(state: &mut State, action: Action) {
         Action::New(what) => begin::apply(state, what),
         Action::Model(what) => modelling::apply(state, what),
         Action::Relight(what) => relighting::apply(state, what),
+        Action::Lighting(what) => lighting::apply(state, what),
         Action::Import(what) => import::apply(state, what),
         Action::Study(what) => studying::apply(state, what),
+        Action::SavePlot(of, kind, path, replace) => plots::save(state, of, kind, path, replace),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
+        Action::ShowGuide => {
+            state.dialogs.guide.get_or_insert_default();
+        }
         Action::ShowAbout => state.dialogs.about = true,
         Action::ShowReport => state.dialogs.report = Some(report::of(state)),
         Action::Copy(text) => state.ctx.copy_text(text),

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::given::GivenLight;
 use super::relight::Added;
 use crate::io::edits::Unread;
 use crate::math::rgb::Rgb;
@@ -72,6 +73,12 @@ pub enum Change {
         edits: Arc<Edits>,
         unread: Arc<Vec<Unread>>,
     },
+    /// Other light is known than was before.
+    Given {
+        name: &'static str,
+        of: Option<Added>,
+        given: Arc<GivenLight>,
+    },
     /// The scene is relit in another way.
     Relight {
         name: &'static str,
@@ -100,7 +107,9 @@ impl Change {
             Self::DeleteEmpty => "remove empty materials".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
             Self::Options { name, .. } => name.clone(),
-            Self::Relight { name, .. } | Self::Unread { name, .. } => (*name).to_owned(),
+            Self::Given { name, .. } | Self::Relight { name, .. } | Self::Unread { name, .. } => {
+                (*name).to_owned()
+            }
         }
     }
 
@@ -119,7 +128,8 @@ impl Change {
                 Self::Option { section: a, name: x, .. },
                 Self::Option { section: b, name: y, .. },
             ) => a == b && x == y,
-            (Self::Relight { name: a, of: x, .. }, Self::Relight { name: b, of: y, .. }) => {
+            (Self::Relight { name: a, of: x, .. }, Self::Relight { name: b, of: y, .. })
+            | (Self::Given { name: a, of: x, .. }, Self::Given { name: b, of: y, .. }) => {
                 a == b && x == y
             }
             _ => false,

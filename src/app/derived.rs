@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use faer::Mat;
+
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::LightKind;
@@ -19,6 +21,8 @@ pub struct Derived {
     /// Root mean square of the log errors.
     pub log_rms: f64,
     pub lights: Vec<LightNumbers>,
+    /// For each lobe, whether it shines where no sample is: photographs say nothing of its strength.
+    pub unseen: Vec<bool>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,7 +37,8 @@ pub struct SampleNumbers {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightNumbers {
-    /// The largest emission of any lobe, as the mean of the channels.
+    /// The largest emission of any lobe that lights a sample, or else of any, as the mean of the
+    /// channels.
     pub strongest: f64,
     pub emission: Rgb,
     pub lobes: usize,
@@ -42,6 +47,13 @@ pub struct LightNumbers {
     pub share: f64,
     /// Samples that get more than a thousandth of their irradiance from virtual lights from it.
     pub lit_samples: usize,
+}
+
+impl LightNumbers {
+    /// Whether it shines, and no sample gets any of its light.
+    pub fn is_unseen(&self) -> bool {
+        self.lit_lobes > 0 && self.lit_samples == 0
+    }
 }
 
 /// What samples owe to lights below this part of their light is nothing.
@@ -64,7 +76,8 @@ impl Derived {
         }
         let sum: f64 = samples.iter().map(|sample| sample.log_error.powi(2)).sum();
         let log_rms = (sum / samples.len().max(1) as f64).sqrt();
-        Self { by_material, material_start, place, log_rms, lights: lights(whole), samples }
+        let (lights, unseen) = lights(whole);
+        Self { by_material, material_start, place, log_rms, lights, unseen, samples }
     }
 
     /// The sample with the largest error.
@@ -116,7 +129,7 @@ fn samples(whole: &Reconstruction) -> Vec<SampleNumbers> {
     samples
 }
 
-fn lights(whole: &Reconstruction) -> Vec<LightNumbers> {
+fn lights(whole: &Reconstruction) -> (Vec<LightNumbers>, Vec<bool>) {
     let mean = |rgb: &Rgb| rgb.iter().sum::<f64>() / CHANNELS as f64;
     let coupling = &whole.transport.coupling;
     let emission = &whole.solution.emission;
@@ -132,18 +145,22 @@ fn lights(whole: &Reconstruction) -> Vec<LightNumbers> {
     }
     let all: f64 = total.iter().sum();
     let mut own = vec![0.0; rows];
-    (0..whole.lights.lights.len())
+    let unseen = unseen(coupling, emission, &total);
+    let lights = (0..whole.lights.lights.len())
         .map(|light| {
             let range = whole.lobes.of(light);
             let mut numbers = LightNumbers { lobes: range.len(), ..LightNumbers::default() };
             own.fill(0.0);
+            let mut seen = false;
             for lobe in range.filter(|&lobe| lobe < lobes) {
                 let strength = mean(&emission[lobe]);
                 if strength <= 0.0 {
                     continue;
                 }
                 numbers.lit_lobes += 1;
-                if strength > numbers.strongest {
+                let is_seen = !unseen[lobe];
+                if (is_seen, strength) > (seen, numbers.strongest) {
+                    seen = is_seen;
                     (numbers.strongest, numbers.emission) = (strength, emission[lobe]);
                 }
                 for (own, k) in own.iter_mut().zip(coupling.col(lobe).iter()) {
@@ -156,6 +173,21 @@ fn lights(whole: &Reconstruction) -> Vec<LightNumbers> {
             numbers.lit_samples =
                 own.iter().zip(&total).filter(|(own, total)| **own > LIT * **total).count();
             numbers
+        })
+        .collect();
+    (lights, unseen)
+}
+
+/// For each lobe, whether it has an emission of which no sample gets a thousandth of its light, given
+/// the irradiance of each sample from all lobes.
+fn unseen(coupling: &Mat<f64>, emission: &[Rgb], total: &[f64]) -> Vec<bool> {
+    let strength = |own: &Rgb| own.iter().sum::<f64>() / CHANNELS as f64;
+    let lobes = emission.iter().take(coupling.ncols()).enumerate();
+    lobes
+        .map(|(lobe, own)| {
+            let strength = strength(own);
+            let lit = |(k, total): (&f64, &f64)| k * strength > LIT * total;
+            strength > 0.0 && !coupling.col(lobe).iter().zip(total).any(lit)
         })
         .collect()
 }
@@ -210,4 +242,27 @@ pub fn on_a_thread(
     // Without a thread the tables stay empty, which they say.
     let _ = std::thread::Builder::new().name("numbers".to_owned()).spawn(work);
     receiver
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lobe_that_lights_no_sample_is_told_from_one_that_does() {
+        // The third shines brightest, past all samples; the fourth is dark.
+        let coupling = Mat::from_fn(2, 4, |row, lobe| match lobe {
+            0 => 0.5,
+            1 => 0.001 * row as f64,
+            2 => 1e-9,
+            _ => 0.0,
+        });
+        let emission = [1.0, 2.0, 1753.0, 0.0].map(|value| [value; CHANNELS]);
+        let total = [0.5, 0.502];
+        assert_eq!(unseen(&coupling, &emission, &total), [false, false, true, false]);
+        let numbers =
+            |lit_samples| LightNumbers { lit_lobes: 1, lit_samples, ..Default::default() };
+        assert!(numbers(0).is_unseen() && !numbers(1).is_unseen());
+        assert!(!LightNumbers::default().is_unseen(), "what is dark is not unseen");
+    }
 }

@@ -13,11 +13,14 @@ use rfd::AsyncFileDialog;
 
 use super::actions::{Action, Relight, Study};
 use super::files::Opening;
+use super::guide::GuideView;
 use super::import::{Field, ImportAction};
 use super::jobs::studies::Kind;
 use super::leaving::AfterPrompt;
+use super::lighting::Lighting;
 use super::modelling::begin::{NewAction, NewCapture};
 use super::picture_choices::PictureChoices;
+use super::plots::{PlotFile, Plotted};
 use super::scene_export::{ExportAction, ExportQuestion};
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
@@ -37,6 +40,8 @@ pub enum PathRequest {
     Locate,
     AddObject,
     AddDome,
+    /// A known sky.
+    AddSky,
     LoadEdits,
     SaveEdits,
     RenderTo,
@@ -44,6 +49,8 @@ pub enum PathRequest {
     SceneFolder,
     /// A file that the project names, and that is not there, by its index.
     Find(usize),
+    /// The same of a known light.
+    FindLight(usize),
     ImportCameras,
     ImportCameraFolder,
     ImportImages,
@@ -52,6 +59,8 @@ pub enum PathRequest {
     /// Photographs to begin a capture with, and the capture's folder.
     NewPhotographs,
     NewFolder,
+    /// A plot as a file.
+    SavePlot(Plotted, PlotFile),
     /// A folder for what a study has found.
     SaveStudy(Kind),
 }
@@ -101,6 +110,8 @@ pub struct Dialogs {
     pub palette: Option<Palette>,
     pub shortcuts: bool,
     pub about: bool,
+    /// The guide stands beside the work.
+    pub guide: Option<GuideView>,
     /// The text of the report of a problem.
     pub report: Option<String>,
     /// Which material the selected surfaces go to.
@@ -165,13 +176,14 @@ impl PathRequest {
             Self::SaveAs => "Save project as",
             Self::Export => "Export results to a folder",
             Self::Locate => "Find the capture",
-            Self::AddObject => "Add a mesh (OBJ)",
+            Self::AddObject => "Add a mesh (OBJ, glTF, PLY, STL)",
             Self::AddDome => "Add light from all around (EXR or HDR)",
+            Self::AddSky => "Add a known sky (EXR or HDR)",
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
             Self::SceneFolder => "Folder for the exported scene",
-            Self::Find(_) => "Find the file",
+            Self::Find(_) | Self::FindLight(_) => "Find the file",
             Self::ImportCameras => "File with cameras",
             Self::ImportCameraFolder => "Folder with cameras",
             Self::ImportImages => "Folder of the photographs",
@@ -179,9 +191,16 @@ impl PathRequest {
             Self::ImportOut => "Folder for the capture",
             Self::NewPhotographs => "Photographs, or a folder of them",
             Self::NewFolder => "Folder for the new capture",
+            Self::SavePlot(_, PlotFile::Csv) => "Save the plot's numbers (CSV)",
+            Self::SavePlot(_, PlotFile::Svg) => "Save the plot as a drawing (SVG)",
             Self::SaveStudy(Kind::Speed) => "Save the study of speed to a folder",
             Self::SaveStudy(Kind::Stability) => "Save the report of stability to a folder",
         }
+    }
+
+    /// Whether a name for a new file is wanted.
+    fn is_new_file(self) -> bool {
+        matches!(self, Self::SaveAs | Self::SaveEdits | Self::SavePlot(..))
     }
 
     /// The field of the import page that it is for.
@@ -212,13 +231,16 @@ impl PathRequest {
             Self::Locate => Action::Locate(path),
             Self::AddObject => Action::Relight(Relight::AddObject(path)),
             Self::AddDome => Action::Relight(Relight::AddDome(path)),
+            Self::AddSky => Action::Lighting(Lighting::AddSky(path)),
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::PicturesFolder(path)),
             Self::SceneFolder => Action::ExportScene(ExportAction::Folder(path)),
             Self::Find(index) => Action::Relight(Relight::Find(index, path)),
+            Self::FindLight(index) => Action::Lighting(Lighting::Find(index, path)),
             Self::NewPhotographs => Action::New(NewAction::Add(vec![path])),
             Self::NewFolder => Action::New(NewAction::Folder(path)),
+            Self::SavePlot(plotted, kind) => Action::SavePlot(plotted, kind, path, replace),
             Self::SaveStudy(kind) => Action::Study(Study::Save(kind, path)),
         }
     }
@@ -247,16 +269,18 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
         dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
     }
     let (name, kinds): (&str, &[&str]) = match asked {
-        PathRequest::AddObject => ("Wavefront mesh", &["obj"]),
-        PathRequest::AddDome => ("Light from all around", &["exr", "hdr"]),
+        PathRequest::AddObject => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::AddDome | PathRequest::AddSky => ("Light from all around", &["exr", "hdr"]),
         PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
         PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::SavePlot(_, PlotFile::Csv) => ("Table", &["csv"]),
+        PathRequest::SavePlot(_, PlotFile::Svg) => ("Drawing", &["svg"]),
         _ => ("", &[]),
     };
     if !kinds.is_empty() {
         dialog = dialog.add_filter(name, kinds);
     }
-    if matches!(asked, PathRequest::SaveAs | PathRequest::SaveEdits)
+    if asked.is_new_file()
         && let Some(name) = start.file_name()
     {
         dialog = dialog.set_file_name(name.to_string_lossy());
@@ -276,11 +300,13 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
             PathRequest::OpenProject
             | PathRequest::AddObject
             | PathRequest::AddDome
+            | PathRequest::AddSky
             | PathRequest::LoadEdits
             | PathRequest::Find(_)
+            | PathRequest::FindLight(_)
             | PathRequest::ImportCameras
             | PathRequest::ImportMesh => block_on(dialog.pick_file()),
-            PathRequest::SaveAs | PathRequest::SaveEdits => block_on(dialog.save_file()),
+            _ if asked.is_new_file() => block_on(dialog.save_file()),
             _ => block_on(dialog.pick_folder()),
         };
         // The window may be gone.
@@ -310,7 +336,9 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
         }
         [path, ..] => {
             // The system has asked about a file of this very name.
-            let replace = is_project(path) || asked == PathRequest::SaveEdits;
+            let replace = is_project(path)
+                || asked == PathRequest::SaveEdits
+                || matches!(asked, PathRequest::SavePlot(_, kind) if kind.is_end_of(path));
             actions.push(asked.action(path.clone(), replace));
         }
         [] if took < NO_HAND => {
@@ -354,7 +382,10 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::Export => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-results", project.name()))
         }),
-        PathRequest::AddObject | PathRequest::AddDome | PathRequest::LoadEdits => {
+        PathRequest::AddObject
+        | PathRequest::AddDome
+        | PathRequest::AddSky
+        | PathRequest::LoadEdits => {
             project.map_or_else(PathBuf::new, |project| beside(&project.folder, ""))
         }
         PathRequest::SaveEdits => project.map_or_else(PathBuf::new, |project| {
@@ -373,6 +404,13 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::Find(index) => {
             project.and_then(|project| project.edit().unread.get(index)?.file()).unwrap_or_default()
         }
+        PathRequest::FindLight(index) => project
+            .and_then(|project| project.edit().given.unread.get(index)?.file())
+            .unwrap_or_default(),
+        PathRequest::SavePlot(plotted, kind) => project.map_or_else(PathBuf::new, |project| {
+            let (stem, end) = (plotted.stem(), kind.end());
+            beside(&project.folder, &format!("{}-{stem}.{end}", project.name()))
+        }),
         PathRequest::SaveStudy(kind) => project.map_or_else(PathBuf::new, |project| {
             let what = if kind == Kind::Speed { "speed" } else { "stability" };
             beside(&project.folder, &format!("{}-{what}", project.name()))

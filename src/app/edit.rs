@@ -5,11 +5,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::change::Change;
+use super::given::GivenLight;
+use super::things::Things;
 use crate::io::edits::Unread;
 use crate::io::project::{self, Absent, Tag};
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
-use crate::scene::{Capture, Material, MaterialKind, Role};
+use crate::scene::{Capture, Material, MaterialKind};
 
 /// The edited state of a project.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,6 +20,8 @@ pub struct Edit {
     /// is reconstructed.
     pub materials: Vec<Material>,
     pub options: Options,
+    /// Light that is known.
+    pub given: Arc<GivenLight>,
     /// How the results are relit.
     pub relight: Arc<Edits>,
     /// What of that could not be read.
@@ -29,7 +33,8 @@ pub struct Edit {
 impl Edit {
     /// The state of a capture as it was loaded.
     pub fn of(capture: &Capture, options: Options) -> Self {
-        Self { materials: capture.materials.clone(), options, ..Self::default() }
+        let given = Arc::new(GivenLight::of(capture));
+        Self { materials: capture.materials.clone(), options, given, ..Self::default() }
     }
 
     /// The materials as a project file has them.
@@ -44,13 +49,21 @@ impl Edit {
 
     /// Whether another state is reconstructed to the same results.
     pub fn same_reconstruction_inputs(&self, other: &Self) -> bool {
-        self.materials == other.materials && self.options == other.options
+        self.materials == other.materials
+            && self.options == other.options
+            && self.given.lights == other.given.lights
+            && self.given.environment == other.given.environment
+    }
+
+    /// What can be moved in the 3D view.
+    pub fn things(&self) -> Things {
+        Things { edits: self.relight.clone(), given: self.given.clone() }
     }
 
     /// The capture with these tags: what loading it with such a tag file would give. Materials
     /// without surfaces are left out, as there.
     pub fn capture(&self, loaded: &Capture) -> Capture {
-        project::tagged(loaded, &self.materials)
+        project::tagged(&self.given.lit(loaded), &self.materials)
     }
 
     /// The materials that no surface has, also none that the capture lacks at present.
@@ -157,6 +170,11 @@ impl Edit {
             }
             Change::DefaultOptions => self.options = Options::default(),
             Change::Options { options, .. } => self.options = (**options).clone(),
+            Change::Given { given, .. } => {
+                self.given = given.clone();
+                // What shines is no material's any more.
+                self.take(&given.luminaires(), None);
+            }
             Change::Relight { edits, .. } => self.relight = edits.clone(),
             Change::Unread { edits, unread, .. } => {
                 self.relight = edits.clone();
@@ -215,13 +233,12 @@ impl Edit {
 
     fn assignable(&self, surfaces: &BTreeSet<usize>, loaded: &Capture) -> Result<(), String> {
         for &surface in surfaces {
-            let surface = &loaded.surfaces[surface];
-            if let Role::Luminaire(light) = surface.role {
+            if let Some(light) = self.given.visible_with(surface) {
                 return Err(format!(
                     "The surface \"{}\" belongs to the visible light \"{}\": no reflectance is \
                      estimated for it.",
-                    surface.name,
-                    loaded.lights[light].name()
+                    loaded.surfaces[surface].name,
+                    light.name()
                 ));
             }
         }
@@ -241,7 +258,7 @@ impl Edit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Surface;
+    use crate::scene::{Role, Surface};
 
     fn capture() -> Capture {
         let surface = |index: usize| Surface {
@@ -309,5 +326,21 @@ mod tests {
         let mut edit = Edit::of(&loaded, Options::default());
         let change = Change::Assign { surfaces: BTreeSet::from([1]), material: 0 };
         assert!(edit.apply(&change, &loaded).unwrap_err().contains("lamp"));
+    }
+
+    #[test]
+    fn surfaces_that_shine_leave_their_materials_and_come_back_as_untagged() {
+        let loaded = capture();
+        let mut edit = Edit::of(&loaded, Options::default());
+        let lights =
+            |given: GivenLight| Change::Given { name: "lights", of: None, given: Arc::new(given) };
+        edit.apply(&lights(edit.given.with_visible(&[1].into())), &loaded).unwrap();
+        let lit = edit.capture(&loaded);
+        let roles: Vec<Role> = lit.surfaces.iter().map(|surface| surface.role).collect();
+        assert_eq!(roles, [Role::Material(0), Role::Luminaire(0), Role::Material(1)]);
+        assert_eq!((lit.lights.len(), lit.materials.len()), (1, 2));
+        assert!(!edit.same_reconstruction_inputs(&Edit::of(&loaded, Options::default())));
+        edit.apply(&lights(edit.given.without(0)), &loaded).unwrap();
+        assert_eq!(edit.capture(&loaded).surfaces[1].role, Role::Untagged);
     }
 }

@@ -4,19 +4,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::dialogs::{Locate, PathRequest};
 use super::edit::Edit;
+use super::given::GivenLight;
 use super::keeping;
 use super::leaving::{AfterPrompt, UnsavedWork};
 use super::modelling;
 use super::project::Project;
 use super::reopening;
+use super::solo::Alone;
 use super::state::State;
 use super::view_file;
-use crate::io::edits::StoredEdits;
+use crate::io::edits::{StoredEdits, Unread};
 use crate::io::project::{self, ProjectFile, Relight};
+use crate::io::tags::StoredLights;
 use crate::io::{results, settings};
-use crate::scene::Capture;
+use crate::scene::{Capture, Environment};
 
 /// What is being opened.
 pub struct Opening {
@@ -27,6 +32,8 @@ pub struct Opening {
     pub project: Option<Box<ProjectFile>>,
     /// What the project changes of the recovered scene, once it has been read.
     pub edits: Option<Box<StoredEdits>>,
+    /// The known lights that the project has, once they have been read.
+    pub lights: Option<Box<StoredLights>>,
     /// The project file to save to.
     pub file: Option<PathBuf>,
     /// It is unsaved work that a crash left.
@@ -49,6 +56,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             folder,
             project: None,
             edits: None,
+            lights: None,
             file: None,
             recovered: None,
             is_reopened: false,
@@ -85,6 +93,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         folder: read.capture.clone(),
         project: Some(Box::new(read)),
         edits: None,
+        lights: None,
         file,
         recovered,
         is_reopened: false,
@@ -165,13 +174,16 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         reopening::carry_over(&before, &mut project, &mut state.messages);
     }
     state.viewport.frame_all();
+    let alone = stored.and_then(|own| Alone::of_value(own.view.get("alone")?));
     if let Some(stored) = opening.project {
-        let resolved = project::materials(&stored.tags, &project.loaded);
+        let given = given_by(opening.lights, stored.environment, &project.loaded, state);
+        let resolved = project::materials(&stored.tags, &given.lit(&project.loaded));
         let edits = opening.edits.map_or_else(StoredEdits::default, |edits| *edits);
-        tell_unread(state, &edits);
+        tell_unread(state, &edits.warnings, &edits.unread, &given.unread);
         project.set_edit(Arc::new(Edit {
             materials: resolved.materials,
             options: stored.options,
+            given: Arc::new(given),
             relight: Arc::new(edits.edits),
             unread: Arc::new(edits.unread),
             absent: resolved.absent,
@@ -205,6 +217,7 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         }
     }
     state.panels.forget();
+    state.panels.set_alone(alone);
     if let Some(left) = opening.recovered {
         if !state.jobs.is_restoring() {
             keeping::take_over(state, &left);
@@ -222,17 +235,35 @@ pub fn remember(state: &mut State, path: &Path) {
     save_settings(state);
 }
 
-/// Says what of a project's edits could not be read, and what to do about it.
-fn tell_unread(state: &mut State, edits: &StoredEdits) {
-    for warning in &edits.warnings {
+/// The known light of a project: its own, or that of the capture's tags.
+fn given_by(
+    lights: Option<Box<StoredLights>>,
+    environment: Option<Environment>,
+    loaded: &Capture,
+    state: &mut State,
+) -> GivenLight {
+    let mut given = GivenLight::of(loaded);
+    given.environment = environment.unwrap_or(given.environment);
+    if let Some(stored) = lights {
+        for warning in stored.warnings {
+            state.messages.warning(warning);
+        }
+        (given.lights, given.unread) = (stored.lights, stored.unread);
+    }
+    given
+}
+
+/// Says what of a project could not be read, and what to do about it.
+fn tell_unread(state: &mut State, warnings: &[String], edits: &[Unread], lights: &[Unread]) {
+    for warning in warnings {
         state.messages.warning(warning.clone());
     }
-    let problems: Vec<&str> =
-        edits.unread.iter().filter_map(|part| part.problem.as_deref()).collect();
+    let all = edits.iter().chain(lights);
+    let problems: Vec<&str> = all.filter_map(|part| part.problem.as_deref()).collect();
     if !problems.is_empty() {
         let text = format!(
-            "{}\nSaving keeps them as they are. The Relight workspace lists them: point a missing \
-             file at its new place there.",
+            "{}\nSaving keeps them as they are. The panels Relight and Known light list them: \
+             point a missing file at its new place there.",
             problems.join("\n")
         );
         state.messages.error("Parts of the project could not be read", text);
@@ -253,17 +284,30 @@ pub fn close_unprompted(state: &mut State) {
 }
 
 pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
+    let given = &project.edit().given;
     ProjectFile {
         capture: project.folder.clone(),
         original: None,
         tags: project.edit().tags(&project.loaded),
+        lights: (given.lights != project.loaded.lights || !given.unread.is_empty())
+            .then(|| given.values(&project.loaded)),
+        environment: (given.environment != project.loaded.environment).then_some(given.environment),
         options: project.edit().options.clone(),
         relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
         solution: project.solution.clone().filter(|_| !project.is_outdated()),
         results: project.results.clone(),
-        view: view_file::value(&state.viewport.settings, state.viewport.camera()),
+        view: view_of(state),
         layout: state.layout.value(),
     }
+}
+
+/// How the 3D view is set, and which light is seen alone there.
+fn view_of(state: &State) -> Value {
+    let mut view = view_file::value(&state.viewport.settings, state.viewport.camera());
+    if let Some(alone) = state.panels.alone() {
+        view["alone"] = alone.value();
+    }
+    view
 }
 
 /// Saves the model and the project, as far as they have changed; says whether that worked.

@@ -13,6 +13,7 @@ pub enum Pane {
     Outliner,
     Viewport,
     Tags,
+    KnownLight,
     Run,
     Inspector,
     Relight,
@@ -28,10 +29,11 @@ pub enum Pane {
 }
 
 impl Pane {
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Outliner,
         Self::Viewport,
         Self::Tags,
+        Self::KnownLight,
         Self::Run,
         Self::Inspector,
         Self::Relight,
@@ -51,6 +53,7 @@ impl Pane {
             Self::Outliner => "Outliner",
             Self::Viewport => "3D view",
             Self::Tags => "Tags",
+            Self::KnownLight => "Known light",
             Self::Run => "Run",
             Self::Inspector => "Inspector",
             Self::Relight => "Relight",
@@ -155,8 +158,11 @@ impl Workspace {
         }
         let outliner = tiles.insert_pane(Pane::Outliner);
         let viewport = tiles.insert_pane(Pane::Viewport);
-        let right =
-            tabs(&mut tiles, &[Pane::Tags, Pane::Run, Pane::Inspector, Pane::Relight], right_front);
+        let right = tabs(
+            &mut tiles,
+            &[Pane::Tags, Pane::KnownLight, Pane::Run, Pane::Inspector, Pane::Relight],
+            right_front,
+        );
         let lower = tabs(
             &mut tiles,
             &[
@@ -181,6 +187,31 @@ impl Workspace {
             &[(outliner, 0.185), (center, 0.545), (right, 0.27)],
         );
         Tree::new(id, root, tiles)
+    }
+}
+
+impl Workspace {
+    /// Gives an arrangement that was kept the panels that have come since: each beside the one
+    /// before it in the list. Says whether it has all of them.
+    fn complete(self, tree: &mut Tree<Pane>) -> bool {
+        let mut before = None;
+        for pane in Pane::ALL.into_iter().filter(|pane| self.has(*pane)) {
+            let found = tree.tiles.find_pane(&pane);
+            let own = found.or_else(|| {
+                let beside = tree.tiles.parent_of(before?)?;
+                let id = tree.tiles.insert_pane(pane);
+                match tree.tiles.get_mut(beside) {
+                    Some(Tile::Container(container)) => container.add_child(id),
+                    _ => return None,
+                }
+                Some(id)
+            });
+            if own.is_none() {
+                return false;
+            }
+            before = own;
+        }
+        true
     }
 }
 
@@ -259,11 +290,9 @@ impl Layout {
             }
             let stored = value.get("trees").and_then(|trees| trees.get(workspace.name()));
             let tree = stored.and_then(|stored| Tree::<Pane>::deserialize(stored).ok());
-            if let Some(tree) = tree
+            if let Some(mut tree) = tree
                 && tree.id() == workspace.tree().id()
-                && Pane::ALL
-                    .iter()
-                    .all(|pane| tree.tiles.find_pane(pane).is_some() || !workspace.has(*pane))
+                && workspace.complete(&mut tree)
             {
                 self.trees.insert(workspace, tree);
             }
@@ -285,6 +314,18 @@ mod tests {
         assert_eq!(other.value(), kept);
         other.restore(&serde_json::json!({"trees": {"Tag": {"root": 3}}, "workspace": 5}));
         assert_eq!(other.value(), kept);
+        // An arrangement of a version that did not have a panel.
+        let mut older = kept.clone();
+        let tags = older["trees"]["Tag"].to_string();
+        let text = older.to_string().replace("\"KnownLight\"", "\"Log\"");
+        older = serde_json::from_str(&text).unwrap();
+        assert_ne!(older["trees"]["Tag"].to_string(), tags);
+        let mut newer = Layout::default();
+        newer.restore(&older);
+        newer.current = Workspace::Tag;
+        assert!(newer.tree().tiles.find_pane(&Pane::KnownLight).is_some());
+        let names = |layout: &Layout| layout.value()["trees"]["Tag"].to_string();
+        assert_ne!(names(&newer), names(&Layout::default()), "the rest stays as it was");
         other.show(Pane::Stability);
         assert_eq!(other.current, Workspace::Study);
         other.show(Pane::Log);

@@ -8,8 +8,9 @@ use std::time::Instant;
 use super::change::Change;
 use super::edit::Edit;
 use super::gesture::{Gesture, Preview};
+use super::given::GivenLight;
 use super::products::{Products, Run};
-use super::relight::{self, Added};
+use super::relight::Added;
 use super::undo::History;
 use super::viewport;
 use crate::io::project::ProjectFile;
@@ -162,7 +163,7 @@ impl Project {
 
     /// Goes to another state: by undo, redo, or because a file says so.
     pub fn set_edit(&mut self, edit: Arc<Edit>) {
-        if edit.materials != self.edit.materials {
+        if edit.materials != self.edit.materials || edit.given != self.edit.given {
             self.capture = Arc::new(edit.capture(&self.loaded));
         }
         // Materials that come and go renumber the others.
@@ -176,7 +177,7 @@ impl Project {
                 selection.focus = Focus::Nothing;
             }
         }
-        if selection.added.is_some_and(|item| !relight::exists(&edit.relight, item)) {
+        if selection.added.is_some_and(|item| !edit.things().exists(item)) {
             selection.added = None;
             if selection.focus == Focus::Added {
                 selection.focus = Focus::Nothing;
@@ -240,7 +241,8 @@ impl Project {
             return;
         }
         let Results { materials, absent, options, capture, reconstruction } = results;
-        let of = Edit { materials, absent, options, ..(*self.edit).clone() };
+        let given = Arc::new(GivenLight::of(&capture));
+        let of = Edit { materials, absent, options, given, ..(*self.edit).clone() };
         self.products = Products { of: Some((Arc::new(of), capture)), ..Products::default() };
         self.products.finish(reconstruction);
         self.products.stored = stored;
@@ -249,8 +251,7 @@ impl Project {
     /// Results that are in no file of the project. While a run is under way they are those before
     /// it.
     pub fn unsaved_results(&self) -> Option<&Arc<Reconstruction>> {
-        let products = self.settled();
-        products.whole.as_ref().filter(|_| !products.stored)
+        Some(self.settled()).filter(|own| !own.stored).and_then(|own| own.whole.as_ref())
     }
 
     fn settled(&self) -> &Products {
@@ -282,6 +283,8 @@ impl Project {
             inputs: ProjectFile {
                 capture: self.folder.clone(),
                 tags: edit.tags(&self.loaded),
+                lights: Some(edit.given.values(&self.loaded)),
+                environment: Some(edit.given.environment),
                 options: edit.options.clone(),
                 ..ProjectFile::default()
             },
@@ -360,7 +363,7 @@ impl Project {
             selected_sample: self.selection.sample,
             selected_light: self.selection.light,
             selected_photograph: self.selection.photograph,
-            edits: self.edit.relight.clone(),
+            things: self.edit.things(),
             selected_added: self.selection.added,
             solved: self.products.solved.clone(),
             relit: None,

@@ -8,11 +8,13 @@ use crate::math::rgb::Rgb;
 use crate::render::edits::{AddedLight, Edits, Shape};
 use crate::scene::{Capture, Emitter};
 
-/// Something that was set into the scene.
+/// Something that was set into the scene, or is known of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Added {
     Light(usize),
     Object(usize),
+    /// A known light; it is no part of the edits.
+    Known(usize),
 }
 
 /// A kind of light that can be made without a file.
@@ -60,7 +62,7 @@ impl NewLight {
     }
 
     /// Warm white, over the middle of the geometry, about as bright as what lit the photographs.
-    fn light(self, capture: &Capture, bright: f32) -> AddedLight {
+    pub fn light(self, capture: &Capture, bright: f32) -> AddedLight {
         let (low, high) = capture.mesh.bounds().unwrap_or((Vec3::splat(-1.0), Vec3::ONE));
         let size = (high - low).length().max(1e-3);
         let middle = 0.5 * (low + high);
@@ -162,6 +164,7 @@ pub fn twin(edits: &Edits, item: Added) -> Edits {
             objects: edits.objects.get(index).cloned().into_iter().collect(),
             ..Edits::default()
         },
+        Added::Known(_) => Edits::default(),
     };
     let mut all = with_edits(edits, &one);
     // Only the one is new.
@@ -173,6 +176,7 @@ pub fn exists(edits: &Edits, item: Added) -> bool {
     match item {
         Added::Light(index) => index < edits.lights.len(),
         Added::Object(index) => index < edits.objects.len(),
+        Added::Known(_) => false,
     }
 }
 
@@ -194,6 +198,7 @@ pub fn middle(edits: &Edits, item: Added, bounds: (Vec3, Vec3)) -> Option<Vec3> 
             let middle = (0.5 * (low + high)).as_dvec3();
             Some(object.world_from_object.transform_point3(middle).as_vec3())
         }
+        Added::Known(_) => None,
     }
 }
 
@@ -215,6 +220,7 @@ pub fn reach_m(edits: &Edits, item: Added, normal: Vec3) -> f32 {
             let away = |corner: &Vec3| (middle - *corner).dot(normal);
             placed.positions.iter().map(away).fold(0.0, f32::max)
         }),
+        Added::Known(_) => 0.0,
     }
 }
 
@@ -275,6 +281,7 @@ pub fn moved(edits: &Edits, item: Added, motion: Motion) -> Edits {
                 object.world_from_object = by * object.world_from_object;
             }
         }
+        Added::Known(_) => {}
     }
     edits
 }

@@ -9,9 +9,11 @@ use super::actions::{self, Relight, Select};
 use super::change::Change;
 use super::dialogs::{PathRequest, beside};
 use super::jobs::Reading;
+use super::lighting;
 use super::relight::{self, Added, Motion};
 use super::selecting::select;
 use super::state::State;
+use super::things::Things;
 use super::viewport::Shading;
 use crate::io::edits;
 use crate::render::edits::Edits;
@@ -21,7 +23,8 @@ pub fn apply(state: &mut State, what: Relight) {
     let bright = state.viewport.bright();
     let Some(project) = &mut state.project else { return };
     let edits = project.edit().relight.clone();
-    let selected = project.selection.added.filter(|item| relight::exists(&edits, *item));
+    let things = project.edit().things();
+    let selected = project.selection.added.filter(|item| things.exists(*item));
     match what {
         Relight::AddLight(kind) => {
             let next = relight::with_light(&edits, kind, &project.loaded, bright);
@@ -56,25 +59,29 @@ pub fn apply(state: &mut State, what: Relight) {
             }
         }
         Relight::Remove => {
-            if let Some(item) = selected {
+            if let Some(Added::Known(index)) = selected {
+                lighting::remove(state, index);
+            } else if let Some(item) = selected {
                 change(state, "remove", None, relight::without(&edits, item));
             }
         }
         Relight::Duplicate => {
-            if let Some(item) = selected {
+            if let Some(Added::Known(index)) = selected {
+                lighting::duplicate(state, index);
+            } else if let Some(item) = selected {
                 let next = relight::twin(&edits, item);
                 let twin = match item {
-                    Added::Light(_) => Added::Light(next.lights.len() - 1),
                     Added::Object(_) => Added::Object(next.objects.len() - 1),
+                    _ => Added::Light(next.lights.len() - 1),
                 };
                 added(state, "duplicate", next, twin);
             }
         }
         Relight::Drop => {
             if let Some(item) = selected
-                && let Some(next) = dropped(state, &edits, item)
+                && let Some(next) = dropped(state, &things, item)
             {
-                change(state, "drop to surface", Some(item), next);
+                actions::change_project(state, &next.change("drop to surface", item));
             }
         }
         Relight::Find(index, path) => {
@@ -138,14 +145,14 @@ fn added(state: &mut State, name: &'static str, edits: Edits, item: Added) {
 }
 
 /// On the surface below its middle, or on the lowest of the geometry where there is none.
-fn dropped(state: &State, edits: &Edits, item: Added) -> Option<Edits> {
+fn dropped(state: &State, things: &Things, item: Added) -> Option<Things> {
     let project = state.project.as_ref()?;
     let bounds = project.loaded.mesh.bounds()?;
-    let middle = relight::middle(edits, item, bounds)?;
+    let middle = things.middle(item, bounds)?;
     let ground = state.viewport.below(middle).unwrap_or(Vec3::new(middle.x, middle.y, bounds.0.z));
-    let reach_m = relight::reach_m(edits, item, Vec3::Z);
+    let reach_m = things.reach_m(item, Vec3::Z);
     let by = ground + Vec3::Z * reach_m - middle;
-    Some(relight::moved(edits, item, Motion::Move(by)))
+    Some(things.moved(item, Motion::Move(by)))
 }
 
 /// Edits have been read: from the project's own file, or to be added.
@@ -157,6 +164,7 @@ pub fn edits_read(state: &mut State, reading: Reading, edits: Arc<Edits>, warnin
     let now = project.edit().relight.clone();
     match reading {
         Reading::Found(index) => found(state, index, &edits),
+        Reading::Sky | Reading::FoundLight(_) => {}
         Reading::File => {
             change(state, "load edits", None, relight::with_edits(&now, &edits));
             state.messages.notice("Edits loaded");
@@ -174,8 +182,10 @@ pub fn edits_read(state: &mut State, reading: Reading, edits: Arc<Edits>, warnin
             let next = Edits { objects, ..(*now).clone() };
             let item = Added::Object(next.objects.len() - 1);
             let next = placed(next, item, bounds);
-            let next = dropped(state, &next, item).unwrap_or(next);
-            added(state, "add object", next, item);
+            let given = project.edit().given.clone();
+            let things = Things { edits: Arc::new(next), given };
+            let next = dropped(state, &things, item).unwrap_or(things);
+            added(state, "add object", (*next.edits).clone(), item);
         }
     }
 }

@@ -7,12 +7,15 @@ use std::time::Instant;
 
 use super::edit::Edit;
 use super::files::Opening;
+use super::given::GivenLight;
 use super::leaving::{AfterPrompt, UnsavedWork, proceed};
 use super::messages::Messages;
 use super::project::Project;
 use super::state::State;
+use crate::io::edits::{Place, Unread};
 use crate::io::project;
-use crate::scene::Capture;
+use crate::io::tags::light_values;
+use crate::scene::{Capture, KnownLight};
 
 /// Reads a capture anew.
 pub fn reopen(state: &mut State, folder: &Path) {
@@ -23,6 +26,7 @@ pub fn reopen(state: &mut State, folder: &Path) {
         folder: folder.to_owned(),
         project: None,
         edits: None,
+        lights: None,
         file,
         recovered: None,
         is_reopened: true,
@@ -60,7 +64,8 @@ pub fn carry_over(before: &Project, project: &mut Project, messages: &mut Messag
 /// The same tags on another capture's surfaces, by their names; what could not be found. Surfaces
 /// that are new have the materials of a capture that is opened.
 fn renamed(edit: &Edit, [old, new]: &[Arc<Capture>; 2]) -> (Edit, Vec<String>) {
-    let resolved = project::materials(&edit.tags(old), new);
+    let given = relit(edit, old, new);
+    let resolved = project::materials(&edit.tags(old), &given.lit(new));
     let mut materials = resolved.materials;
     let is_known = |surface: &usize| {
         let name = &new.surfaces[*surface].name;
@@ -71,7 +76,47 @@ fn renamed(edit: &Edit, [old, new]: &[Arc<Capture>; 2]) -> (Edit, Vec<String>) {
             materials.push(material.clone());
         }
     }
-    (Edit { materials, absent: resolved.absent, ..edit.clone() }, resolved.warnings)
+    let given = Arc::new(given);
+    (Edit { materials, given, absent: resolved.absent, ..edit.clone() }, resolved.warnings)
+}
+
+/// The known light on another capture. What was never changed is as the new tags say.
+fn relit(edit: &Edit, old: &Capture, new: &Capture) -> GivenLight {
+    let (was, mut given) = (&edit.given, GivenLight::of(new));
+    if was.environment != old.environment {
+        given.environment = was.environment;
+    }
+    if was.lights != old.lights || !was.unread.is_empty() {
+        let indexed = was.lights.iter().map(|light| match light {
+            KnownLight::Visible { name, surfaces } => {
+                let of = |&surface: &usize| {
+                    let name = &old.surfaces[surface].name;
+                    new.surfaces.iter().position(|other| other.name == *name)
+                };
+                let surfaces: Option<Vec<usize>> = surfaces.iter().map(of).collect();
+                surfaces.map(|surfaces| KnownLight::Visible { name: name.clone(), surfaces })
+            }
+            other => Some(other.clone()),
+        });
+        (given.lights, given.unread) = (Vec::new(), was.unread.clone());
+        for (light, moved) in was.lights.iter().zip(indexed) {
+            match moved {
+                Some(moved) => given.lights.push(moved),
+                None => given.unread.push(lost(light, old)),
+            }
+        }
+    }
+    given
+}
+
+/// A visible light whose surfaces are gone.
+fn lost(light: &KnownLight, old: &Capture) -> Unread {
+    Unread {
+        place: Place::Light,
+        value: light_values(std::slice::from_ref(light), &[], old).remove(0),
+        problem: Some(format!("The capture has the surfaces of \"{}\" no more.", light.name())),
+        is_missing: false,
+    }
 }
 
 /// A folder was opened whose cameras or mesh are still to be made.

@@ -1,9 +1,15 @@
 //! One light alone: all others are off until it is given up, and then are as they were.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
 use crate::render::edits::Edits;
 
 /// A light that can be seen alone.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Solo {
     /// An added light, by its name.
     Added(String),
@@ -11,8 +17,44 @@ pub enum Solo {
     Recovered(String),
 }
 
-/// The light that is seen alone, and the edits before.
-pub type Alone = (Solo, Edits);
+/// The light that is seen alone, and which lights were on before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alone {
+    pub solo: Solo,
+    before: Before,
+}
+
+/// Which lights were on, and how strong the recovered ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Before {
+    /// Names of added lights that were off.
+    off: BTreeSet<String>,
+    original_light: f64,
+    groups: BTreeMap<String, f64>,
+}
+
+impl Before {
+    fn of(edits: &Edits) -> Self {
+        let off = edits.lights.iter().filter(|light| !light.is_on);
+        Self {
+            off: off.map(|light| light.name.clone()).collect(),
+            original_light: edits.original_light,
+            groups: edits.groups.clone(),
+        }
+    }
+}
+
+impl Alone {
+    /// As a project keeps it.
+    pub fn value(&self) -> Value {
+        json!({ "of": self.solo, "before": self.before })
+    }
+
+    pub fn of_value(value: &Value) -> Option<Self> {
+        let solo = Solo::deserialize(value.get("of")?).ok()?;
+        Some(Self { solo, before: Before::deserialize(value.get("before")?).ok()? })
+    }
+}
 
 /// The edits with one light alone, given the names of all parts of the recovered light.
 pub fn alone(edits: &Edits, solo: &Solo, parts: &[String]) -> Edits {
@@ -40,11 +82,10 @@ pub fn alone(edits: &Edits, solo: &Solo, parts: &[String]) -> Edits {
 }
 
 /// All lights on and off as before; what else was changed meanwhile stays.
-pub fn together(edits: &Edits, before: &Edits) -> Edits {
+fn together(edits: &Edits, before: &Before) -> Edits {
     let mut next = edits.clone();
     for light in &mut next.lights {
-        let was_on = before.lights.iter().find(|own| own.name == light.name);
-        light.is_on = was_on.is_none_or(|own| own.is_on);
+        light.is_on = !before.off.contains(&light.name);
     }
     next.original_light = before.original_light;
     next.groups.clone_from(&before.groups);
@@ -54,16 +95,16 @@ pub fn together(edits: &Edits, before: &Edits) -> Edits {
 /// What a click on a light's switch makes of the edits.
 pub fn toggled(edits: &Edits, now: &mut Option<Alone>, solo: Solo, parts: &[String]) -> Edits {
     match now.take() {
-        Some((own, before)) if own == solo => together(edits, &before),
+        Some(own) if own.solo == solo => together(edits, &own.before),
         // From one alone to another: all come back as they were before the first.
-        Some((_, before)) => {
+        Some(Alone { before, .. }) => {
             let next = alone(&together(edits, &before), &solo, parts);
-            *now = Some((solo, before));
+            *now = Some(Alone { solo, before });
             next
         }
         None => {
             let next = alone(edits, &solo, parts);
-            *now = Some((solo, edits.clone()));
+            *now = Some(Alone { solo, before: Before::of(edits) });
             next
         }
     }
@@ -71,7 +112,7 @@ pub fn toggled(edits: &Edits, now: &mut Option<Alone>, solo: Solo, parts: &[Stri
 
 /// Whether a light is still alone: undo and other switches end that.
 pub fn is_alone(edits: &Edits, now: Option<&Alone>, solo: &Solo, parts: &[String]) -> bool {
-    now.is_some_and(|(own, _)| own == solo) && alone(edits, solo, parts) == *edits
+    now.is_some_and(|own| own.solo == *solo) && alone(edits, solo, parts) == *edits
 }
 
 #[cfg(test)]
@@ -106,6 +147,8 @@ mod tests {
         assert_eq!(lamp.groups, [("left".to_owned(), 0.0)].into());
         assert!(is_alone(&lamp, now.as_ref(), &Solo::Recovered("lamp 1".into()), &parts));
         assert!(!is_alone(&before, now.as_ref(), &Solo::Recovered("lamp 1".into()), &parts));
+        // A project that is closed and opened again keeps it.
+        now = Alone::of_value(&now.as_ref().unwrap().value());
         // A strength that was changed meanwhile stays.
         let mut changed = lamp;
         changed.lights[0].emission = [2.0; 3];

@@ -10,12 +10,13 @@ use serde_json::json;
 use super::change::Change;
 use super::edit::Edit;
 use super::gesture::Gesture;
+use super::given::{self, GivenLight};
 use super::project::Project;
 use super::relight::{self, NewLight};
 use crate::io::project::{self, ProjectFile, Relight};
 use crate::io::{edits, tags};
 use crate::math::sampling::Random;
-use crate::scene::{Capture, MaterialKind, Role, Surface};
+use crate::scene::{Capture, KnownLight, MaterialKind, Role, Surface};
 
 const ACTIONS: usize = 10_000;
 const SURFACES: usize = 8;
@@ -27,6 +28,8 @@ struct Plain {
     materials: Vec<(String, bool, bool, BTreeSet<usize>)>,
     samples: usize,
     lights: Vec<String>,
+    /// Of known lights: name and surfaces.
+    known: Vec<(String, BTreeSet<usize>)>,
     /// Names of what could not be read.
     unread: Vec<String>,
 }
@@ -41,9 +44,14 @@ impl Plain {
             materials: materials.collect(),
             samples: edit.options.samples.count,
             lights: edit.relight.lights.iter().map(|light| light.name.clone()).collect(),
+            known: edit.given.lights.iter().map(known).collect(),
             unread: edit.unread.iter().map(|part| part.name()).collect(),
         }
     }
+}
+
+fn known(light: &KnownLight) -> (String, BTreeSet<usize>) {
+    (light.name().to_owned(), given::surfaces_of(light).iter().copied().collect())
 }
 
 /// Undo as it is explained to people.
@@ -63,7 +71,7 @@ impl Model {
     }
 }
 
-fn capture() -> Arc<Capture> {
+pub(super) fn capture() -> Arc<Capture> {
     let surface = |index: usize| Surface {
         name: format!("s{index}"),
         role: Role::Material(index),
@@ -74,11 +82,12 @@ fn capture() -> Arc<Capture> {
     Arc::new(Capture { surfaces, materials: tags.materials, ..Capture::default() })
 }
 
-fn save(project: &Project, file: &Path) {
+pub(super) fn save(project: &Project, file: &Path) {
     let edit = project.edit();
     let stored = ProjectFile {
         capture: project.folder.clone(),
         tags: edit.tags(&project.loaded),
+        lights: Some(edit.given.values(&project.loaded)),
         options: edit.options.clone(),
         relight: Relight::Edits(edit.relight.clone(), edit.unread.clone()),
         ..ProjectFile::default()
@@ -86,9 +95,14 @@ fn save(project: &Project, file: &Path) {
     project::write_over(file, &stored).unwrap();
 }
 
-fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
+pub(super) fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
     let stored = project::read(file).unwrap();
-    let resolved = project::materials(&stored.tags, loaded);
+    let mut given = GivenLight::of(loaded);
+    if let Some(values) = &stored.lights {
+        let read = tags::stored_lights(file, values, loaded);
+        (given.lights, given.unread) = (read.lights, read.unread);
+    }
+    let resolved = project::materials(&stored.tags, &given.lit(loaded));
     assert_eq!(resolved.warnings, [] as [String; 0]);
     let Relight::Stored(value) = stored.relight else { panic!("a file stores values") };
     let read = match value.is_null() {
@@ -99,6 +113,7 @@ fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
     project.set_edit(Arc::new(Edit {
         materials: resolved.materials,
         options: stored.options,
+        given: Arc::new(given),
         relight: Arc::new(read.edits),
         unread: Arc::new(read.unread),
         absent: resolved.absent,
@@ -106,8 +121,13 @@ fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
     project
 }
 
-fn count_of(samples: usize) -> Change {
+pub(super) fn count_of(samples: usize) -> Change {
     Change::Option { section: "samples", name: "count", text: samples.to_string() }
+}
+
+/// Whether a surface is part of a lamp that photographs show: then it has no material.
+fn shines(plain: &Plain, surface: usize) -> bool {
+    plain.known.iter().any(|(_, surfaces)| surfaces.contains(&surface))
 }
 
 /// A surface belongs to one material at most.
@@ -123,8 +143,8 @@ fn change(random: &mut Random, now: &Plain, edit: &Edit, loaded: &Capture) -> (C
     let count = next.materials.len();
     let material = random.below(count);
     let surface = random.below(SURFACES);
-    let change = match random.below(9) {
-        0 if count > 0 => {
+    let change = match random.below(11) {
+        0 if count > 0 && !shines(now, surface) => {
             take_away(&mut next, surface);
             next.materials[material].3.insert(surface);
             Change::Assign { surfaces: [surface].into(), material }
@@ -154,7 +174,7 @@ fn change(random: &mut Random, now: &Plain, edit: &Edit, loaded: &Capture) -> (C
             next.materials[material].2 ^= true;
             Change::Textured { material, textured: next.materials[material].2 }
         }
-        6 if count < SURFACES => {
+        6 if count < SURFACES && !shines(now, surface) => {
             let taken = |name: &str| now.materials.iter().any(|own| own.0 == name);
             let numbers = (count + 1..).map(|number| format!("material {number}"));
             let name = numbers.into_iter().find(|name| !taken(name)).unwrap();
@@ -165,6 +185,23 @@ fn change(random: &mut Random, now: &Plain, edit: &Edit, loaded: &Capture) -> (C
         7 => {
             next.samples = 100 + random.below(900);
             count_of(next.samples)
+        }
+        8 if now.known.len() < 4 => {
+            let given = match random.below(2) {
+                0 => edit.given.with_shape(NewLight::Sphere, loaded),
+                _ => {
+                    take_away(&mut next, surface);
+                    edit.given.with_visible(&[surface].into())
+                }
+            };
+            next.known = given.lights.iter().map(known).collect();
+            Change::Given { name: "known light", of: None, given: Arc::new(given) }
+        }
+        9 if !now.known.is_empty() => {
+            let gone = random.below(now.known.len());
+            next.known.remove(gone);
+            let given = Arc::new(edit.given.without(gone));
+            Change::Given { name: "no known light", of: None, given }
         }
         _ => {
             let edits = match next.lights.len() {

@@ -9,6 +9,7 @@
 //! A polygon that is bent by more than `BENT` is numbered as one polygon a triangle, so that
 //! polygons are planar as `Mesh::polygon` promises.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3};
@@ -20,7 +21,7 @@ use super::surfaces::SurfacesBy;
 use super::{Error, Fault};
 use super::{inside, mtl};
 use crate::geometry::mesh::Mesh;
-use crate::scene::{Role, Surface};
+use crate::scene::{Brdf, Role, Surface};
 
 /// Ten million triangles are about 500 MB of text.
 const LARGEST: u64 = 1 << 30;
@@ -37,9 +38,13 @@ pub struct Geometry {
     pub surfaces: Vec<Surface>,
     /// For each surface, whether the material library calls it specular.
     pub specular: Vec<bool>,
+    /// What materials of the file reflect as it says, by the names of surfaces.
+    pub reflectances: HashMap<String, Brdf>,
     pub warnings: Vec<String>,
     /// What could not be read of the material libraries: of interest without tags only.
     pub library_warnings: Vec<String>,
+    /// Images of reflectance that are not read: of interest for objects only.
+    pub image_notes: Vec<String>,
 }
 
 /// Reads a mesh and the material libraries it names.
@@ -80,7 +85,21 @@ fn parse_by(file: &Path, bytes: &[u8], by: SurfacesBy) -> Result<Geometry, Error
     let models =
         read_numbers(&digest).map_err(|failure| locate(file, &text, &failure.to_string()))?;
     let mut geometry = Builder::new(file, &text, &digest).build(&models)?;
-    (geometry.specular, geometry.library_warnings) = read_libraries(file, &digest);
+    let (libraries, warnings) = read_libraries(file, &digest);
+    geometry.library_warnings = warnings;
+    let own = |name: &String| libraries.get(name);
+    geometry.specular =
+        digest.surfaces.iter().map(|name| own(name).is_some_and(|own| own.is_specular)).collect();
+    for name in &digest.surfaces {
+        let Some(material) = own(name) else { continue };
+        geometry.reflectances.extend(material.reflectance.map(|own| (name.clone(), own)));
+        if material.has_image {
+            geometry.image_notes.push(format!(
+                "{}: the image of the material \"{name}\" is not read; its Kd is taken as it is.",
+                file.display()
+            ));
+        }
+    }
     Ok(geometry)
 }
 
@@ -359,11 +378,14 @@ fn no_faces(file: &Path, digest: &Digest) -> Error {
     Error::Invalid(Fault::new(file, "", problem, remedy))
 }
 
-/// Which surfaces the libraries call specular. A library that cannot be read is no fault: its
-/// materials count as diffuse.
-fn read_libraries(file: &Path, digest: &Digest) -> (Vec<bool>, Vec<String>) {
+/// The materials of the libraries. A library that cannot be read is no fault: its materials count as
+/// diffuse.
+fn read_libraries(
+    file: &Path,
+    digest: &Digest,
+) -> (HashMap<String, mtl::LibraryMaterial>, Vec<String>) {
     let folder = file.parent().unwrap_or(Path::new(""));
-    let (mut specular, mut warnings) = (std::collections::HashSet::new(), Vec::new());
+    let (mut materials, mut warnings) = (HashMap::new(), Vec::new());
     for statement in &digest.libraries {
         // One name with spaces, or several names: only the folder can tell.
         let whole = inside::join(folder, statement).filter(|whole| whole.is_file());
@@ -380,14 +402,13 @@ fn read_libraries(file: &Path, digest: &Digest) -> (Vec<bool>, Vec<String>) {
                 ));
                 continue;
             };
-            match mtl::read_specular(&library) {
-                Ok(names) => specular.extend(names),
+            match mtl::read(&library) {
+                Ok(own) => materials.extend(own),
                 Err(error) => warnings.push(format!(
                     "{error} Its materials count as diffuse; say in tags.json which are specular."
                 )),
             }
         }
     }
-    let is_specular = digest.surfaces.iter().map(|name| specular.contains(name)).collect();
-    (is_specular, warnings)
+    (materials, warnings)
 }

@@ -14,14 +14,14 @@ use serde_json::Value;
 use super::edits::{self, Unread};
 use super::json::{self, Field};
 use super::paths::{absolute, relative, tidy};
-use super::{Error, Fault, atomic};
+use super::{Error, Fault, atomic, tags};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
-use crate::scene::{Capture, Material, MaterialKind, Role};
+use crate::scene::{Capture, Environment, KnownLight, Material, MaterialKind, Role};
 
 /// The version that is written; older ones are read, too.
-pub const VERSION: u64 = 2;
+pub const VERSION: u64 = 3;
 /// The extension of project files.
 pub const EXTENSION: &str = "lobelia";
 
@@ -33,6 +33,11 @@ pub struct ProjectFile {
     /// The file that this is an unsaved state of; only in files for recovery.
     pub original: Option<PathBuf>,
     pub tags: Vec<Tag>,
+    /// Known lights in the form of `tags.json`, the files that they name absolute; `None` for
+    /// those of the capture's own tags.
+    pub lights: Option<Vec<Value>>,
+    /// `None` for that of the capture's own tags.
+    pub environment: Option<Environment>,
     pub options: Options,
     pub relight: Relight,
     /// The folder that the results were exported to, absolute.
@@ -84,6 +89,10 @@ struct Stored {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     original: Option<PathBuf>,
     materials: Vec<Tag>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lights: Option<Vec<Value>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    environment: Option<String>,
     /// By section and name, as they would be written on the command line.
     #[serde(default)]
     options: BTreeMap<String, BTreeMap<String, String>>,
@@ -138,11 +147,24 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
     for tag in &stored.materials {
         check(file, tag)?;
     }
+    let environment = stored.environment.map(|name| {
+        tags::environment_of(&name).ok_or_else(|| {
+            Error::Invalid(Fault::new(
+                file,
+                "environment",
+                format!("\"{name}\" is no light model"),
+                "Give \"room\", \"open\" or \"auto\", or remove it to have the capture's own",
+            ))
+        })
+    });
     let folder = absolute(file.parent().unwrap_or(Path::new("")));
+    let from_here = |name: &str| tidy(&folder.join(name)).display().to_string();
     Ok(ProjectFile {
         capture: tidy(&folder.join(&stored.capture)),
         original: stored.original,
         tags: stored.materials,
+        lights: stored.lights.map(|lights| with_images(lights, from_here)),
+        environment: environment.transpose()?,
         options,
         relight: Relight::Stored(stored.relight),
         solution: stored.solution.map(|path| tidy(&folder.join(path))),
@@ -152,13 +174,24 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
     })
 }
 
+/// Known lights whose images are named another way.
+fn with_images(mut lights: Vec<Value>, name: impl Fn(&str) -> String) -> Vec<Value> {
+    for light in &mut lights {
+        if let Some(Value::String(image)) = light.get_mut("image") {
+            *image = name(image);
+        }
+    }
+    lights
+}
+
 /// Brings a project of an older version to this one.
 fn migrate(file: &Path, value: &mut Value) -> Result<(), Error> {
     let root = Field::root(file, value)?;
     // The first projects had no number.
     let version = root.get("version").map_or(Some(1), |version| version.value.as_u64());
     match version {
-        // Version 2 has gained "results", which older projects do without.
+        // Version 2 has gained "results", version 3 "lights" and "environment"; older projects do
+        // without.
         Some(1..=VERSION) => {
             value["version"] = VERSION.into();
             Ok(())
@@ -219,6 +252,11 @@ fn text(file: &Path, project: &ProjectFile) -> Result<String, Error> {
         capture: relative(&folder, &absolute(&project.capture)),
         original: project.original.clone(),
         materials: project.tags.clone(),
+        lights: project
+            .lights
+            .clone()
+            .map(|lights| with_images(lights, |image| relative(&folder, Path::new(image)))),
+        environment: project.environment.map(|own| own.name().to_owned()),
         options,
         start: project.options.start.clone(),
         relight: match &project.relight {
@@ -327,10 +365,30 @@ pub fn materials(tags: &[Tag], capture: &Capture) -> Resolved {
     resolved
 }
 
+/// The capture with these lights in place of its own.
+pub fn lit(loaded: &Capture, lights: &[KnownLight], environment: Environment) -> Capture {
+    let mut capture = loaded.clone();
+    capture.lights = lights.to_vec();
+    capture.environment = environment;
+    for surface in &mut capture.surfaces {
+        if let Role::Luminaire(_) = surface.role {
+            surface.role = Role::Untagged;
+        }
+    }
+    for (index, light) in lights.iter().enumerate() {
+        if let KnownLight::Visible { surfaces, .. } = light {
+            for &surface in surfaces {
+                capture.surfaces[surface].role = Role::Luminaire(index);
+            }
+        }
+    }
+    capture
+}
+
 /// The capture with these materials: what loading it with such a tag file would give. Materials
 /// without surfaces are left out, as there.
-pub fn tagged(loaded: &Capture, materials: &[Material]) -> Capture {
-    let mut capture = loaded.clone();
+pub fn tagged(lit: &Capture, materials: &[Material]) -> Capture {
+    let mut capture = lit.clone();
     for surface in &mut capture.surfaces {
         if let Role::Material(_) = surface.role {
             surface.role = Role::Untagged;
@@ -365,6 +423,11 @@ mod tests {
                 known_diffuse_sd: None,
                 surfaces: vec!["a".into(), "b".into()],
             }],
+            lights: Some(vec![
+                serde_json::json!({"kind": "point", "position": [0.0, 1.0, 2.0]}),
+                serde_json::json!({"kind": "dome", "image": folder.join("sky.exr")}),
+            ]),
+            environment: Some(Environment::Open),
             options,
             relight: Relight::Stored(serde_json::json!({"original_light": 0.5})),
             solution: Some(folder.join("results")),
@@ -385,7 +448,7 @@ mod tests {
         assert_eq!(read(&file).unwrap(), project(&root));
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("\"../captures/room\"") && text.contains("\"../results\""), "{text}");
-        assert!(text.contains("\"a.lobelia-data\""), "{text}");
+        assert!(text.contains("\"a.lobelia-data\"") && text.contains("\"../sky.exr\""), "{text}");
         assert!(text.contains("\"count\": \"321\"") && !text.contains("exponent"), "{text}");
     }
 
@@ -399,7 +462,7 @@ mod tests {
             let read = read(&file).unwrap();
             assert!(read.capture.ends_with("x") && read.results.is_none());
             write_over(&file, &read).unwrap();
-            assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 2"));
+            assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 3"));
         }
     }
 
@@ -408,7 +471,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.lobelia");
         for (text, part) in [
-            (r#"{"version": 3, "capture": "x", "materials": []}"#, "version 3"),
+            (r#"{"version": 4, "capture": "x", "materials": []}"#, "version 4"),
+            (
+                r#"{"version": 3, "capture": "x", "materials": [], "environment": "cave"}"#,
+                "\"cave\" is no light model",
+            ),
             (r#"{"version": "new", "capture": "x", "materials": []}"#, "version \"new\""),
             (r#"{"version": 1, "capture": "x"}"#, "materials"),
             (

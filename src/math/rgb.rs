@@ -9,6 +9,11 @@ pub type Radiance = [f32; 3];
 /// The number of colour channels.
 pub const CHANNELS: usize = 3;
 
+/// The luminance of linear Rec. 709 primaries, in their unit.
+pub fn luminance([red, green, blue]: Radiance) -> f32 {
+    0.2126 * red + 0.7152 * green + 0.0722 * blue
+}
+
 /// The sRGB transfer function (IEC 61966-2-1), clipped to [0, 1].
 pub fn srgb(linear: f32) -> f32 {
     let linear = linear.clamp(0.0, 1.0);

@@ -134,6 +134,19 @@ pub enum Environment {
     Auto,
 }
 
+impl Environment {
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Room, Self::Open];
+
+    /// As `tags.json` calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Room => "room",
+            Self::Open => "open",
+            Self::Auto => "auto",
+        }
+    }
+}
+
 impl Capture {
     /// The material of a triangle, if it has one.
     pub fn material_of(&self, triangle: u32) -> Option<usize> {

@@ -123,6 +123,15 @@ pub enum Command {
         /// The edits in it.
         value: Box<serde_json::Value>,
     },
+    /// Read the known lights of a project, as far as they can be.
+    ReadStoredLights {
+        /// Whose surfaces they name.
+        capture: Arc<Capture>,
+        /// The project's file: paths are relative to it.
+        file: PathBuf,
+        /// The lights in it.
+        values: Vec<serde_json::Value>,
+    },
     /// Write results beside a project's file.
     StoreResults(Box<StoreResults>),
     /// Read the results beside a project's file.
@@ -306,6 +315,10 @@ impl Command {
                     Ok(stored) => JobEvent::StoredEdits(Box::new(stored)),
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
+            }
+            Self::ReadStoredLights { capture, file, values } => {
+                let stored = io::tags::stored_lights(&file, &values, &capture);
+                JobEvent::StoredLights(Box::new(stored))
             }
             Self::StoreResults(store) => match store.write(watch) {
                 Ok(()) => JobEvent::Exported(store.folder),

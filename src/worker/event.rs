@@ -8,6 +8,7 @@ use crate::io::edits::StoredEdits;
 use crate::io::import::{Import, ShotCheck, Shown, Survey, Written};
 use crate::io::model::Opened;
 use crate::io::results::Results;
+use crate::io::tags::StoredLights;
 use crate::io::truth::Truth;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
@@ -90,6 +91,8 @@ pub enum JobEvent {
     Edits(Arc<Edits>, Vec<String>),
     /// The edits of a project were read, as far as they could be.
     StoredEdits(Box<StoredEdits>),
+    /// The known lights of a project were read, as far as they could be.
+    StoredLights(Box<StoredLights>),
     /// The results beside a project's file were read.
     Results(Box<Results>),
     /// The files of a picture are written.

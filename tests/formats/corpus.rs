@@ -22,7 +22,7 @@ fn read(file: &Path) -> Option<String> {
         "png" | "jpg" | "jpeg" => picture::dimensions(file).and_then(|_| exposure(file)),
         "dng" => exposure(file),
         "obj" => obj::load(file).map(drop),
-        "mtl" => mtl::read_specular(file).map(drop),
+        "mtl" => mtl::read(file).map(drop),
         "gltf" | "glb" | "ply" | "stl" => mesh::load(file).map(drop),
         "sfm" | "csv" | "xml" | "out" => {
             import::read(file, &import::Options::default(), &Watch::new()).map(drop)

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 use lobelia::io::Error;
-use lobelia::io::edits::{read, write};
+use lobelia::io::edits::{self, read, write};
 use lobelia::render::edits::{Edits, Shape, Surroundings};
-use lobelia::scene::{Capture, Emitter, Material, MaterialKind};
+use lobelia::scene::{Brdf, Capture, Emitter, Material, MaterialKind};
 use serde_json::{Value, json};
 
 use crate::{folder, message, put};
@@ -285,4 +285,76 @@ fn reflectances_that_cannot_be_are_refused() {
 fn what_is_no_json_is_refused() {
     message(load("{\"lights\": ["), &["edits.json, line 1", "cut off"]);
     message(load("[]"), &["edits.json", "one object"]);
+}
+
+/// A tetrahedron in the material "red" as glTF with its buffer inside.
+fn gltf(material: &Value) -> String {
+    use base64::Engine as _;
+    let corners: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut bytes: Vec<u8> =
+        corners.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+    let faces: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+    bytes.extend(faces.iter().flat_map(|index| index.to_le_bytes()));
+    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    json!({
+        "asset": {"version": "2.0"},
+        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [material],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+             "min": [0, 0, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 24},
+        ],
+        "buffers": [{
+            "byteLength": bytes.len(),
+            "uri": format!("data:application/octet-stream;base64,{data}"),
+        }],
+    })
+    .to_string()
+}
+
+#[test]
+fn objects_have_the_colours_of_their_files() {
+    let folder = folder();
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 2 3\n\
+               usemtl varnish\nf 1 2 4\nusemtl none\nf 1 3 4\n";
+    put(folder.path(), "a.obj", obj);
+    let mtl = "newmtl red\nKd 0.6 0.1 0.05\nillum 1\n\
+               newmtl varnish\nKd 0.4 0.3 0.2\nKs 0.25 0.25 0.25\nNs 90\nillum 2\n";
+    put(folder.path(), "a.mtl", mtl);
+    let brass = json!({"name": "brass", "pbrMetallicRoughness": {
+        "baseColorFactor": [0.8, 0.6, 0.2, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.5,
+    }});
+    put(folder.path(), "b.gltf", gltf(&brass));
+    let clay = json!({"pbrMetallicRoughness": {
+        "baseColorFactor": [0.5, 0.25, 0.125, 1.0], "metallicFactor": 0.0,
+    }});
+    put(folder.path(), "c.gltf", gltf(&clay));
+    let own = json!({"red": {"diffuse": [0.1, 0.2, 0.3]}});
+    let value = json!({"objects": [
+        {"mesh": "a.obj"}, {"mesh": "b.gltf"}, {"mesh": "c.gltf"},
+        {"mesh": "a.obj", "materials": own},
+    ]});
+    let file = folder.path().join("edits.json");
+    let (edits, warnings) = edits::of_value(&file, &value, &Capture::default()).unwrap();
+    let brdf = |object: usize, name: &str| {
+        let mut surfaces = edits.objects[object].surfaces.iter();
+        surfaces.find(|(own, _)| own == name).unwrap_or_else(|| panic!("no {name}")).1
+    };
+    assert_eq!(brdf(0, "red"), Brdf::diffuse([0.6, 0.1, 0.05]));
+    assert_eq!(brdf(0, "varnish"), Brdf::phong([0.4, 0.3, 0.2], [0.25; 3], 90.0));
+    assert_eq!(brdf(0, "none"), Brdf::diffuse([0.5; 3]));
+    assert_eq!(brdf(3, "red").diffuse, [0.1, 0.2, 0.3], "what is said wins over the file");
+    assert!(warnings.iter().all(|text| text.contains("\"none\"")), "{warnings:?}");
+    let brass = brdf(1, "brass");
+    let base = [0.8f32, 0.6, 0.2].map(f64::from);
+    assert_eq!((brass.diffuse, brass.specular), ([0.0; 3], base));
+    // α = 0.25: 2/α² − 2 = 30 about the half vector.
+    assert!((brass.exponent - 7.5).abs() < 1e-6, "{}", brass.exponent);
+    assert_eq!(brdf(2, "material_0"), Brdf::diffuse([0.5, 0.25, 0.125]));
 }

@@ -133,7 +133,7 @@ fn objects_come_from_files_and_bad_ones_are_told() {
 
     let pictures = folder.path().join("pictures");
     window.click("Render to files…");
-    window.write("Path", pictures.to_str().unwrap());
+    window.write("Folder", pictures.to_str().unwrap());
     window.click_front("Render");
     window.wait("the first picture file", |_| {
         std::fs::read_dir(&pictures).is_ok_and(|files| files.count() > 0)
@@ -171,4 +171,20 @@ fn a_light_is_seen_alone_and_the_others_come_back() {
     // Each of them was one step.
     window.key(egui::Modifiers::COMMAND, egui::Key::Z);
     assert_eq!(state(&window), [true, false, false]);
+    // The project remembers how it was before.
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert_eq!(state(&window), [true, false, true]);
+    window.click("Solo point light 1");
+    assert_eq!(state(&window), [false, true, false]);
+    window.key(egui::Modifiers::COMMAND, egui::Key::S);
+    window.wait("the results on the disk", |window| !window.harness.state().is_busy());
+    drop(window);
+    let mut window = Window::at(folder.path(), Some(&folder.path().join("coarse.lobelia")));
+    window.wait_for("Photographs (6)");
+    window.wait("the results", |window| !window.harness.state().is_busy());
+    window.key(NONE, egui::Key::F5);
+    assert_eq!(state(&window), [false, true, false]);
+    window.click("Solo point light 1");
+    assert_eq!(state(&window), [true, false, true], "as they were before it was closed");
 }

@@ -57,7 +57,7 @@ fn a_picture_is_written_as_it_is_seen() {
 
     let pictures = folder.path().join("pictures");
     window.click("Render to files…");
-    window.write("Path", pictures.to_str().unwrap());
+    window.write("Folder", pictures.to_str().unwrap());
     window.click_front("Render");
     window.wait("the first picture", |window| window.has_part("2 of 6"));
     assert!(window.has_part(" left"), "the time left is known once a picture is done");
@@ -95,7 +95,7 @@ fn the_current_view_is_rendered_as_it_was_chosen() {
         window.key(NONE, egui::Key::Enter);
     }
     window.click("Layers in the EXR");
-    window.write("Path", pictures.to_str().unwrap());
+    window.write("Folder", pictures.to_str().unwrap());
     window.click_front("Render");
     window.wait("the picture", |window| !window.harness.state().is_busy());
     let written = image::open(pictures.join("view.png")).unwrap().into_rgb8();

@@ -6,6 +6,7 @@ use super::{Command, Menu, draw, file};
 use crate::app::actions::{Action, Select};
 use crate::app::dialogs::PathRequest;
 use crate::app::layout::{Pane, Workspace};
+use crate::app::lighting::Lighting;
 use crate::app::relight::NewLight;
 
 pub(super) const COMMAND: Modifiers = Modifiers::COMMAND;
@@ -99,6 +100,39 @@ fn edit(list: &mut Vec<Command>) {
         Action::NewMaterialOfSelection,
         "Make a material of the selected surfaces",
     );
+    known_light(list);
+}
+
+fn known_light(list: &mut Vec<Command>) {
+    use Menu::Edit;
+    let from = list.len();
+    for kind in NewLight::ALL {
+        let name = match kind {
+            NewLight::Area => "Known area light",
+            NewLight::Sphere => "Known sphere light",
+            NewLight::Point => "Known point light",
+            NewLight::Spot => "Known spot light",
+            NewLight::Sun => "Known sun",
+        };
+        add(list, Edit, name, None, Action::Lighting(Lighting::Add(kind)), kind.help());
+    }
+    add(
+        list,
+        Edit,
+        "Known sky…",
+        None,
+        Action::Ask(PathRequest::AddSky),
+        "A sky that was photographed, in latitude and longitude (EXR, HDR)",
+    );
+    add(
+        list,
+        Edit,
+        "Selected surfaces shine",
+        None,
+        Action::Lighting(Lighting::AddVisible),
+        "Make a visible light of the selected surfaces",
+    );
+    put_within(list, from, "Add known light");
 }
 
 fn view(list: &mut Vec<Command>) {
@@ -221,7 +255,7 @@ fn relight(list: &mut Vec<Command>) {
         "Add object…",
         None,
         Action::Ask(PathRequest::AddObject),
-        "Set a mesh (OBJ) into the scene",
+        "Set a mesh (OBJ, glTF, PLY, STL) into the scene",
     );
     group(
         list,
@@ -278,6 +312,14 @@ fn help(list: &mut Vec<Command>) {
     add(
         list,
         Help,
+        "Guide",
+        None,
+        Action::ShowGuide,
+        "Tutorial, how to do things, reference, and how far to trust the results",
+    );
+    add(
+        list,
+        Help,
         "Command palette…",
         key(COMMAND, Key::P),
         Action::ShowPalette,
@@ -307,6 +349,7 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
         Pane::Outliner => ("Show outliner", "Photographs, surfaces, materials and lights"),
         Pane::Viewport => ("Show 3D view", "Geometry, cameras, samples and lights"),
         Pane::Tags => ("Show tags", "Materials and which surfaces have them"),
+        Pane::KnownLight => ("Show known light", "Lights whose shape and place are known"),
         Pane::Run => ("Show run", "Method, options and progress"),
         Pane::Inspector => ("Show inspector", "Every number of what is selected"),
         Pane::Relight => ("Show relight", "Other light, materials and objects"),

@@ -8,6 +8,7 @@ use eframe::egui::{self, Key, KeyboardShortcut};
 
 use super::actions::{Action, Relight, Select};
 use super::dialogs::PathRequest;
+use super::lighting::Lighting;
 use super::modelling::tool::Selected;
 use super::modelling::{ModelAction, ModelPage};
 use super::state::State;
@@ -126,9 +127,14 @@ impl Command {
             Action::Ask(PathRequest::Export) => {
                 project.is_some_and(|p| p.products.whole.is_some() && p.run.is_none())
             }
-            Action::Relight(Relight::AddLight(_))
+            Action::Lighting(Lighting::AddVisible) => {
+                project.is_some_and(|p| !p.selection.surfaces.is_empty())
+            }
+            Action::Lighting(_)
+            | Action::Relight(Relight::AddLight(_))
             | Action::Ask(
                 PathRequest::AddDome
+                | PathRequest::AddSky
                 | PathRequest::AddObject
                 | PathRequest::LoadEdits
                 | PathRequest::SaveEdits,

@@ -6,13 +6,13 @@ use std::sync::mpsc::TryRecvError;
 use super::{PULSE, Reading, studies};
 use crate::app::files::{self, Opening};
 use crate::app::keeping;
+use crate::app::lighting;
 use crate::app::modelling::begin;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::relighting;
 use crate::app::reopening;
 use crate::app::state::State;
-use crate::io::project::Relight;
 use crate::reconstruct::Update;
 use crate::worker::{Event, JobEvent};
 
@@ -112,12 +112,13 @@ fn loader_event(state: &mut State, event: Event) {
             JobEvent::Edits(edits, warnings) => {
                 relighting::edits_read(state, reading, edits, warnings);
             }
+            JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
             JobEvent::Failed(text) => {
                 let title = match reading {
                     Reading::File => "These edits cannot be used",
                     Reading::Object => "This object cannot be added",
-                    Reading::Dome => "This image cannot be used",
-                    Reading::Found(_) => "This file cannot take its place",
+                    Reading::Dome | Reading::Sky => "This image cannot be used",
+                    Reading::Found(_) | Reading::FoundLight(_) => "This file cannot take its place",
                 };
                 state.messages.error(title, text);
             }
@@ -141,22 +142,26 @@ fn loader_event(state: &mut State, event: Event) {
     let Some((_, opening)) = state.jobs.opening.take() else { return };
     match event.what {
         JobEvent::Loaded(capture) => {
-            // Nobody may save the project before all that it holds has been read.
-            match opening.project.as_ref().map(|project| project.relight.clone()) {
-                Some(Relight::Stored(value)) if !value.is_null() => {
-                    state.jobs.read_stored(opening, capture, value);
-                }
-                _ => files::opened(state, opening, capture),
-            }
+            state.jobs.loaded = Some(capture);
+            read_on(state, opening);
+        }
+        JobEvent::StoredLights(lights) => {
+            read_on(state, Opening { lights: Some(lights), ..opening });
         }
         JobEvent::StoredEdits(edits) => {
-            if let Some(capture) = state.jobs.loaded.take() {
-                files::opened(state, Opening { edits: Some(edits), ..opening }, capture);
-            }
+            read_on(state, Opening { edits: Some(edits), ..opening });
         }
         JobEvent::Begun(folder, _) => reopening::begun(state, &opening, folder),
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
+    }
+}
+
+/// Nobody may save a project before all that it holds has been read.
+fn read_on(state: &mut State, opening: Opening) {
+    let Some(capture) = state.jobs.loaded.take() else { return };
+    if let Some((opening, capture)) = state.jobs.read_stored(opening, capture) {
+        files::opened(state, opening, capture);
     }
 }
 

@@ -5,6 +5,7 @@
 //! worker that the terminal drives.
 
 mod events;
+mod reading;
 mod rendering;
 mod scene_export;
 pub mod studies;
@@ -15,7 +16,6 @@ use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use eframe::egui;
-use serde_json::Value;
 
 use super::derived::{self, Derived};
 use super::files::Opening;
@@ -61,6 +61,10 @@ pub enum Reading {
     Dome,
     /// A part of the project that could not be read, by its index, from another file.
     Found(usize),
+    /// A known sky.
+    Sky,
+    /// A known light that could not be read, by its index, from another file.
+    FoundLight(usize),
 }
 
 /// The relit scene in the viewport.
@@ -169,14 +173,6 @@ impl Jobs {
 
     pub fn stop_beginning(&self, job: Job) {
         self.loader.cancel(job);
-    }
-
-    /// Reads what a project changes of the recovered scene, before it is shown.
-    pub fn read_stored(&mut self, opening: Opening, capture: Arc<Capture>, value: Value) {
-        let (file, value) = (opening.path.clone(), Box::new(value));
-        let command = Command::ReadStoredEdits { capture: capture.clone(), file, value };
-        self.opening = Some((self.loader.send(command), opening));
-        self.loaded = Some(capture);
     }
 
     pub fn cancel_opening(&mut self) {

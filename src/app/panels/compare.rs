@@ -4,12 +4,12 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, Rect, TextureHandle, TextureOptions, pos2, vec2};
 
-use super::numbers::exposed;
+use super::numbers::{exposed, rgb, short};
 use crate::app::actions::Action;
 use crate::app::jobs::Picture;
 use crate::app::project::Project;
 use crate::app::viewport::{INVALID, signed};
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::{CHANNELS, Radiance, luminance};
 use crate::render::film::Film;
 use crate::scene::Image;
 use crate::study::pictures::PictureScore;
@@ -58,6 +58,10 @@ struct Shown {
     photograph: usize,
     exposure: f32,
     pictures: [TextureHandle; 3],
+    /// Pixels across.
+    width: usize,
+    /// Each pixel of the photograph and of the render.
+    values: Vec<(Option<Radiance>, Radiance)>,
     /// Relative RMS over the pixels that both have, of all channels.
     rms: Option<f64>,
     noise: Option<f64>,
@@ -173,18 +177,20 @@ impl CompareState {
         if !is_new {
             return;
         }
-        let Compared { pictures, rms } = compared(film, image, step, self.exposure);
+        let Compared { pictures, values, rms } = compared(film, image, step, self.exposure);
         let mut names = ["photograph", "render", "difference"].into_iter();
         let pictures = pictures.map(|picture| {
             ctx.load_texture(names.next().unwrap_or_default(), picture, TextureOptions::LINEAR)
         });
         let (of, exposure, noise) = (Arc::downgrade(film), self.exposure, film.noise());
-        self.shown = Some(Shown { of, photograph, exposure, pictures, rms, noise });
+        let width = film.width;
+        self.shown = Some(Shown { of, photograph, exposure, pictures, width, values, rms, noise });
     }
 }
 
 struct Compared {
     pictures: [ColorImage; 3],
+    values: Vec<(Option<Radiance>, Radiance)>,
     rms: Option<f64>,
 }
 
@@ -192,12 +198,14 @@ struct Compared {
 fn compared(film: &Film, image: &Image, step: usize, exposure: f32) -> Compared {
     let (beauty, coverage) = (film.beauty(), film.coverage());
     let mut pictures = [const { Vec::new() }; 3];
+    let mut values = Vec::with_capacity(beauty.len());
     let (mut sum, mut count) = (0.0f64, 0usize);
     for (index, made) in beauty.iter().enumerate() {
         let (x, y) = (index % film.width, index / film.width);
         let seen = mean(image, (x * step, y * step), step);
         pictures[0].push(seen.map_or(INVALID, |radiance| exposed(radiance, exposure)));
         pictures[1].push(exposed(*made, exposure));
+        values.push((seen, *made));
         // A pixel of which a part shows what nobody modelled cannot be compared.
         pictures[2].push(match seen.filter(|_| coverage[index] > 0.999) {
             None => Color32::TRANSPARENT,
@@ -216,6 +224,7 @@ fn compared(film: &Film, image: &Image, step: usize, exposure: f32) -> Compared 
     let size = [film.width, film.height];
     Compared {
         pictures: pictures.map(|pixels| ColorImage::new(size, pixels)),
+        values,
         rms: (count > 0).then(|| (sum / count as f64).sqrt()).filter(|rms| rms.is_finite()),
     }
 }
@@ -249,7 +258,8 @@ fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
         ui.vertical(|ui| {
             ui.set_max_width(size.x);
             ui.weak(name);
-            ui.add(egui::Image::new(texture).fit_to_exact_size(size).alt_text(name));
+            let image = egui::Image::new(texture).fit_to_exact_size(size).alt_text(name);
+            values_ui(ui.add(image.sense(egui::Sense::hover())), shown);
         });
     };
     let scale_of = format!("-{0:.0} % blue to +{0:.0} % orange", 100.0 * RANGE);
@@ -285,7 +295,43 @@ fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
             let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(*split, 1.0));
             painter.image(photograph.id(), left, part, Color32::WHITE);
             painter.vline(line, rect.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
-            response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+            values_ui(response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal), shown);
         }
     }
+}
+
+/// What both pictures have at the pointer.
+fn values_ui(response: egui::Response, shown: &Shown) {
+    let Some(at) = response.hover_pos() else { return };
+    let part = (at - response.rect.min) / response.rect.size();
+    let height = shown.values.len() / shown.width.max(1);
+    let cell = |part: f32, count: usize| ((part * count as f32).max(0.0) as usize).min(count - 1);
+    if shown.width == 0 || height == 0 {
+        return;
+    }
+    let (x, y) = (cell(part.x, shown.width), cell(part.y, height));
+    let Some((seen, made)) = shown.values.get(y * shown.width + x) else { return };
+    response.on_hover_ui_at_pointer(|ui| {
+        let line = |own: &Radiance| {
+            let luminance = short(f64::from(luminance(*own)));
+            format!("{}, luminance {luminance}", rgb(own.map(f64::from)))
+        };
+        egui::Grid::new("values").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
+            ui.weak("Photograph");
+            ui.label(seen.as_ref().map_or("saturated or invalid".to_owned(), line));
+            ui.end_row();
+            ui.weak("Render");
+            ui.label(line(made));
+            ui.end_row();
+            if let Some(seen) = seen {
+                ui.weak("Difference");
+                let relative = std::array::from_fn(|c| {
+                    100.0 * f64::from(made[c] - seen[c]) / f64::from(seen[c].max(f32::MIN_POSITIVE))
+                });
+                let [red, green, blue]: [f64; 3] = relative;
+                ui.label(format!("{red:+.1} / {green:+.1} / {blue:+.1} %"));
+                ui.end_row();
+            }
+        });
+    });
 }

@@ -4,6 +4,9 @@ use eframe::egui;
 use egui_plot::{Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
 use super::numbers::{counted, empty, outdated};
+use super::sample_errors::save_menu;
+use crate::app::actions::Action;
+use crate::app::plots::Plotted;
 use crate::app::project::Project;
 use crate::app::theme::{CHANNEL_NAMES, channel_color};
 use crate::math::rgb::Rgb;
@@ -63,12 +66,20 @@ impl What {
     }
 }
 
-pub fn convergence_ui(ui: &mut egui::Ui, project: &Project, state: &mut ConvergenceState) {
+pub fn convergence_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    state: &mut ConvergenceState,
+    actions: &mut Vec<Action>,
+) {
     ui.horizontal_wrapped(|ui| {
         for (what, text, help) in What::ALL {
             ui.selectable_value(&mut state.what, what, text).on_hover_text(help);
         }
         ui.checkbox(&mut state.logarithmic, "Log axis").on_hover_text("Powers of ten upwards");
+        if !project.products.iterations.is_empty() {
+            save_menu(ui, Plotted::Convergence, actions);
+        }
         outdated(ui, project);
     });
     let iterations = &project.products.iterations;

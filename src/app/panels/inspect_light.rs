@@ -8,7 +8,7 @@ use eframe::egui::{
 use glam::{Vec2, Vec2Swizzles};
 
 use super::inspector::facts;
-use super::lights::{name, place};
+use super::lights::{name, place, unseen_ui};
 use super::numbers::{count, emission_color, rgb, short, swatch, triple};
 use crate::app::actions::Action;
 use crate::app::jobs::Coverage;
@@ -54,18 +54,27 @@ pub fn light_ui(
         mask_ui(ui, project, (index, light, lobes), coverage, cache, actions);
     }
     ui.add_space(6.0);
-    ui.weak("Lobes, by emission (red / green / blue)");
+    ui.weak("Lobes, by emission (red / green / blue)")
+        .on_hover_text("Those that light no sample come last: the photographs say nothing of them");
     let solution = project.products.solution.as_deref();
     let emission = |lobe: usize| {
         solution.and_then(|solution| solution.emission.get(lobe).copied()).unwrap_or_default()
     };
     let mut own: Vec<usize> = lobes.of(index).collect();
-    own.sort_by(|a, b| emission(*b).iter().sum::<f64>().total_cmp(&emission(*a).iter().sum()));
+    let unseen = project.products.derived.as_ref().map_or(&[][..], |derived| &derived.unseen);
+    let is_unseen = |lobe: usize| unseen.get(lobe).copied().unwrap_or(false);
+    own.sort_by(|a, b| {
+        let sums = [a, b].map(|lobe| emission(*lobe).iter().sum::<f64>());
+        is_unseen(*a).cmp(&is_unseen(*b)).then(sums[1].total_cmp(&sums[0]))
+    });
     for lobe in own.iter().take(40) {
         let direction = lobes.lobes[*lobe].direction;
         ui.horizontal(|ui| {
             swatch(ui, emission_color(emission(*lobe)));
             ui.label(rgb(emission(*lobe)));
+            if is_unseen(*lobe) {
+                unseen_ui(ui);
+            }
             ui.weak(format!("along {}", triple(direction, 2)));
         });
     }

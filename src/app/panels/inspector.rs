@@ -13,6 +13,7 @@ use super::outliner::use_of;
 use crate::app::actions::{Action, Select};
 use crate::app::jobs::Coverage;
 use crate::app::project::{Focus, Project};
+use crate::app::relight::Added;
 use crate::app::theme::CHANNEL_NAMES;
 use crate::scene::{MaterialKind, Role};
 
@@ -45,7 +46,11 @@ pub fn inspector_ui(
                 }
             }
             Focus::Added => {
-                empty(ui, "The numbers of what was added are in the Relight panel.");
+                let at = match selection.added {
+                    Some(Added::Known(_)) => "The numbers of known lights are in Known light.",
+                    _ => "The numbers of what was added are in the Relight panel.",
+                };
+                empty(ui, at);
             }
             Focus::Photograph => {
                 if let Some(index) = selection.photograph {
@@ -68,7 +73,7 @@ pub fn facts(ui: &mut egui::Ui, id: &str, rows: &[(&str, String)]) {
 }
 
 fn overview(ui: &mut egui::Ui, project: &Project) {
-    let capture = &project.loaded;
+    let capture = &project.capture;
     ui.heading(capture.name.as_str());
     let mut rows = vec![
         ("Triangles", count(capture.mesh.triangles.len())),

@@ -63,7 +63,10 @@ pub fn lights_ui(
             2 => by(&|index| f64::from(lights.lights[index].position.z)),
             3 => by(&|index| f64::from(lights.lights[index].radius_m)),
             4 => numbers(a).lit_lobes.cmp(&numbers(b).lit_lobes),
-            5 => by(&|index| numbers(index).strongest),
+            // What no photograph constrains does not top the list.
+            5 => (!numbers(a).is_unseen(), numbers(a).strongest)
+                .partial_cmp(&(!numbers(b).is_unseen(), numbers(b).strongest))
+                .unwrap_or(std::cmp::Ordering::Equal),
             6 => by(&|index| numbers(index).share),
             7 => numbers(a).lit_samples.cmp(&numbers(b).lit_samples),
             _ => a.cmp(&b),
@@ -92,6 +95,10 @@ pub fn lights_ui(
                 rgb(own.emission)
             }
             6 if derived.is_some() => short(100.0 * own.share),
+            7 if own.is_unseen() => {
+                unseen_ui(ui);
+                return;
+            }
             7 if derived.is_some() => count(own.lit_samples),
             _ => String::new(),
         };
@@ -102,10 +109,19 @@ pub fn lights_ui(
     }
 }
 
+/// The mark of light that no photograph constrains.
+pub fn unseen_ui(ui: &mut egui::Ui) {
+    let color = ui.visuals().warn_fg_color;
+    ui.colored_label(color, "(!) unseen").on_hover_text(UNSEEN);
+}
+
+pub const UNSEEN: &str =
+    "It shines where no sample is: the photographs say nothing of how strong it is";
+
 /// A light's kind, and for a known one its name.
 pub fn name(project: &Project, light: &VirtualLight) -> String {
     match light.kind {
-        LightKind::Known(index) => match project.loaded.lights.get(index) {
+        LightKind::Known(index) => match project.result_capture().lights.get(index) {
             Some(known) => format!("{} ({})", known.name(), known.kind()),
             None => kind_name(light.kind).to_owned(),
         },

@@ -5,11 +5,13 @@ pub mod cards;
 mod compare;
 mod convergence;
 mod fields;
+mod guide;
 pub mod import;
 mod inspect_light;
 mod inspect_sample;
 mod inspect_texture;
 mod inspector;
+mod known_light;
 mod lights;
 mod log;
 mod materials;
@@ -42,11 +44,11 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use super::actions::{Action, Mode, Select};
-use super::change::Change;
 use super::jobs::Jobs;
 use super::layout::Pane;
 use super::messages::Messages;
 use super::project::Project;
+use super::solo::Alone;
 use super::state::State;
 use super::viewport::{Content, Viewport, ViewportEvent};
 
@@ -56,6 +58,7 @@ pub struct PanelState {
     pub title: String,
     outliner: outliner::OutlinerState,
     tags: tags::TagState,
+    known_light: known_light::KnownLightState,
     run: run::RunPanelState,
     convergence: convergence::ConvergenceState,
     errors: sample_errors::ErrorPlotState,
@@ -74,6 +77,15 @@ impl PanelState {
     /// Another project is shown: what referred to the old one goes.
     pub fn forget(&mut self) {
         *self = Self { title: std::mem::take(&mut self.title), ..Self::default() };
+    }
+
+    /// The light that is seen alone, for a project to keep.
+    pub fn alone(&self) -> Option<&Alone> {
+        self.relight.alone.as_ref()
+    }
+
+    pub fn set_alone(&mut self, alone: Option<Alone>) {
+        self.relight.alone = alone;
     }
 
     /// Something was selected: tables scroll to it.
@@ -125,6 +137,9 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     outliner::outliner_ui(ui, project, viewport, &mut panels.outliner, actions);
                 }
                 Pane::Tags => tags::tags_ui(ui, project, &mut panels.tags, actions),
+                Pane::KnownLight => {
+                    known_light::known_light_ui(ui, project, &mut panels.known_light, actions);
+                }
                 Pane::Run => run::run_ui(ui, project, &mut panels.run, actions),
                 Pane::Inspector => {
                     panels.inspector.exposure = viewport.exposure();
@@ -136,7 +151,7 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     relight::relight_ui(ui, project, jobs, state, gizmo, actions);
                 }
                 Pane::Convergence => {
-                    convergence::convergence_ui(ui, project, &mut panels.convergence);
+                    convergence::convergence_ui(ui, project, &mut panels.convergence, actions);
                 }
                 Pane::SampleErrors => {
                     sample_errors::sample_errors_ui(ui, project, &mut panels.errors, actions);
@@ -193,8 +208,8 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
 
 fn viewport_action(event: ViewportEvent) -> Action {
     Action::Select(match event {
-        ViewportEvent::Moved { item, name, edits } => {
-            return Action::Transform(Change::Relight { name, of: Some(item), edits });
+        ViewportEvent::Moved { item, name, things } => {
+            return Action::Transform(things.change(name, item));
         }
         ViewportEvent::Kept => return Action::KeepTransform,
         ViewportEvent::LeftAsItWas => return Action::LeaveTransform,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use eframe::egui::{self, Button};
 
+use super::lights::UNSEEN;
 use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
 use crate::app::change::Change;
@@ -40,7 +41,7 @@ pub fn outliner_ui(
         photographs(ui, project, viewport, &shown, actions);
         surfaces(ui, project, &shown, actions);
         materials(ui, project, &shown, actions);
-        known_lights(ui, project, &shown);
+        known_lights(ui, project, &shown, actions);
         virtual_lights(ui, project, &shown, actions);
         added(ui, project, &shown, actions);
     });
@@ -136,7 +137,7 @@ fn surfaces(
                         (Some(material_color(material)), name.clone())
                     }
                     Role::Luminaire(light) => {
-                        (None, format!("visible light {}", project.loaded.lights[light].name()))
+                        (None, format!("visible light {}", project.capture.lights[light].name()))
                     }
                     Role::Untagged => (None, "no material".to_owned()),
                 };
@@ -225,15 +226,30 @@ fn materials(
     });
 }
 
-fn known_lights(ui: &mut egui::Ui, project: &Project, shown: &impl Fn(&str) -> bool) {
-    let lights = &project.loaded.lights;
+fn known_lights(
+    ui: &mut egui::Ui,
+    project: &Project,
+    shown: &impl Fn(&str) -> bool,
+    actions: &mut Vec<Action>,
+) {
+    let lights = &project.edit().given.lights;
     if lights.is_empty() {
         return;
     }
     section(ui, "Known lights", lights.len(), false, |ui| {
-        for light in lights.iter().filter(|light| shown(light.name())).take(LONGEST) {
-            super::numbers::cut(ui, format!("{}  ({})", light.name(), light.kind()));
+        let named = lights.iter().enumerate().filter(|(_, light)| shown(light.name()));
+        for (index, light) in named.take(LONGEST) {
+            let item = Added::Known(index);
+            let selected =
+                project.selection.added == Some(item) && project.selection.focus == Focus::Added;
+            let text = format!("{}  ({})", light.name(), light.kind());
+            let response = row(ui, selected, text);
+            if response.on_hover_text("Its numbers are in Known light").clicked() {
+                actions.push(Action::Select(Select::Added(item)));
+                actions.push(Action::ShowPane(Pane::KnownLight));
+            }
         }
+        cut_list(ui, lights.len());
     });
 }
 
@@ -288,8 +304,13 @@ fn virtual_lights(
                 for &index in named.take(LONGEST) {
                     let selected = project.selection.light == Some(index)
                         && project.selection.focus == Focus::Light;
-                    if row(ui, selected, format!("{kind} {index}"))
-                        .on_hover_text("Show it in the inspector")
+                    let numbers = project.products.derived.as_ref();
+                    let numbers = numbers.and_then(|derived| derived.lights.get(index));
+                    let is_unseen = numbers.is_some_and(|numbers| numbers.is_unseen());
+                    let mark = if is_unseen { "  (!) unseen" } else { "" };
+                    let help = if is_unseen { UNSEEN } else { "Show it in the inspector" };
+                    if row(ui, selected, format!("{kind} {index}{mark}"))
+                        .on_hover_text(help)
                         .clicked()
                     {
                         actions.push(Action::Select(Select::Light(index)));

@@ -3,7 +3,7 @@
 use eframe::egui::{self, DragValue, Key};
 
 use super::numbers::counted;
-use super::questions::{ask, buttons};
+use super::questions::{ask, buttons, folder_ui};
 use crate::app::actions::{Action, Relight};
 use crate::app::dialogs::PathRequest;
 use crate::app::entry::{self, Unit};
@@ -29,21 +29,12 @@ pub fn pictures_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Act
             });
         });
         ui.add_space(6.0);
-        let label = ui.label("Path");
-        let mut entered = false;
-        ui.horizontal(|ui| {
-            let room = ui.available_width() - 76.0;
-            let field = egui::TextEdit::singleline(&mut own.folder).desired_width(room);
-            let help = "A folder; it is made where it is missing";
-            let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
-            if !is_focused {
-                response.request_focus();
-            }
-            entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            if ui.button("Folder…").on_hover_text("Choose the folder").clicked() {
-                actions.push(Action::Ask(PathRequest::RenderTo));
-            }
-        });
+        let help = "A folder; it is made where it is missing";
+        let response = folder_ui(ui, &mut own.folder, help, PathRequest::RenderTo, actions);
+        if !is_focused {
+            response.request_focus();
+        }
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         ui.add_space(6.0);
         let is_ready = !own.folder.trim().is_empty() && (view || !own.is_view);
         buttons(ui, ("Render", "Begin (Enter)"), is_ready, entered)

@@ -35,6 +35,7 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
     } else if state.dialogs.assign {
         assign_ui(ctx, state, actions);
     }
+    super::guide::guide_ui(ctx, state);
     if state.dialogs.shortcuts {
         shortcuts_ui(ctx, state);
     }
@@ -98,6 +99,27 @@ fn path_field(ui: &mut egui::Ui, text: &mut String, focused: &mut bool, help: &s
     response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
+/// A folder, and the button that chooses it.
+pub(super) fn folder_ui(
+    ui: &mut egui::Ui,
+    folder: &mut String,
+    help: &str,
+    asked: PathRequest,
+    actions: &mut Vec<Action>,
+) -> egui::Response {
+    let label = ui.label("Folder");
+    ui.horizontal(|ui| {
+        let room = ui.available_width() - 76.0;
+        let field = egui::TextEdit::singleline(folder).desired_width(room);
+        let response = ui.add(field).on_hover_text(help).labelled_by(label.id);
+        if ui.button("Folder…").on_hover_text("Choose the folder").clicked() {
+            actions.push(Action::Ask(asked));
+        }
+        response
+    })
+    .inner
+}
+
 /// Not saving leaves what was to come after it undone.
 fn leave_path(state: &mut State) {
     state.dialogs.path = None;
@@ -109,10 +131,10 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::OpenCapture | PathRequest::OpenProject => "Open",
         PathRequest::SaveAs => "Save",
         PathRequest::Export => "Export",
-        PathRequest::Locate | PathRequest::Find(_) => "Use",
-        PathRequest::AddObject | PathRequest::AddDome => "Add",
+        PathRequest::Locate | PathRequest::Find(_) | PathRequest::FindLight(_) => "Use",
+        PathRequest::AddObject | PathRequest::AddDome | PathRequest::AddSky => "Add",
         PathRequest::LoadEdits => "Load",
-        PathRequest::SaveEdits => "Save",
+        PathRequest::SaveEdits | PathRequest::SavePlot(..) => "Save",
         PathRequest::ImportCameras
         | PathRequest::ImportCameraFolder
         | PathRequest::ImportImages

@@ -28,7 +28,7 @@ pub struct RelightState {
     /// The temperature that was chosen last, by the added light.
     pub kelvin: Option<(usize, f64)>,
     /// The light that is seen alone, and how all were before.
-    alone: Option<Alone>,
+    pub alone: Option<Alone>,
 }
 
 /// What a change is called, what it is of, and the edits as it makes them.
@@ -60,7 +60,7 @@ pub fn relight_ui(
         })
         .response
         .on_hover_text("Set a light into the scene");
-        let object = ui.button("Add object…").on_hover_text("Set a mesh (OBJ) into the scene");
+        let object = ui.button("Add object…").on_hover_text("Set a mesh (OBJ, glTF, PLY, STL) into the scene, in the colours that its file gives it");
         if object.clicked() {
             actions.push(Action::Ask(PathRequest::AddObject));
         }

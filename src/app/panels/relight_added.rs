@@ -63,12 +63,13 @@ pub fn added_ui(
                 changed = Some((name, edits));
             }
         }
+        Added::Known(_) => {}
     }
     changed.map(|(name, edits)| (name, Some(item), edits))
 }
 
 /// A name that no other has; what undo calls the change where there is one.
-fn name_ui<'a>(
+pub(super) fn name_ui<'a>(
     ui: &mut egui::Ui,
     name: &mut String,
     others: impl Iterator<Item = &'a str>,
@@ -113,7 +114,13 @@ fn light_ui(
                 ui.end_row();
             }
             Shape::Emitter(emitter) => {
-                change = emission_ui(ui, &mut light.emission, emitter.quantity(), index, state);
+                change = emission_ui(
+                    ui,
+                    &mut light.emission,
+                    emitter.quantity(),
+                    index,
+                    &mut state.kelvin,
+                );
                 change = change.or(emitter_ui(ui, emitter));
             }
         }
@@ -130,12 +137,12 @@ fn unit(quantity: &str) -> &'static str {
     }
 }
 
-fn emission_ui(
+pub(super) fn emission_ui(
     ui: &mut egui::Ui,
     emission: &mut Rgb,
     quantity: &'static str,
     index: usize,
-    state: &mut RelightState,
+    chosen: &mut Option<(usize, f64)>,
 ) -> Option<&'static str> {
     let (strength, colour) = strength_and_colour(*emission);
     let mut change = None;
@@ -166,10 +173,10 @@ fn emission_ui(
         if is_picked {
             let largest = picked.into_iter().fold(1e-6, f32::max);
             *emission = picked.map(|value| strength * f64::from(value / largest));
-            state.kelvin = None;
+            *chosen = None;
             change = Some("colour of light");
         }
-        let known = state.kelvin.filter(|(of, _)| *of == index).map(|(_, kelvin)| kelvin);
+        let known = chosen.filter(|(of, _)| *of == index).map(|(_, kelvin)| kelvin);
         let mut kelvin = known.unwrap_or(4000.0);
         let slider = egui::Slider::new(&mut kelvin, 1500.0..=15000.0)
             .logarithmic(true)
@@ -181,7 +188,7 @@ fn emission_ui(
             .accessible_name("Colour temperature")
             .on_hover_text("Gives it the colour of a glowing body: 2700 K a bulb, 6500 K daylight");
         if response.changed() {
-            state.kelvin = Some((index, kelvin));
+            *chosen = Some((index, kelvin));
             *emission = blackbody(kelvin).map(|value| value * strength);
             change = Some("colour of light");
         }
@@ -190,7 +197,7 @@ fn emission_ui(
     change
 }
 
-fn emitter_ui(ui: &mut egui::Ui, emitter: &mut Emitter) -> Option<&'static str> {
+pub(super) fn emitter_ui(ui: &mut egui::Ui, emitter: &mut Emitter) -> Option<&'static str> {
     let mut change = None;
     let mut place = |ui: &mut egui::Ui, what: &str, value: &mut Vec3, name| {
         ui.weak(format!("{what}, m"));
@@ -388,7 +395,7 @@ fn reflectance_ui(ui: &mut egui::Ui, name: &str, own: &mut Brdf) -> bool {
     changed
 }
 
-fn capital(word: &str) -> String {
+pub(super) fn capital(word: &str) -> String {
     let mut letters = word.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -8,6 +8,8 @@ use egui_plot::{HLine, Legend, Plot, PlotPoint, PlotPoints, Points, VLine};
 use super::numbers::{empty, outdated, short};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::Derived;
+use crate::app::dialogs::PathRequest;
+use crate::app::plots::{PlotFile, Plotted};
 use crate::app::project::Project;
 use crate::app::viewport::material_color;
 
@@ -55,6 +57,7 @@ pub fn sample_errors_ui(
         ui.add_enabled(before, egui::Checkbox::new(&mut state.before, "Run before"))
             .on_hover_text("Errors of the run before this one, in grey")
             .on_disabled_hover_text("There was no run before this one.");
+        save_menu(ui, Plotted::SampleErrors, actions);
         ui.label(format!("RMS of the logarithm {}", short(derived.log_rms)));
         if let Some(before) = &project.products.before {
             ui.weak(format!("(before {})", short(before.log_rms)));
@@ -121,6 +124,20 @@ pub fn sample_errors_ui(
             actions.push(Action::Select(Select::Sample(sample as usize)));
         }
     }
+}
+
+/// Saves a plot as a table or as a drawing.
+pub fn save_menu(ui: &mut egui::Ui, plotted: Plotted, actions: &mut Vec<Action>) {
+    ui.menu_button("Save plot", |ui| {
+        for (kind, text, help) in PlotFile::ALL {
+            if ui.button(text).on_hover_text(help).clicked() {
+                actions.push(Action::Ask(PathRequest::SavePlot(plotted, kind)));
+                ui.close();
+            }
+        }
+    })
+    .response
+    .on_hover_text("Write this plot to a file");
 }
 
 fn selected_color(ctx: &egui::Context) -> Color32 {

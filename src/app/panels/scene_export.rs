@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, DragValue};
 
-use super::questions::ask;
+use super::questions::{ask, folder_ui};
 use crate::app::actions::Action;
 use crate::app::dialogs::PathRequest;
 use crate::app::entry::{self, Unit};
@@ -51,18 +51,10 @@ pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec
             }
         });
         ui.add_space(6.0);
-        let label = ui.label("Folder");
-        ui.horizontal(|ui| {
-            let room = ui.available_width() - 76.0;
-            let field = egui::TextEdit::singleline(&mut own.folder).desired_width(room);
-            let help = "It is made where it is missing; files of the same names are replaced";
-            if ui.add(field).on_hover_text(help).labelled_by(label.id).changed() {
-                own.problem = None;
-            }
-            if ui.button("Folder…").on_hover_text("Choose the folder").clicked() {
-                actions.push(Action::Ask(PathRequest::SceneFolder));
-            }
-        });
+        let help = "It is made where it is missing; files of the same names are replaced";
+        if folder_ui(ui, &mut own.folder, help, PathRequest::SceneFolder, actions).changed() {
+            own.problem = None;
+        }
         if let Some(problem) = &own.problem {
             ui.colored_label(ui.visuals().error_fg_color, problem);
         }

@@ -2,14 +2,15 @@
 
 use eframe::egui;
 
-use super::numbers::{count, counted, duration};
+use super::numbers::{count, counted, duration, rgb, short as short_number};
 use super::run::progress_ui;
 use crate::app::actions::Action;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::scene_export::ExportAction;
 use crate::app::state::State;
-use crate::app::viewport::Hovered;
+use crate::app::viewport::{PictureValue, Viewport};
+use crate::math::rgb::luminance;
 
 pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
     let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 3));
@@ -59,9 +60,10 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 if let Some(project) = &state.project {
                     ui.separator();
                     counts(ui, project);
-                    if let Some(hovered) = state.viewport.hovered() {
+                    let text = under_cursor(project, &state.viewport);
+                    if !text.is_empty() {
                         ui.separator();
-                        ui.add(egui::Label::new(under_cursor(project, hovered)).truncate());
+                        ui.add(egui::Label::new(text).truncate());
                     }
                 }
             });
@@ -121,19 +123,27 @@ fn short(adapter: &str) -> String {
     name.chars().take(28).collect()
 }
 
-fn under_cursor(project: &Project, hovered: &Hovered) -> String {
-    let surface = project.loaded.surfaces.get(hovered.surface);
-    let mut text = surface.map_or_else(String::new, |surface| surface.name.clone());
+/// The value of the picture that is shown, then the surface and the place.
+fn under_cursor(project: &Project, viewport: &Viewport) -> String {
+    let mut text = match viewport.value() {
+        Some(PictureValue::Radiance(own)) => format!(
+            "radiance {}, luminance {}  ",
+            rgb(own.map(f64::from)),
+            short_number(f64::from(luminance(own)))
+        ),
+        Some(PictureValue::Reflectance(own)) => format!("reflectance {}  ", rgb(own)),
+        Some(PictureValue::NoMeasurement) => "saturated or invalid  ".to_owned(),
+        None => String::new(),
+    };
+    let Some(hovered) = viewport.hovered() else { return text.trim_end().to_owned() };
+    if let Some(surface) = project.loaded.surfaces.get(hovered.surface) {
+        text.push_str(&surface.name);
+    }
     if let Some(material) = hovered.material.and_then(|index| project.capture.materials.get(index))
     {
         text.push_str(&format!(", {}", material.name));
     }
     let p = hovered.position;
     text.push_str(&format!("  at {:.2} {:.2} {:.2} m", p.x, p.y, p.z));
-    if let Some((radiance, _)) = hovered.radiance {
-        text.push_str(&format!("  radiance {}", super::numbers::rgb(radiance.map(f64::from))));
-    } else if hovered.no_measurement.is_some() {
-        text.push_str("  saturated or invalid");
-    }
     text
 }

@@ -4,13 +4,14 @@
 use eframe::egui::{self, Color32, Painter, Response, Stroke, Ui};
 use glam::{BVec3, Vec2, Vec3};
 
-use crate::app::relight::{Added, middle};
+use crate::app::relight::Added;
+use crate::app::things::Things;
 use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, Shading};
 use crate::app::viewport::gizmo::{AXES, Mode, tips};
 use crate::app::viewport::projection::Projection;
 use crate::render::edits::Shape;
-use crate::scene::Emitter;
+use crate::scene::{Emitter, KnownLight};
 
 const COLORS: [Color32; 3] = [
     Color32::from_rgb(230, 84, 84),
@@ -23,11 +24,17 @@ const ACCENT: Color32 = Color32::from_rgb(255, 140, 26);
 pub fn draw(view: &Viewport, ui: &Ui, response: &Response, content: &Content, p: &Projection) {
     let painter = ui.painter_at(response.rect);
     let marks = Marks { painter: &painter, projection: p, origin: response.rect.min };
-    let edits = &content.edits;
-    for (index, light) in edits.lights.iter().enumerate() {
-        let item = Added::Light(index);
-        let Shape::Emitter(emitter) = &light.shape else { continue };
-        let Some(middle) = middle(edits, item, view.scene.bounds) else { continue };
+    let Things { edits, given } = &content.things;
+    let added = edits.lights.iter().enumerate().filter_map(|(index, light)| match &light.shape {
+        Shape::Emitter(emitter) => Some((Added::Light(index), emitter)),
+        Shape::Dome(_) => None,
+    });
+    let known = given.lights.iter().enumerate().filter_map(|(index, light)| match light {
+        KnownLight::Shape { emitter, .. } => Some((Added::Known(index), emitter)),
+        KnownLight::Visible { .. } | KnownLight::Dome { .. } => None,
+    });
+    for (item, emitter) in added.chain(known) {
+        let Some(middle) = content.things.middle(item, view.scene.bounds) else { continue };
         let color = if content.selected_added == Some(item) { ACCENT } else { Color32::WHITE };
         marks.light(emitter, middle, 0.1 * view.scene.ball().1, color);
     }
@@ -52,7 +59,7 @@ pub fn draw(view: &Viewport, ui: &Ui, response: &Response, content: &Content, p:
         }
     }
     let Some(item) = content.selected_added else { return };
-    let Some(middle) = middle(edits, item, view.scene.bounds) else { return };
+    let Some(middle) = content.things.middle(item, view.scene.bounds) else { return };
     let Some(center) = p.project(middle) else { return };
     let (mode, held) = view.gizmo.held();
     for (axis, tip) in tips(p, middle).into_iter().enumerate() {

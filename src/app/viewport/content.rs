@@ -8,12 +8,12 @@ use glam::Vec3;
 use crate::app::derived::Derived;
 use crate::app::project::Focus;
 use crate::app::relight::Added;
-use crate::math::rgb::Radiance;
+use crate::app::things::Things;
+use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
-use crate::render::edits::Edits;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
 use crate::worker::Relit;
@@ -37,8 +37,8 @@ pub struct Content {
     pub selected_sample: Option<usize>,
     pub selected_light: Option<usize>,
     pub selected_photograph: Option<usize>,
-    /// What was set into the scene.
-    pub edits: Arc<Edits>,
+    /// What was set into the scene, and known lights.
+    pub things: Things,
     pub selected_added: Option<Added>,
     /// Results as they were found now or read with the project: reflectances, and what can be
     /// relit.
@@ -69,8 +69,8 @@ pub enum ViewportEvent {
     PickPhotograph(usize),
     /// An added light or object was clicked.
     PickAdded(Added),
-    /// The added one is being moved: what becomes of the edits, and what undo calls it.
-    Moved { item: Added, name: &'static str, edits: Arc<Edits> },
+    /// The added one is being moved: what becomes of it, and what undo calls that.
+    Moved { item: Added, name: &'static str, things: Things },
     /// It stays where it was moved to.
     Kept,
     /// It goes back to where it was before.
@@ -220,6 +220,17 @@ impl Default for ViewSettings {
             before: None,
         }
     }
+}
+
+/// The value that the picture on the screen has under the cursor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PictureValue {
+    /// Linear radiance, in the unit of the photographs.
+    Radiance(Radiance),
+    /// Diffuse reflectance.
+    Reflectance(Rgb),
+    /// Saturated or invalid.
+    NoMeasurement,
 }
 
 /// The value under the cursor.

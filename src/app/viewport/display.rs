@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::content::ToneMapping;
 use super::palette;
 use crate::io::export::pictures::Development;
-use crate::math::rgb::{Radiance, srgb_code};
+use crate::math::rgb::{Radiance, luminance, srgb_code};
 
 /// Develops radiance as the 3D view shows it; `exposure` brings it to the screen's 0 to 1.
 pub fn development(exposure: f32, tone: ToneMapping) -> Development {
@@ -19,9 +19,8 @@ fn display(exposed: Radiance, tone: ToneMapping) -> [u8; 3] {
         ToneMapping::Linear => exposed.map(srgb_code),
         ToneMapping::Filmic => exposed.map(|v| srgb_code(v * (1.0 + v / 64.0) / (1.0 + v))),
         ToneMapping::FalseColor => {
-            let [r, g, b] = exposed;
-            let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-            let color = palette::magnitude((luminance.max(1e-12).log2() + 8.0) / 10.0);
+            let stops = luminance(exposed).max(1e-12).log2();
+            let color = palette::magnitude((stops + 8.0) / 10.0);
             [color.r(), color.g(), color.b()]
         }
     }

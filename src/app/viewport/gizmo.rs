@@ -1,20 +1,18 @@
 //! Lights and objects that were set into the scene: how they are clicked, and moved by handles and
 //! by keys (G, R and S, then X, Y or Z and a number), as artists are used to.
 
-use std::sync::Arc;
-
 use eframe::egui::{self, Event, Key, PointerButton, Response, Ui};
 use glam::{Quat, Vec2, Vec3};
 
 use crate::app::entry::{self, Unit};
-use crate::app::relight::{self, Added, Motion, middle, moved, reach_m};
+use crate::app::relight::{Added, Motion};
+use crate::app::things::Things;
 use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::input::{self, has_keys};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::Projection;
 use crate::geometry::bvh::RayCaster;
-use crate::render::edits::Edits;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -38,7 +36,7 @@ struct Transform {
     /// Of the world; freely without one.
     axis: Option<usize>,
     /// As it was before.
-    base: Arc<Edits>,
+    base: Things,
     middle: Vec3,
     start: Vec2,
     /// A number that is being typed.
@@ -105,16 +103,15 @@ pub fn interact(
         go_on(view, ui, response, content, projection, local, events);
         return true;
     }
-    let Some(item) = content.selected_added.filter(|item| relight::exists(&content.edits, *item))
-    else {
+    let Some(item) = content.selected_added.filter(|item| content.things.exists(*item)) else {
         return false;
     };
-    let Some(middle) = middle(&content.edits, item, view.scene.bounds) else { return false };
+    let Some(middle) = content.things.middle(item, view.scene.bounds) else { return false };
     let begin = |mode, axis, start, is_drag| Transform {
         item,
         mode,
         axis,
-        base: content.edits.clone(),
+        base: content.things.clone(),
         middle,
         start,
         typed: String::new(),
@@ -171,7 +168,7 @@ fn go_on(
     });
     let is_left = escaped
         || (!own.is_drag && response.clicked_by(PointerButton::Secondary))
-        || !relight::exists(&content.edits, own.item);
+        || !content.things.exists(own.item);
     let (item, name) = (own.item, own.mode.name());
     if is_left {
         view.gizmo.active = None;
@@ -185,12 +182,12 @@ fn go_on(
         let (_, place, triangle) = picker.under(projection, local?)?;
         let normal = capture.mesh.normal(triangle);
         let normal = if normal.dot(projection.eye - place) < 0.0 { -normal } else { normal };
-        Some(place + normal * reach_m(&own.base, own.item, normal) - own.middle)
+        Some(place + normal * own.base.reach_m(own.item, normal) - own.middle)
     };
     let motion = own.motion(projection, local, if snaps { snapped() } else { None });
     if let Some(motion) = motion {
-        let edits = Arc::new(moved(&own.base, own.item, motion));
-        events.push(ViewportEvent::Moved { item, name, edits });
+        let things = own.base.moved(own.item, motion);
+        events.push(ViewportEvent::Moved { item, name, things });
     }
     let is_kept = if own.is_drag {
         response.drag_stopped() || !ui.input(|i| i.pointer.primary_down())
@@ -318,13 +315,15 @@ pub fn under(
     bounds: (Vec3, Vec3),
     scene_t: f32,
 ) -> Option<Added> {
-    let edits = &content.edits;
-    let near = |index: usize| {
-        let place = middle(edits, Added::Light(index), bounds)?;
+    let Things { edits, given } = &content.things;
+    let near = |item: Added| {
+        let place = content.things.middle(item, bounds)?;
         let away = projection.project(place)?.distance(position);
-        (away <= 14.0).then_some((away, Added::Light(index)))
+        (away <= 14.0).then_some((away, item))
     };
-    let light = (0..edits.lights.len()).filter_map(near).min_by(|a, b| a.0.total_cmp(&b.0));
+    let added = (0..edits.lights.len()).map(Added::Light);
+    let lights = added.chain((0..given.lights.len()).map(Added::Known));
+    let light = lights.filter_map(near).min_by(|a, b| a.0.total_cmp(&b.0));
     if let Some((_, light)) = light {
         return Some(light);
     }
@@ -356,7 +355,7 @@ mod tests {
             item: Added::Light(0),
             mode,
             axis,
-            base: Arc::default(),
+            base: Things::default(),
             middle: Vec3::new(0.5, 0.0, 0.5),
             start,
             typed: String::new(),

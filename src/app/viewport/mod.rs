@@ -43,17 +43,17 @@ use glam::{Vec2, Vec3};
 
 pub use camera::{Side, ViewCamera};
 pub use content::{
-    Content, Hovered, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
+    Content, Hovered, PictureValue, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
 pub use gizmo::Mode as GizmoMode;
 pub use palette::{INVALID, material_color, signed};
 
 pub use crate::app::derived::Derived;
 pub use crate::app::project::Focus;
-use crate::app::relight;
 
 use crate::geometry::bvh::Ray;
 use crate::io::export::pictures::Development;
+use crate::math::rgb::Radiance;
 use crate::render::edits::Edits;
 use crate::scene::{Camera, Capture};
 use crate::worker::PreviewRequest;
@@ -90,6 +90,8 @@ pub struct Viewport {
     /// Depth maps that had been drawn when the next frame was last asked for.
     depth_maps: Option<usize>,
     hovered: Option<Hovered>,
+    /// What the picture has under the cursor.
+    value: Option<PictureValue>,
     selected_before: Option<usize>,
 }
 
@@ -126,6 +128,7 @@ impl Viewport {
             drawn: Drawn::default(),
             depth_maps: None,
             hovered: None,
+            value: None,
             selected_before: None,
         }
     }
@@ -175,6 +178,11 @@ impl Viewport {
         self.hovered.as_ref()
     }
 
+    /// What the picture that is shown has under the cursor.
+    pub fn value(&self) -> Option<PictureValue> {
+        self.value
+    }
+
     /// Shows everything.
     pub fn frame_all(&mut self) {
         self.framing = Some(Framing::All);
@@ -204,6 +212,7 @@ impl Viewport {
         self.through = None;
         self.boxing = Boxing::Off;
         self.hovered = None;
+        self.value = None;
         self.selected_before = None;
         self.placed = false;
         // Pictures of the size that the window may have no more.
@@ -324,6 +333,7 @@ impl Viewport {
 
     fn hover(&mut self, response: &Response, content: &Content, projection: &Projection) {
         self.hovered = None;
+        self.value = None;
         let Some(position) = response.hover_pos().filter(|_| response.contains_pointer()) else {
             return;
         };
@@ -345,6 +355,56 @@ impl Viewport {
         let layers = self.ranked(capture, content, projection);
         let photographs = layers.iter().map(|layer| self.scene.layers.photographs[*layer]);
         self.hovered = picker.value(projection, at, photographs);
+        self.value = self.picture_value(capture, content, projection, at);
+    }
+
+    /// What is drawn at a position, before exposure and tone mapping.
+    fn picture_value(
+        &self,
+        capture: &Capture,
+        content: &Content,
+        projection: &Projection,
+        at: Vec2,
+    ) -> Option<PictureValue> {
+        let measured = |radiance: Option<Radiance>| {
+            Some(radiance.map_or(PictureValue::NoMeasurement, PictureValue::Radiance))
+        };
+        if self.settings.shading == Shading::Relit {
+            let relit = content.relit.as_ref().filter(|_| self.scene.relit.is_some())?;
+            let part = (at / projection.size).clamp(Vec2::ZERO, Vec2::ONE);
+            let is_before = self.settings.before.is_some_and(|line| part.x < line);
+            let pixels = relit.before.as_ref().filter(|_| is_before).unwrap_or(&relit.after);
+            let index = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
+            let place = index(part.y, relit.height) * relit.width + index(part.x, relit.width);
+            return pixels.get(place).map(|(radiance, _)| PictureValue::Radiance(*radiance));
+        }
+        if let Some(photograph) = self.through.filter(|_| self.settings.look_through_opacity > 0.0)
+        {
+            let photograph = capture.photographs.get(photograph)?;
+            let image = photograph.image.as_ref()?;
+            let ray = projection.ray(at);
+            let seen = (ray.origin + ray.direction).as_dvec3();
+            let (pixel, _) = photograph.camera.project(seen)?;
+            let (x, y) = (pixel.x.floor(), pixel.y.floor());
+            let is_inside = x >= 0.0
+                && y >= 0.0
+                && (x as usize) < image.width()
+                && (y as usize) < image.height();
+            return is_inside.then(|| measured(image.radiance(x as usize, y as usize)))?;
+        }
+        let hovered = self.hovered.as_ref()?;
+        match self.settings.shading {
+            Shading::Photograph if hovered.no_measurement.is_some() => measured(None),
+            Shading::Photograph => {
+                hovered.radiance.map(|(radiance, _)| PictureValue::Radiance(radiance))
+            }
+            Shading::Reflectance => {
+                let surface = content.of_results()?.surfaces.get(hovered.surface)?;
+                let own = content.solved.as_ref()?.reflectances.get(surface.material()?)?;
+                own.as_ref().map(|own| PictureValue::Reflectance(own.diffuse))
+            }
+            _ => None,
+        }
     }
 
     /// The layers that colour the mesh and are read under the cursor, in the order of trying.
@@ -417,7 +477,7 @@ fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
         }
         Focus::Added => {
             let item = content.selected_added?;
-            relight::middle(&content.edits, item, capture.mesh.bounds()?)?
+            content.things.middle(item, capture.mesh.bounds()?)?
         }
         Focus::Photograph => {
             capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()

@@ -22,6 +22,7 @@ use crate::scene::Brdf;
 use crate::scene::Capture;
 
 pub use unread::{Place, StoredEdits, Unread, stored_value};
+pub(in crate::io) use write::{emitter_value, short};
 pub use write::{value, write};
 
 /// Reads edits and the files that they name, whose paths are relative to the folder of this one;
@@ -204,15 +205,20 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
     let mut surfaces = Vec::new();
     for surface in &geometry.surfaces {
         let field = given.as_ref().and_then(|field| field.get(&surface.name));
-        let change = field.as_ref().map(change).transpose()?.unwrap_or_else(|| {
-            warnings.push(format!(
-                "{}, {}: nothing is said of the material \"{}\"; it is a diffuse grey of {GREY}",
-                item.file.display(),
-                item.path,
-                surface.name
-            ));
-            Override::default()
-        });
+        let change = field.as_ref().map(change).transpose()?;
+        let Some(change) = change else {
+            let own = geometry.reflectances.get(&surface.name).copied();
+            surfaces.push((surface.name.clone(), own.unwrap_or_else(|| {
+                warnings.push(format!(
+                    "{}, {}: nothing is said of the material \"{}\"; it is a diffuse grey of {GREY}",
+                    item.file.display(),
+                    item.path,
+                    surface.name
+                ));
+                Brdf::diffuse([GREY; 3])
+            })));
+            continue;
+        };
         let reflectance = Brdf::phong(
             change.diffuse.unwrap_or([GREY; 3]),
             change.specular.unwrap_or_default(),
@@ -220,12 +226,15 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
         );
         surfaces.push((surface.name.clone(), reflectance));
     }
+    if given.is_none() {
+        warnings.extend(geometry.image_notes);
+    }
     let mesh = Arc::new(geometry.mesh);
     Ok(Object { name, file, mesh, surfaces, world_from_object })
 }
 
 /// The file that a field names, relative to the folder of the field's own file.
-fn named_file(field: &Field, what: &str) -> Result<PathBuf, Error> {
+pub(in crate::io) fn named_file(field: &Field, what: &str) -> Result<PathBuf, Error> {
     let folder = field.file.parent().unwrap_or(Path::new(""));
     let name = field.text()?.replace('\\', "/");
     let file = folder.join(&name);

@@ -52,7 +52,7 @@ pub struct StoredEdits {
 }
 
 impl Unread {
-    pub(super) fn new(place: Place, field: &Field, error: Option<&Error>) -> Self {
+    pub(in crate::io) fn new(place: Place, field: &Field, error: Option<&Error>) -> Self {
         let mut own = Self {
             place,
             value: field.value.clone(),

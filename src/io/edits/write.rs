@@ -67,6 +67,14 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
             );
         }
     };
+    let mut value = emitter_value(emitter);
+    value["name"] = json!(name);
+    value[emitter.quantity()] = json!(light.emission);
+    with_switch(value, light.is_on)
+}
+
+/// The kind and the numbers of a light's shape.
+pub(in crate::io) fn emitter_value(emitter: &Emitter) -> Value {
     let mut value = match *emitter {
         Emitter::Rectangle { corners, normal } => {
             json!({ "corners": corners.map(vector), "normal": vector(normal) })
@@ -85,10 +93,8 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
             "direction": vector(direction), "angular_diameter": short(angular_diameter),
         }),
     };
-    value["name"] = json!(name);
     value["kind"] = json!(emitter.kind());
-    value[emitter.quantity()] = json!(light.emission);
-    with_switch(value, light.is_on)
+    value
 }
 
 /// A light that is on says nothing of it.
@@ -133,6 +139,6 @@ fn vector(vector: Vec3) -> [f64; 3] {
 }
 
 /// The number of fewest digits that single precision does not tell from it.
-fn short(value: f32) -> f64 {
+pub(in crate::io) fn short(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }

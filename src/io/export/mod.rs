@@ -28,6 +28,7 @@ use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
 use crate::reconstruct::gain::GainUse;
+use crate::reconstruct::solution::Iteration;
 use crate::reconstruct::textures::{self, Texture};
 use crate::reconstruct::{Options, Reconstruction, Stage, emission};
 use crate::scene::{Capture, Gloss, MaterialKind, Optics};
@@ -75,7 +76,10 @@ pub fn write(
     let rows = sample_rows(capture, options, reconstruction);
     table::write_samples(&folder.join("samples.csv"), &rows)?;
     watch.tick()?;
-    table::write_convergence(&folder.join("convergence.csv"), &convergence(reconstruction))?;
+    table::write_convergence(
+        &folder.join("convergence.csv"),
+        &convergence_rows(&reconstruction.solution.iterations),
+    )?;
     watch.tick()?;
     let mut taken = BTreeSet::new();
     for texture in reconstruction.textures.iter() {
@@ -274,8 +278,9 @@ pub fn sample_rows(
     rows
 }
 
-fn convergence(reconstruction: &Reconstruction) -> Vec<ConvergenceRow> {
-    let row = |iteration: &crate::reconstruct::solution::Iteration| ConvergenceRow {
+/// Iterations as a table.
+pub fn convergence_rows(iterations: &[Iteration]) -> Vec<ConvergenceRow> {
+    let row = |iteration: &Iteration| ConvergenceRow {
         iteration: iteration.index,
         rms: iteration.rms.absolute,
         relative_rms: iteration.rms.relative,
@@ -283,7 +288,7 @@ fn convergence(reconstruction: &Reconstruction) -> Vec<ConvergenceRow> {
         largest_change: iteration.change,
         elapsed_secs: iteration.elapsed_secs,
     };
-    reconstruction.solution.iterations.iter().map(row).collect()
+    iterations.iter().map(row).collect()
 }
 
 fn numbers(v: Vec3) -> Rgb {

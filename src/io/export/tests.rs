@@ -131,7 +131,7 @@ fn lights_are_written_by_their_kind_and_dark_ones_left_out() {
 
 #[test]
 fn convergence_has_what_is_minimised() {
-    let rows = convergence(&fixture::reconstruction());
+    let rows = convergence_rows(&fixture::reconstruction().solution.iterations);
     assert_eq!(rows.len(), 2);
     assert_eq!((rows[0].objective, rows[0].largest_change), (Some([2.0, 1.0, 0.5]), 0.5));
 }

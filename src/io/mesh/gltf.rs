@@ -19,6 +19,7 @@ use super::{LARGEST, SurfacesBy, extension};
 use crate::io::error::read_bounded;
 use crate::io::obj::Geometry;
 use crate::io::{Error, Fault, inside};
+use crate::scene::Brdf;
 
 /// More triangles are none: a mesh may stand in a thousand nodes.
 const MOST_TRIANGLES: usize = 10_000_000;
@@ -157,8 +158,28 @@ impl File {
             let notes = std::mem::take(&mut reader.notes);
             let mut geometry = assembly.finish(file)?;
             geometry.warnings.extend(notes);
+            if by == SurfacesBy::Materials {
+                self.reflectances(file, &mut geometry);
+            }
             Ok(geometry)
         })
+    }
+
+    /// What the materials reflect: the base colour as diffuse reflectance, of metals as specular.
+    fn reflectances(&self, file: &Path, geometry: &mut Geometry) {
+        for material in self.document.materials() {
+            let Some(index) = material.index() else { continue };
+            let name = material.name().map_or_else(|| format!("material_{index}"), str::to_owned);
+            let surface = pbr_reflectance(&material.pbr_metallic_roughness());
+            if material.pbr_metallic_roughness().base_color_texture().is_some() {
+                geometry.image_notes.push(format!(
+                    "{}: the image of the material \"{name}\" is not read; its base colour factor \
+                     is taken as it is.",
+                    file.display()
+                ));
+            }
+            geometry.reflectances.insert(name, surface);
+        }
     }
 
     /// Whether there are meshes.
@@ -325,6 +346,24 @@ impl Reader<'_> {
         }
         mesh.or(node.name()).map_or_else(|| NAMELESS.to_owned(), str::to_owned)
     }
+}
+
+/// A material of base colour, metalness and roughness as diffuse reflectance and a lobe: of metals
+/// the base colour is mirrored; what is no metal keeps it, and goes without the faint gloss that
+/// all of them have in glTF. A roughness r is the width α = r² of a lobe about the half vector, there
+/// as wide as Phong's with the exponent 2/α² − 2; about the mirror direction, which turns twice as
+/// far, it is a quarter of that.
+fn pbr_reflectance(own: &gltf::material::PbrMetallicRoughness) -> Brdf {
+    let [red, green, blue, _] = own.base_color_factor();
+    let metallic = f64::from(own.metallic_factor()).clamp(0.0, 1.0);
+    let base = [red, green, blue].map(|value| f64::from(value).clamp(0.0, 1.0));
+    if metallic == 0.0 {
+        return Brdf::diffuse(base);
+    }
+    let alpha = f64::from(own.roughness_factor()).clamp(0.03, 1.0).powi(2);
+    let exponent = (0.25 * (2.0 / (alpha * alpha) - 2.0)).max(1.0);
+    let diffuse = base.map(|value| value * (1.0 - metallic));
+    Brdf::phong(diffuse, base.map(|value| value * metallic), exponent)
 }
 
 /// The triangles of a primitive; `None` for points and lines.

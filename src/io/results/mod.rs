@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::error::read_bounded;
 use super::project::{self, Absent, ProjectFile};
-use super::{Error, Fault, atomic, export, solved};
+use super::{Error, Fault, atomic, export, solved, tags};
 use crate::reconstruct::{Options, Reconstruction};
 use crate::render::scene::Solved;
 use crate::scene::{Capture, Material};
@@ -99,9 +99,16 @@ pub fn remove(folder: &Path) {
 pub fn read(folder: &Path, loaded: &Capture) -> Result<Results, Error> {
     let former = with_end(folder, "~");
     let folder = if folder.exists() || !former.exists() { folder } else { &former };
-    let inputs = project::read(&folder.join(INPUTS))?;
-    let resolved = project::materials(&inputs.tags, loaded);
-    let capture = project::tagged(loaded, &resolved.materials);
+    let inputs_file = folder.join(INPUTS);
+    let inputs = project::read(&inputs_file)?;
+    let lights = inputs.lights.map_or_else(
+        || loaded.lights.clone(),
+        |values| tags::stored_lights(&inputs_file, &values, loaded).lights,
+    );
+    let environment = inputs.environment.unwrap_or(loaded.environment);
+    let lit = project::lit(loaded, &lights, environment);
+    let resolved = project::materials(&inputs.tags, &lit);
+    let capture = project::tagged(&lit, &resolved.materials);
     let file = folder.join(RUN);
     let bytes = read_bounded(&file, LARGEST)?;
     let mut reconstruction = run::parse(&file, &bytes, &capture, &inputs.options)?;

@@ -2,11 +2,13 @@
 
 mod charts;
 pub(in crate::io) mod lights;
+mod stored;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 pub use self::charts::ChartTag;
+pub use self::stored::{StoredLights, light_values, stored_lights};
 use super::error::{listed, suggestion};
 use super::json::{self, Field};
 use super::{Error, Fault};
@@ -124,16 +126,17 @@ pub fn from_surfaces(surfaces: &mut [Surface], specular: &[bool]) -> Tags {
 
 fn environment(root: &Field) -> Result<Environment, Error> {
     let Some(field) = root.get("environment") else { return Ok(Environment::Auto) };
-    Ok(match field.text()? {
-        "room" => Environment::Room,
-        "open" => Environment::Open,
-        "auto" => Environment::Auto,
-        other => {
-            return Err(field.wrong(&format!(
-                "\"{other}\" is no light model; the choices are \"room\", \"open\" and \"auto\""
-            )));
-        }
+    let text = field.text()?;
+    environment_of(text).ok_or_else(|| {
+        field.wrong(&format!(
+            "\"{text}\" is no light model; the choices are \"room\", \"open\" and \"auto\""
+        ))
     })
+}
+
+/// The environment of that name.
+pub(in crate::io) fn environment_of(name: &str) -> Option<Environment> {
+    Environment::ALL.into_iter().find(|own| own.name() == name)
 }
 
 fn saturation(root: &Field) -> Result<Option<f32>, Error> {

@@ -1,0 +1,46 @@
+//! What of a project is read by jobs before it is shown, and known lights of files.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::{Jobs, Reading};
+use crate::app::files::Opening;
+use crate::app::project::Project;
+use crate::io::project::Relight;
+use crate::scene::Capture;
+use crate::worker::Command;
+
+impl Jobs {
+    /// Reads what else a project holds, before it is shown: its known lights, then what it changes
+    /// of the recovered scene. Gives the project back once all has been read.
+    pub fn read_stored(
+        &mut self,
+        opening: Opening,
+        capture: Arc<Capture>,
+    ) -> Option<(Opening, Arc<Capture>)> {
+        let (file, project) = (opening.path.clone(), opening.project.as_deref());
+        let command = match project.map(|project| (&project.lights, &project.relight)) {
+            Some((Some(values), _)) if opening.lights.is_none() => {
+                let (capture, values) = (capture.clone(), values.clone());
+                Command::ReadStoredLights { capture, file, values }
+            }
+            Some((_, Relight::Stored(value))) if !value.is_null() && opening.edits.is_none() => {
+                let (capture, value) = (capture.clone(), Box::new(value.clone()));
+                Command::ReadStoredEdits { capture, file, value }
+            }
+            _ => return Some((opening, capture)),
+        };
+        self.opening = Some((self.loader.send(command), opening));
+        self.loaded = Some(capture);
+        None
+    }
+
+    /// Reads known lights for the open project.
+    pub fn read_lights(&mut self, project: Option<&Project>, reading: Reading, values: Vec<Value>) {
+        let Some(project) = project else { return };
+        let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
+        let command = Command::ReadStoredLights { capture, file, values };
+        self.reading.push((self.loader.send(command), reading));
+    }
+}
