@@ -9,6 +9,7 @@
 pub mod atomic;
 mod binary;
 pub mod brackets;
+pub mod chart_table;
 pub mod capture;
 pub mod drawing;
 mod error;

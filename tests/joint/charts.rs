@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
-use lobelia::scene::charts::{Chart, ChartView, place};
+use lobelia::scene::charts::{Chart, ChartView, Table, place};
 use lobelia::scene::{Distortion, Image, Role};
 
 use crate::rooms::{Room, bent_camera, image_of, run};
@@ -52,7 +52,7 @@ fn view(room: &Room, photograph: usize, corners: [DVec3; 4]) -> ChartView {
 }
 
 fn chart(views: Vec<ChartView>) -> Chart {
-    Chart { name: "card".into(), known_diffuse: CARD, known_diffuse_sd: [0.001; 3], views }
+    Chart { name: "card".into(), table: Table::card(CARD, [0.001; 3]), views }
 }
 
 fn refused(room: &mut Room, chart: &Chart, part: &str) {
@@ -103,7 +103,7 @@ fn a_card_settles_the_scale() {
     for factor in [1.0, 0.7] {
         let mut room = room();
         let mut card = chart(vec![view(&room, 0, corners())]);
-        card.known_diffuse = CARD.map(|value| factor * value);
+        card.table = Table::card(CARD.map(|value| factor * value), [0.001; 3]);
         place(&mut room.capture, &card).unwrap();
         let result = run(&room, &options).unwrap();
         let found = result.solution.reflectances[0].unwrap().diffuse;
@@ -149,7 +149,7 @@ fn what_is_no_card_pins_nothing() {
         ChartView { corners_px: seen.corners_px.map(|p| middle + 0.1 * (p - middle)), ..seen };
     refused(&mut sound, &chart(vec![tiny]), "too small");
     let outside = ChartView { corners_px: seen.corners_px.map(|p| p - DVec2::Y * 200.0), ..seen };
-    refused(&mut sound, &chart(vec![outside]), "no known surface");
+    refused(&mut sound, &chart(vec![outside]), "outside of the picture");
     let other = view(&sound, 1, corners().map(|corner| corner - DVec3::X * 0.6));
     refused(&mut sound, &chart(vec![seen, other]), "cm apart");
 
