@@ -10,7 +10,7 @@ use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::tags::ChartTag;
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, exr, masks, mesh, photograph, tags};
+use super::{Error, Fault, brackets, exr, masks, mesh, photograph, raw, single, tags};
 use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph, charts};
@@ -175,6 +175,15 @@ fn load_images(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Option<Image>>, Error> {
     let frames = &cameras.frames;
+    let lone: Vec<&Path> = match cameras.response {
+        None => Vec::new(),
+        Some(_) => {
+            frames.iter().map(lone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect()
+        }
+    };
+    let (lone, note) = single::series(&lone)?;
+    warnings.extend(note);
+    let mut lone = lone.into_iter().peekable();
     let mut displayed = Vec::new();
     let mut jobs = Vec::with_capacity(frames.len());
     for frame in frames {
@@ -184,6 +193,10 @@ fn load_images(
         let stands = frame.is_geometry || is_measurement && is_radiance;
         if !stands && !frame.brackets.is_empty() {
             jobs.push(Job::Merge(series(frame, file)?));
+            continue;
+        }
+        if let Some(series) = lone.next_if(|series| series.files[0] == file) {
+            jobs.push(Job::Merge(series));
             continue;
         }
         if is_measurement && !is_radiance && !looks_like_radiance(file) {
@@ -201,8 +214,8 @@ fn load_images(
     if let Some(first) = displayed.first() {
         warnings.push(format!(
             "{}, {}{}: PNG, JPEG and TIFF hold values for display and are no measurements of \
-             radiance; shown, but not used. Give OpenEXR or .hdr, or mark such frames \"hdr\": \
-             false.",
+             radiance; shown, but not used. Give OpenEXR or .hdr, mark such frames \"hdr\": false, or \
+             say \"response\": \"srgb\" if their curve is that of sRGB.",
             camera_file.display(),
             first.place,
             and_more(displayed.len())
@@ -249,20 +262,34 @@ fn load_images(
         let is_series = |job: &Job| matches!(job, Job::Merge(_));
         let places: Vec<usize> = (0..jobs.len()).filter(|&i| is_series(&jobs[i])).collect();
         let options = MergeOptions::default();
-        let found = brackets::merge_all(&all_series, None, &options, watch, |index, merged| {
-            let frame = &frames[places[index]];
-            let Merged { width, height, pixels, .. } = merged;
-            let picture = Picture { width, height, pixels, notes: Vec::new() };
-            let series = &all_series[index];
-            let file = &series.files[series.reference];
-            let (image, notes) = accept(picture, file, frame, sensor)?;
-            images[places[index]] = image;
-            warnings.extend(notes);
-            Ok(())
-        })?;
+        let found = brackets::merge_all(
+            &all_series,
+            cameras.response.clone(),
+            &options,
+            watch,
+            |index, merged| {
+                let frame = &frames[places[index]];
+                let Merged { width, height, pixels, .. } = merged;
+                let picture = Picture { width, height, pixels, notes: Vec::new() };
+                let series = &all_series[index];
+                let file = &series.files[series.reference];
+                let (image, notes) = accept(picture, file, frame, sensor)?;
+                images[places[index]] = image;
+                warnings.extend(notes);
+                Ok(())
+            },
+        )?;
         warnings.extend(found.warnings);
     }
     Ok(images)
+}
+
+/// The image of a frame that is one exposure and not radiance already. RAW files have no curve.
+fn lone(frame: &Frame) -> Result<Option<&Path>, Error> {
+    let Some(file) = frame.image.as_deref() else { return Ok(None) };
+    let is_lone = frame.is_measurement && frame.brackets.is_empty() && !looks_like_radiance(file);
+    let is_lone = is_lone && !Format::of(file)?.is_radiance() && !raw::is_raw(file);
+    Ok(is_lone.then_some(file))
 }
 
 fn and_more(count: usize) -> String {

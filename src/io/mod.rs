@@ -42,6 +42,7 @@ pub mod records;
 pub mod response;
 pub mod results;
 pub mod settings;
+mod single;
 pub mod solution;
 pub mod solved;
 pub mod table;

@@ -126,7 +126,7 @@ fn what_is_no_chart_is_said_so_and_nothing_pinned() {
     spoilt(&|x, y, own| if x < 40 && y > 78 { inf } else { own }, &["burnt out", "white 9.5"]);
     spoilt(&|x, _, own| if x > 70 { DVec3::ONE } else { own }, &["half hidden"]);
     spoilt(&|x, y, own| if x + y < 62 { 0.2 * own } else { own }, &["dark skin", "uneven"]);
-    spoilt(&|x, y, own| if x < 38 && y > 78 { 0.1 * own } else { own }, &["white 9.5", "hidden"]);
+    spoilt(&|x, y, own| if x < 38 && y > 78 { 0.4 * own } else { own }, &["white 9.5", "hidden"]);
 }
 
 #[test]
