@@ -6,14 +6,14 @@ use std::path::Path;
 use lobelia::io::import::{alicevision, bundler, colmap, metashape, opensfm, reality_capture};
 use lobelia::io::mesh::{gltf, ply, stl};
 use lobelia::io::{
-    exr, hdr, mtl, obj, photograph, picture, project, raw, response, tags, transforms,
+    chart_table, exr, hdr, mtl, obj, photograph, picture, project, raw, response, tags, transforms,
 };
 use lobelia::scene::{Role, Surface};
 
 /// A reader's name, where its stored corpus lies below tests/data, and the reader.
 pub type Reader = (&'static str, &'static [&'static str], fn(&[u8]));
 
-pub const READERS: [Reader; 25] = [
+pub const READERS: [Reader; 26] = [
     ("colmap_cameras_bin", &["import/colmap_binary/cameras.bin"], |bytes| {
         let _ = colmap::binary_cameras(file(), bytes);
     }),
@@ -132,6 +132,9 @@ pub const READERS: [Reader; 25] = [
     }),
     ("response", &["photographs/response.csv"], |bytes| {
         from_disk("a.csv", bytes, |file| drop(response::read(file)));
+    }),
+    ("chart_table", &["photographs/chart.csv"], |bytes| {
+        from_disk("a.csv", bytes, |file| drop(chart_table::read(file)));
     }),
     ("project", &["formats/project.lobelia"], |bytes| {
         from_disk("a.lobelia", bytes, |file| drop(project::read(file)));

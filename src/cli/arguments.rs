@@ -24,7 +24,7 @@ pub(super) fn command() -> Command {
         .subcommand(reconstruct())
         .subcommand(render())
         .subcommands([super::modelling::new(), super::modelling::model(capture())])
-        .subcommands([merge(), export()])
+        .subcommands([merge(), export(), super::chart::command(capture())])
         .subcommand(
             Command::new("info")
                 .about("Show what a capture holds and what is odd about it")

@@ -1,6 +1,7 @@
 //! The terminal commands. Thin: they parse, drive the worker, and print.
 
 mod arguments;
+mod chart;
 mod export;
 mod import;
 mod info;
@@ -68,6 +69,7 @@ pub fn main() -> ExitCode {
     );
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
+        Some(("chart", matches)) => chart::run(matches),
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),
         Some(("new", matches)) => new::run(matches),

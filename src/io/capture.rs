@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::tags::ChartTag;
 use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, masks, mesh, photograph, tags};
+use super::{Error, Fault, brackets, exr, masks, mesh, photograph, raw, single, tags};
 use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
 use crate::scene::{Camera, Capture, Image, Photograph, charts};
@@ -52,7 +52,12 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
     }
     let mut cameras = transforms::read(&camera_file, Images::Needed)?;
     warnings.append(&mut cameras.warnings);
-    let images = load_images(&camera_file, &cameras, tags.saturation, watch, &mut warnings)?;
+    let sensor = Sensor {
+        saturation: tags.saturation,
+        vignetting: cameras.vignetting,
+        color_matrix: tags.color_matrix,
+    };
+    let images = load_images(&camera_file, &cameras, &sensor, watch, &mut warnings)?;
     let photographs = std::iter::zip(cameras.frames, images)
         .map(|(frame, image)| Photograph {
             name: frame.name,
@@ -139,6 +144,15 @@ pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
     }
 }
 
+/// What all images are read by.
+struct Sensor {
+    /// Pixels at or above it are no measurements.
+    saturation: Option<f32>,
+    vignetting: Option<Vignetting>,
+    /// Linear Rec. 709 from the channels of the images.
+    color_matrix: Option<DMat3>,
+}
+
 /// What is to be done with a frame's image.
 enum Job<'a> {
     Decode(&'a Path),
@@ -156,11 +170,20 @@ type Loaded = (Option<Image>, Vec<String>);
 fn load_images(
     camera_file: &Path,
     cameras: &Cameras,
-    saturation: Option<f32>,
+    sensor: &Sensor,
     watch: &Watch,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Option<Image>>, Error> {
     let frames = &cameras.frames;
+    let lone: Vec<&Path> = match cameras.response {
+        None => Vec::new(),
+        Some(_) => {
+            frames.iter().map(lone).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect()
+        }
+    };
+    let (lone, note) = single::series(&lone)?;
+    warnings.extend(note);
+    let mut lone = lone.into_iter().peekable();
     let mut displayed = Vec::new();
     let mut jobs = Vec::with_capacity(frames.len());
     for frame in frames {
@@ -170,6 +193,10 @@ fn load_images(
         let stands = frame.is_geometry || is_measurement && is_radiance;
         if !stands && !frame.brackets.is_empty() {
             jobs.push(Job::Merge(series(frame, file)?));
+            continue;
+        }
+        if let Some(series) = lone.next_if(|series| series.files[0] == file) {
+            jobs.push(Job::Merge(series));
             continue;
         }
         if is_measurement && !is_radiance && !looks_like_radiance(file) {
@@ -187,8 +214,8 @@ fn load_images(
     if let Some(first) = displayed.first() {
         warnings.push(format!(
             "{}, {}{}: PNG, JPEG and TIFF hold values for display and are no measurements of \
-             radiance; shown, but not used. Give OpenEXR or .hdr, or mark such frames \"hdr\": \
-             false.",
+             radiance; shown, but not used. Give OpenEXR or .hdr, mark such frames \"hdr\": false, or \
+             say \"response\": \"srgb\" if their curve is that of sRGB.",
             camera_file.display(),
             first.place,
             and_more(displayed.len())
@@ -218,7 +245,7 @@ fn load_images(
                 // Their turn comes below: one series at a time, all with one response.
                 Job::Merge(_) => return Ok((None, Vec::new())),
                 Job::Show(file) => Ok((None, check_shown(file, frame))),
-                Job::Decode(file) => measured(file, frame, cameras.vignetting, saturation),
+                Job::Decode(file) => measured(file, frame, sensor),
             };
             watch.tick()?;
             result
@@ -235,20 +262,34 @@ fn load_images(
         let is_series = |job: &Job| matches!(job, Job::Merge(_));
         let places: Vec<usize> = (0..jobs.len()).filter(|&i| is_series(&jobs[i])).collect();
         let options = MergeOptions::default();
-        let found = brackets::merge_all(&all_series, None, &options, watch, |index, merged| {
-            let frame = &frames[places[index]];
-            let Merged { width, height, pixels, .. } = merged;
-            let picture = Picture { width, height, pixels, notes: Vec::new() };
-            let series = &all_series[index];
-            let file = &series.files[series.reference];
-            let (image, notes) = accept(picture, file, frame, cameras.vignetting, saturation)?;
-            images[places[index]] = image;
-            warnings.extend(notes);
-            Ok(())
-        })?;
+        let found = brackets::merge_all(
+            &all_series,
+            cameras.response.clone(),
+            &options,
+            watch,
+            |index, merged| {
+                let frame = &frames[places[index]];
+                let Merged { width, height, pixels, .. } = merged;
+                let picture = Picture { width, height, pixels, notes: Vec::new() };
+                let series = &all_series[index];
+                let file = &series.files[series.reference];
+                let (image, notes) = accept(picture, file, frame, sensor)?;
+                images[places[index]] = image;
+                warnings.extend(notes);
+                Ok(())
+            },
+        )?;
         warnings.extend(found.warnings);
     }
     Ok(images)
+}
+
+/// The image of a frame that is one exposure and not radiance already. RAW files have no curve.
+fn lone(frame: &Frame) -> Result<Option<&Path>, Error> {
+    let Some(file) = frame.image.as_deref() else { return Ok(None) };
+    let is_lone = frame.is_measurement && frame.brackets.is_empty() && !looks_like_radiance(file);
+    let is_lone = is_lone && !Format::of(file)?.is_radiance() && !raw::is_raw(file);
+    Ok(is_lone.then_some(file))
 }
 
 fn and_more(count: usize) -> String {
@@ -309,23 +350,12 @@ fn check_shown(file: &Path, frame: &Frame) -> Vec<String> {
     }
 }
 
-fn measured(
-    file: &Path,
-    frame: &Frame,
-    vignetting: Option<Vignetting>,
-    saturation: Option<f32>,
-) -> Result<Loaded, Error> {
-    accept(picture::read(file)?, file, frame, vignetting, saturation)
+fn measured(file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
+    accept(picture::read(file)?, file, frame, sensor)
 }
 
 /// Radiance as an image of the frame's camera.
-fn accept(
-    picture: Picture,
-    file: &Path,
-    frame: &Frame,
-    vignetting: Option<Vignetting>,
-    saturation: Option<f32>,
-) -> Result<Loaded, Error> {
+fn accept(picture: Picture, file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
     let Picture { width, height, pixels, mut notes } = picture;
     let camera = &frame.camera;
     if (width, height) != (camera.width, camera.height) {
@@ -340,7 +370,7 @@ fn accept(
              calibrated on",
         )));
     }
-    let mut image = Image::new(width, height, pixels, saturation);
+    let mut image = Image::new(width, height, pixels, sensor.saturation);
     notes.extend(masks::apply(&mut image, file, frame.mask.as_deref())?);
     if !image.measures_anything() {
         notes.push(format!(
@@ -349,7 +379,10 @@ fn accept(
             file.display()
         ));
     }
-    if let Some(vignetting) = vignetting {
+    if let Some(matrix) = &sensor.color_matrix {
+        image.recolor(|pixel| exr::color::converted(pixel, matrix));
+    }
+    if let Some(vignetting) = sensor.vignetting {
         divide_out(&mut image, camera, vignetting, file, &frame.place)?;
     }
     Ok((Some(image), notes))

@@ -4,7 +4,7 @@
 //! and an allocation that fails ends the process. Blocks are then decoded one by one into the
 //! result, so the memory is the image's own plus one block. Panics of the decoder become errors.
 
-mod color;
+pub(super) mod color;
 mod decode;
 mod write;
 

@@ -9,6 +9,7 @@
 pub mod atomic;
 mod binary;
 pub mod brackets;
+pub mod chart_table;
 pub mod capture;
 pub mod drawing;
 mod error;
@@ -41,6 +42,7 @@ pub mod records;
 pub mod response;
 pub mod results;
 pub mod settings;
+mod single;
 pub mod solution;
 pub mod solved;
 pub mod table;

@@ -10,7 +10,8 @@ use glam::{DMat3, DVec2, DVec3};
 
 use self::frames::{Problems, Reader};
 use super::json::{self, Field};
-use super::{Error, Fault, inside};
+use super::{Error, Fault, inside, single};
+use crate::exposures::Response;
 pub use crate::exposures::Vignetting;
 use crate::scene::Camera;
 
@@ -36,6 +37,8 @@ pub(super) type Finder<'a> = &'a dyn Fn(&str) -> Option<PathBuf>;
 pub struct Cameras {
     pub frames: Vec<Frame>,
     pub vignetting: Option<Vignetting>,
+    /// By which JPEG, PNG and TIFF are radiance, exposure series and single ones.
+    pub response: Option<Response>,
     pub warnings: Vec<String>,
     /// What nerfstudio's `applied_transform` and `applied_scale` say has been done to the
     /// coordinates: they were multiplied by the matrix, moved, and then scaled.
@@ -159,7 +162,15 @@ pub(super) fn interpret(
         )));
     }
     let warnings = reader.problems.warnings(file, &frames);
-    Ok(Cameras { vignetting: vignetting(&root)?, applied: applied(&root)?, frames, warnings })
+    // Cameras alone need no response, and their folder may lack its table.
+    let response = root.get("response").filter(|_| images == Images::Needed);
+    Ok(Cameras {
+        vignetting: vignetting(&root)?,
+        response: response.map(|field| single::read_response(&field)).transpose()?,
+        applied: applied(&root)?,
+        frames,
+        warnings,
+    })
 }
 
 fn applied(root: &Field) -> Result<Option<Applied>, Error> {

@@ -103,6 +103,12 @@ impl Image {
         self.states.iter().filter(|state| **state == wanted).count()
     }
 
+    /// Changes the radiance of every pixel, leaving validity as it was decided on the values that
+    /// the sensor gave.
+    pub fn recolor(&mut self, of: impl Fn(Radiance) -> Radiance) {
+        self.pixels.iter_mut().for_each(|pixel| *pixel = of(*pixel));
+    }
+
     /// Multiplies the radiance of every pixel by `gain(x, y)`, leaving validity as it was
     /// decided on the values that the sensor gave.
     pub fn scale(&mut self, gain: impl Fn(usize, usize) -> f32) {

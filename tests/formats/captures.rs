@@ -241,3 +241,55 @@ fn captures_load() {
         }
     }
 }
+
+/// Codes of 8 bits, a row of two pixels each, with and without the time of their exposure.
+fn codes(file: &Path, codes: [u8; 8]) {
+    let image = image::RgbImage::from_fn(4, 2, |x, y| image::Rgb([codes[(y * 4 + x) as usize]; 3]));
+    image.save(file).unwrap();
+}
+
+#[test]
+fn single_exposures_are_radiance_by_a_stated_response() {
+    let folder = folder();
+    sound(folder.path());
+    let mut cameras: Value =
+        serde_json::from_str(&camera(&[frame("images/a.png"), frame("images/b.png")])).unwrap();
+    codes(&folder.path().join("images/a.png"), [0, 64, 128, 255, 200, 30, 90, 250]);
+    codes(&folder.path().join("images/b.png"), [100; 8]);
+    put(folder.path(), "transforms.json", cameras.to_string());
+    let capture = read(folder.path()).unwrap();
+    assert_eq!(capture.measurements().count(), 0);
+    assert!(capture.warnings.iter().any(|own| own.contains("\"response\": \"srgb\"")));
+
+    cameras["response"] = json!("srgb");
+    put(folder.path(), "transforms.json", cameras.to_string());
+    let capture = read(folder.path()).unwrap();
+    let said = capture.warnings.join("\n");
+    assert!(said.contains("single exposures") && said.contains("one exposure time"), "{said}");
+    let images: Vec<_> =
+        capture.photographs.iter().map(|own| own.image.as_ref().unwrap()).collect();
+    // IEC 61966-2-1, relative to the code 128.
+    let linear = |code: f64| ((code / 255.0 + 0.055) / 1.055).powf(2.4);
+    let expected = |code: f64| (linear(code) / linear(128.0)) as f32;
+    for (pixel, code) in [(1, 64.0), (2, 128.0), (4, 200.0), (5, 30.0), (6, 90.0)] {
+        let found = images[0].radiance(pixel % 4, pixel / 4).unwrap()[1];
+        assert!((found / expected(code) - 1.0).abs() < 1e-3, "{code}: {found}");
+    }
+    assert!((images[1].radiance(0, 0).unwrap()[0] / expected(100.0) - 1.0).abs() < 1e-3);
+    // Clipped, and black.
+    assert_eq!(images[0].radiance(3, 0), None);
+    assert_eq!(images[0].radiance(0, 0), None);
+
+    cameras["response"] = json!("camera.csv");
+    put(folder.path(), "transforms.json", cameras.to_string());
+    message(read(folder.path()), &["transforms.json", "response", "camera.csv", "merge --curve"]);
+    // A table that merge writes: twice the light a code more.
+    let rows: String = (0..256)
+        .map(|k| format!("{k},{0},{0},{0}\n", 2f64.powf((f64::from(k) - 128.0) / 64.0)))
+        .collect();
+    put(folder.path(), "camera.csv", format!("value,red,green,blue\n{rows}"));
+    let capture = read(folder.path()).unwrap();
+    let image = capture.photographs[0].image.as_ref().unwrap();
+    let [dark, bright] = [1, 2].map(|x| image.radiance(x, 0).unwrap()[0]);
+    assert!((bright / dark - 2.0).abs() < 1e-3, "{bright} {dark}");
+}

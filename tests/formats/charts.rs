@@ -78,6 +78,12 @@ fn charts_that_cannot_be_understood_are_named() {
     refused(&|card| card["kind"] = json!("gray"), &["charts[0].kind", "\"gray\"", "\"grey\""]);
     refused(&|card| card["known_diffuse"] = json!([0.1, 2, 0.1]), &["between 0 and 1"]);
     refused(&|card| card["known_diffuse_sd"] = json!(-1), &["negative"]);
+    refused(&|card| card["kind"] = json!("table"), &["charts[0]", "\"table\""]);
+    let table = |card: &mut Value| {
+        card["kind"] = json!("table");
+        card["table"] = json!("none.csv");
+    };
+    refused(&table, &["none.csv"]);
     refused(&|card| card["views"] = json!([]), &["charts[0].views", "no photograph"]);
     refused(&|card| card["views"][0]["corners"] = json!([[1, 2]]), &["corners", "four"]);
     refused(&|card| card["views"][0]["corners"][2] = json!([1]), &["corners[2]"]);

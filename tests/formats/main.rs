@@ -2,6 +2,7 @@
 
 mod cameras; // projections against OpenCV, conventions of transforms.json
 mod captures; // whole folders: sound, incomplete and contradictory ones
+mod chart_tables; // charts of one's own
 mod charts; // charts in tags.json: what is understood, refused, left out
 mod corpus; // files of others: damaged ones end in a message, sound ones are read
 mod edits; // edits.json: what is refused, and everything that can be said

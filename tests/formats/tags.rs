@@ -347,3 +347,16 @@ fn a_known_reflectance_may_have_a_deviation() {
         );
     }
 }
+
+#[test]
+fn a_colour_matrix_is_three_rows_that_can_be_undone() {
+    let tags = |matrix: &str| {
+        let materials = r#""materials": [{"name": "a", "surfaces": ["wall"]}]"#;
+        format!(r#"{{{materials}, "color_matrix": {matrix}}}"#)
+    };
+    let matrix = load(&tags("[[1, 2, 3], [0, 1, 4], [0, 0, 1]]")).0.unwrap().color_matrix.unwrap();
+    assert_eq!(matrix * glam::DVec3::Z, glam::DVec3::new(3.0, 4.0, 1.0));
+    refused(&tags("[[1, 2, 3], [0, 1, 4]]"), &["color_matrix", "three rows"]);
+    refused(&tags("[[1, 2, 3], [0, 1, 4], [0, 0]]"), &["color_matrix[2]"]);
+    refused(&tags("[[1, 2, 3], [2, 4, 6], [0, 0, 1]]"), &["color_matrix", "lobelia chart"]);
+}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
-use lobelia::scene::charts::{Chart, ChartView, place};
+use lobelia::scene::charts::{Chart, ChartView, Table, place};
 use lobelia::scene::{Distortion, Image, Role};
 
 use crate::rooms::{Room, bent_camera, image_of, run};
@@ -52,7 +52,7 @@ fn view(room: &Room, photograph: usize, corners: [DVec3; 4]) -> ChartView {
 }
 
 fn chart(views: Vec<ChartView>) -> Chart {
-    Chart { name: "card".into(), known_diffuse: CARD, known_diffuse_sd: [0.001; 3], views }
+    Chart { name: "card".into(), table: Table::card(CARD, [0.001; 3]), views }
 }
 
 fn refused(room: &mut Room, chart: &Chart, part: &str) {
@@ -103,13 +103,64 @@ fn a_card_settles_the_scale() {
     for factor in [1.0, 0.7] {
         let mut room = room();
         let mut card = chart(vec![view(&room, 0, corners())]);
-        card.known_diffuse = CARD.map(|value| factor * value);
+        card.table = Table::card(CARD.map(|value| factor * value), [0.001; 3]);
         place(&mut room.capture, &card).unwrap();
         let result = run(&room, &options).unwrap();
         let found = result.solution.reflectances[0].unwrap().diffuse;
         for (found, rho) in std::iter::zip(found, FLOOR) {
             assert!((found / (factor * rho) - 1.0).abs() < 0.02, "{found} for {}", factor * rho);
         }
+    }
+}
+
+/// A ColorChecker of 30 × 20 cm on the floor, seen from near, in light that falls off over it: its greys
+/// are materials of known reflectance, and its colours are nobody's.
+#[test]
+fn the_greys_of_a_chart_are_known() {
+    let [a, b, c, d] = corners();
+    let table = Table::color_checker();
+    let mut room = Room::default();
+    let floor = room.diffuse("floor");
+    room.square(floor, 1.0, 0.0);
+    let middle = (a + c) / 2.0;
+    let reflectance = |p: DVec3| {
+        let along = |edge: DVec3| (p - a).dot(edge) / edge.length_squared();
+        let place = DVec2::new(along(b - a), along(d - a));
+        if !(place.cmpge(DVec2::ZERO).all() && place.cmple(DVec2::ONE).all()) {
+            return FLOOR;
+        }
+        let inside = |[low, high]: [DVec2; 2]| place.cmpge(low).all() && place.cmple(high).all();
+        let patch = (0..24).find(|&k| inside(table.place(k)));
+        patch.map_or([0.04; 3], |k| table.patches[k].reflectance.map(|value| value.max(0.0)))
+    };
+    for eye in [EYES[0], EYES[1], EYES[2], middle + DVec3::new(0.1, -0.2, 0.6)] {
+        let target = if eye.z < 1.0 { middle } else { DVec3::new(0.1, 0.1, 0.0) };
+        let camera = bent_camera((240, 180), 0.9, eye, target, Distortion::default());
+        room.photograph(camera, |struck| {
+            let towards = DVec3::new(-0.3, 0.2, 1.5) - struck.position;
+            let lit = 2.0 * towards.z / towards.length().powi(3);
+            reflectance(struck.position).map(|rho| (rho * lit) as f32)
+        });
+    }
+    let seen = view(&room, 3, [a, b, c, d]);
+    let mirrored = ChartView { corners_px: [0, 3, 2, 1].map(|k| seen.corners_px[k]), ..seen };
+    let chart = |views: Vec<ChartView>| Chart { name: "card".into(), table: table.clone(), views };
+    refused(&mut room, &chart(vec![mirrored]), "mirrored");
+    let surfaces = room.capture.surfaces.len();
+    place(&mut room.capture, &chart(vec![seen])).unwrap();
+    let capture = &room.capture;
+    assert_eq!(capture.surfaces.len(), surfaces + 6);
+    assert_eq!(capture.surfaces[surfaces].role, Role::Untagged);
+    assert_eq!(capture.materials.len(), 6);
+    for (k, material) in capture.materials[1..].iter().enumerate() {
+        assert_eq!(material.known_diffuse, Some(table.patches[18 + k].reflectance));
+        // The middle of its surface is the middle of its patch.
+        let own = |t: &usize| capture.mesh.surface[*t] as usize == material.surfaces[0];
+        let triangle = (0..capture.mesh.triangles.len()).find(own).unwrap();
+        let [p, _, q] = capture.mesh.corners(triangle).map(|corner| corner.as_dvec3());
+        let at = (table.centred(18 + k) + 1.0) / 2.0;
+        let expected = a + at.x * (b - a) + at.y * (d - a);
+        assert!(((p + q) / 2.0).distance(expected) < 2e-3, "{}", material.name);
     }
 }
 
@@ -149,7 +200,7 @@ fn what_is_no_card_pins_nothing() {
         ChartView { corners_px: seen.corners_px.map(|p| middle + 0.1 * (p - middle)), ..seen };
     refused(&mut sound, &chart(vec![tiny]), "too small");
     let outside = ChartView { corners_px: seen.corners_px.map(|p| p - DVec2::Y * 200.0), ..seen };
-    refused(&mut sound, &chart(vec![outside]), "no known surface");
+    refused(&mut sound, &chart(vec![outside]), "outside of the picture");
     let other = view(&sound, 1, corners().map(|corner| corner - DVec3::X * 0.6));
     refused(&mut sound, &chart(vec![seen, other]), "cm apart");
 

@@ -40,11 +40,16 @@ pub(super) fn is_rec_709(stated: &Chromaticities) -> bool {
 /// Converts pixels. What the primaries of Rec. 709 cannot make has a channel below 0 there, which
 /// would count as no measurement: it becomes 0. Values that are none stay so.
 pub(super) fn convert(pixels: &mut [Radiance], matrix: &DMat3) {
-    for pixel in pixels.iter_mut().filter(|pixel| pixel.iter().all(|v| v.is_finite() && *v >= 0.0))
-    {
-        let converted = *matrix * DVec3::from_array(pixel.map(f64::from));
-        *pixel = converted.to_array().map(|value| value.max(0.0) as f32);
+    pixels.iter_mut().for_each(|pixel| *pixel = converted(*pixel, matrix));
+}
+
+/// The same of one pixel.
+pub(in crate::io) fn converted(pixel: Radiance, matrix: &DMat3) -> Radiance {
+    if !pixel.iter().all(|value| value.is_finite() && *value >= 0.0) {
+        return pixel;
     }
+    let converted = *matrix * DVec3::from_array(pixel.map(f64::from));
+    converted.to_array().map(|value| value.max(0.0) as f32)
 }
 
 /// XYZ of unit luminance.

@@ -1,25 +1,26 @@
-//! `charts` of `tags.json`: cards of known reflectance, by their corners in photographs.
+//! `charts` of `tags.json`: charts of known reflectance, by their corners in photographs.
+
+use std::path::Path;
 
 use glam::DVec2;
 
 use super::{deviation, reflectance};
-use crate::io::Error;
 use crate::io::error::suggestion;
 use crate::io::json::Field;
+use crate::io::{Error, chart_table};
 use crate::math::rgb::Rgb;
-use crate::scene::charts::{Chart, ChartView};
+use crate::scene::charts::{Chart, ChartView, Table};
 
 /// Of photographic grey cards, which are made to reflect 18 %; copies of them are off by a few
 /// hundredths of that.
 const GREY: Rgb = [0.18; 3];
 const GREY_SD: Rgb = [0.01; 3];
 
-/// A card whose photographs are not looked up yet: they are read after the tags.
+/// A chart whose photographs are not looked up yet: they are read after the tags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartTag {
     pub name: String,
-    pub known_diffuse: Rgb,
-    pub known_diffuse_sd: Rgb,
+    pub table: Table,
     /// Photographs by their `file_path`, the corners in each.
     pub views: Vec<(String, [DVec2; 4])>,
     /// The place in the file.
@@ -32,15 +33,53 @@ pub(super) fn read(field: &Field) -> Result<ChartTag, Error> {
     if name.is_empty() {
         return Err(name_field.wrong_with("the name is empty", "Give the chart a name of its own"));
     }
+    let table = table(field)?;
+    let views = field.need("views")?;
+    let items = views.items()?;
+    if items.is_empty() {
+        return Err(views.wrong_with(
+            "no photograph is listed",
+            "Give one photograph or more, each with the four corners",
+        ));
+    }
+    let views = items.iter().map(|item| {
+        let image = item.need("file_path")?.text()?.to_owned();
+        let corners = item.need("corners")?;
+        let points = corners.items()?;
+        let Ok(points) = <[Field; 4]>::try_from(points) else {
+            return Err(corners.wrong_with(
+                "a chart has four corners",
+                "Give four positions [x, y] in pixels from the photograph's top left corner, in turn",
+            ));
+        };
+        let mut corners_px = [DVec2::ZERO; 4];
+        for (corner, point) in corners_px.iter_mut().zip(&points) {
+            *corner = DVec2::from_array(point.numbers::<2>()?);
+        }
+        Ok((image, corners_px))
+    });
+    let views = views.collect::<Result<_, Error>>()?;
+    Ok(ChartTag { name, table, views, place: field.path.clone() })
+}
+
+/// What a chart's patches reflect.
+fn table(field: &Field) -> Result<Table, Error> {
     let kind = field.need("kind")?;
     let usual = match kind.text()? {
         "grey" => Some(GREY),
         "white" => None,
+        "colorchecker" => return Ok(Table::color_checker()),
+        "table" => {
+            let file = field.need("table")?;
+            let folder = field.file.parent().unwrap_or(Path::new(""));
+            return chart_table::read(&folder.join(file.text()?.replace('\\', "/")));
+        }
         other => {
             return Err(kind.wrong_with(
                 &format!("\"{other}\" is no kind of chart that is read"),
-                "Give \"grey\" (a grey card) or \"white\" (a white tile or paper of known \
-                 reflectance)",
+                "Give \"grey\" (a grey card), \"white\" (a white tile or paper of known reflectance), \
+                 \"colorchecker\" (ColorChecker Classic, 24 patches), or \"table\" with the \
+                 reflectances in a CSV file",
             ));
         }
     };
@@ -56,52 +95,30 @@ pub(super) fn read(field: &Field) -> Result<ChartTag, Error> {
         true => GREY_SD,
         false => known_diffuse.map(|value| 0.05 * value),
     });
-    let views = field.need("views")?;
-    let items = views.items()?;
-    if items.is_empty() {
-        return Err(views.wrong_with(
-            "no photograph is listed",
-            "Give one photograph or more, each with the four corners",
-        ));
-    }
-    let views = items.iter().map(|item| {
-        let image = item.need("file_path")?.text()?.to_owned();
-        let corners = item.need("corners")?;
-        let points = corners.items()?;
-        let Ok(points) = <[Field; 4]>::try_from(points) else {
-            return Err(corners.wrong_with(
-                "a card has four corners",
-                "Give four positions [x, y] in pixels from the photograph's top left corner, in turn",
-            ));
-        };
-        let mut corners_px = [DVec2::ZERO; 4];
-        for (corner, point) in corners_px.iter_mut().zip(&points) {
-            *corner = DVec2::from_array(point.numbers::<2>()?);
-        }
-        Ok((image, corners_px))
-    });
-    let views = views.collect::<Result<_, Error>>()?;
-    Ok(ChartTag { name, known_diffuse, known_diffuse_sd, views, place: field.path.clone() })
+    Ok(Table::card(known_diffuse, known_diffuse_sd))
 }
 
 impl ChartTag {
     /// With its photographs as indices into `names`; or what is wrong, for a person.
     pub fn resolved(&self, names: &[&str]) -> Result<Chart, String> {
-        let plain = |name: &str| name.trim_start_matches("./").to_owned();
         let views = self.views.iter().map(|(name, corners_px)| {
-            let found = names.iter().position(|own| plain(own) == plain(name));
-            let photograph = found.ok_or_else(|| {
-                let guess = suggestion(name, names.iter().copied())
-                    .map_or(String::new(), |guess| format!(" (did you mean \"{guess}\"?)"));
-                format!("there is no photograph \"{name}\"{guess}")
-            })?;
-            Ok(ChartView { photograph, corners_px: *corners_px })
+            Ok(ChartView { photograph: photograph(name, names)?, corners_px: *corners_px })
         });
         Ok(Chart {
             name: self.name.clone(),
-            known_diffuse: self.known_diffuse,
-            known_diffuse_sd: self.known_diffuse_sd,
+            table: self.table.clone(),
             views: views.collect::<Result<_, String>>()?,
         })
     }
+}
+
+/// The photograph of a name, among those of a capture.
+pub fn photograph(name: &str, names: &[&str]) -> Result<usize, String> {
+    let plain = |name: &str| name.trim_start_matches("./").to_owned();
+    let found = names.iter().position(|own| plain(own) == plain(name));
+    found.ok_or_else(|| {
+        let guess = suggestion(name, names.iter().copied())
+            .map_or(String::new(), |guess| format!(" (did you mean \"{guess}\"?)"));
+        format!("there is no photograph \"{name}\"{guess}")
+    })
 }

@@ -1,11 +1,14 @@
 //! `tags.json`: what the artist says about surfaces, lights and the photographs.
 
-mod charts;
+pub mod charts;
 pub(in crate::io) mod lights;
+pub mod pin;
 mod stored;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
+
+use glam::{DMat3, DVec3};
 
 pub use self::charts::ChartTag;
 pub use self::stored::{StoredLights, light_values, stored_lights};
@@ -25,6 +28,9 @@ pub struct Tags {
     pub environment: Environment,
     /// Pixels at or above it are no measurements.
     pub saturation: Option<f32>,
+    /// By which the radiance of every pixel is multiplied, what is a measurement being settled
+    /// before: to linear Rec. 709, as a chart told it.
+    pub color_matrix: Option<DMat3>,
     pub warnings: Vec<String>,
 }
 
@@ -37,6 +43,7 @@ pub fn read(file: &Path, surfaces: &mut [Surface]) -> Result<Tags, Error> {
     let mut tags = Tags {
         environment: environment(&root)?,
         saturation: saturation(&root)?,
+        color_matrix: color_matrix(&root)?,
         ..Default::default()
     };
     let mut reader =
@@ -149,6 +156,33 @@ fn saturation(root: &Field) -> Result<Option<f32>, Error> {
         ));
     }
     Ok(Some(level as f32))
+}
+
+/// Three rows of three numbers.
+fn color_matrix(root: &Field) -> Result<Option<DMat3>, Error> {
+    let Some(field) = root.get("color_matrix") else { return Ok(None) };
+    let rows = field.items()?;
+    let [x, y, z] = rows.as_slice() else {
+        return Err(field.wrong("a colour matrix has three rows of three numbers"));
+    };
+    let row = |row: &Field| row.numbers::<3>().map(DVec3::from_array);
+    let matrix = DMat3::from_cols(row(x)?, row(y)?, row(z)?).transpose();
+    if !matrix.is_finite() || !matrix.inverse().is_finite() {
+        return Err(field.wrong_with(
+            "this matrix makes different colours the same",
+            "Have it found again with lobelia chart --matrix, or leave the field out",
+        ));
+    }
+    Ok(Some(matrix))
+}
+
+/// The matrix that a `tags.json` multiplies photographs by; `None` where there is none, or no file.
+pub fn read_color_matrix(file: &Path) -> Result<Option<DMat3>, Error> {
+    if !file.exists() {
+        return Ok(None);
+    }
+    let value = json::read(file)?;
+    color_matrix(&Field::root(file, &value)?)
 }
 
 struct Reader<'a> {
