@@ -158,15 +158,11 @@ pub fn validate_sun(
     validate_by(problem, fitted, |fitted, blind| {
         let without = fit(blind, &fitted.model.without(slot), Some(fitted), ROUGH)?;
         let (starts, _) = directions.first(blind, &without);
-        let Some(towards) = directions.best(blind, &without, &starts)? else {
+        let Some(towards) = directions.best_by_pixels(blind, &without, &starts)? else {
             return Ok(without.channels);
         };
         let model = without.model.with(Part::sun(blind, towards)?);
-        let slot = model.sun().map_or(slot, |sun| sun.slot);
         let with = fit(blind, &model, Some(&without), ROUGH)?;
-        let closer = directions.refine(blind, &with, towards, slot)?;
-        let model = model.replacing(slot, Part::sun(blind, closer)?);
-        let with = fit(blind, &model, Some(&with), ROUGH)?;
         Ok(with.channels)
     })
 }

@@ -24,6 +24,7 @@ mod diagnose;
 mod fit;
 mod gloss;
 mod glossy;
+mod grow;
 mod hessian;
 mod history;
 mod indirect;
@@ -109,8 +110,8 @@ pub fn solve(
     watch.tick()?;
 
     let report = |problem: &Problem, fitted: &Fitted| history.push(problem, fitted);
-    let Prepared { all, search: some, is_outer, fine, indirect, surfaces, seen_sky } = prepared;
-    let found = search(&some, seen_sky, &indirect, fine, surfaces, &report)?;
+    let Prepared { all, search: some, is_outer, fine, indirect, surfaces, seen } = prepared;
+    let found = search(&some, seen.undecided, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
     let all = all.with_sky(found.problem.sky.clone());
     let best = &found.best.fitted;
@@ -160,7 +161,12 @@ pub fn solve(
     let selection = Selection {
         candidates: found.candidates + finer.as_ref().map_or(0, |finer| finer.part.columns()),
         kept,
-        trials: found.trials.iter().cloned().chain(finer.map(|finer| finer.trial)).collect(),
+        trials: seen
+            .trial
+            .into_iter()
+            .chain(found.trials.iter().cloned())
+            .chain(finer.map(|finer| finer.trial))
+            .collect(),
     };
     let notes = report::notes(&all, &found, &selection);
     certainty.selection = Some(selection);

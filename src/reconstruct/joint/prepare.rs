@@ -6,12 +6,13 @@ use std::sync::Arc;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::blocks::deal;
-use crate::reconstruct::joint::compare::{compare, validate};
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{EXACT, Fitted, fit};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::seen_sky::SeenSky;
+use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::Environment;
 
 /// Blocks in one of so many parts are kept for judging the result.
@@ -35,9 +36,17 @@ pub struct Prepared<'a> {
     pub indirect: Indirect,
     /// Whether known surfaces that no photograph shows may shine.
     pub surfaces: bool,
-    /// The sky that photographs show, if they show any. What they see beyond the known geometry may as
-    /// well be near: whether it lights the scene is for the search to tell.
-    pub seen_sky: Option<Arc<SeenSky>>,
+    /// What came of the sky that photographs show.
+    pub seen: Seen,
+}
+
+/// What came of the sky that photographs show, if they show any.
+#[derive(Default)]
+pub struct Seen {
+    /// The sky, where the search is to tell whether it lights the scene.
+    pub undecided: Option<Arc<SeenSky>>,
+    /// The comparison that it was taken by before the search.
+    pub trial: Option<Trial>,
 }
 
 pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
@@ -45,8 +54,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let is_outer = outer(problem);
     let search = problem.part(|row| !is_outer[row]).subsample(SEARCHED, least);
     let indirect = Indirect::new(&search)?;
-    let may_see_sky = problem.capture().environment != Environment::Room;
-    let seen_sky = may_see_sky.then(|| SeenSky::find(problem.data.views)).flatten().map(Arc::new);
+    let (search, seen) = with_seen_sky(&search)?;
     let (search, surfaces) = if indirect.has_patches() {
         reflecting_or_shining(&search, &indirect)?
     } else {
@@ -59,7 +67,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let Settled { problem: search, fitted: fine, .. } = indirect.settle(&search, fine)?;
     let all = problem.with_irradiance((*search.irradiance).clone()).informed_by(&search, &fine);
     let search = search.informed_by(&search, &fine);
-    Ok(Prepared { all, search, is_outer, fine, indirect, surfaces, seen_sky })
+    Ok(Prepared { all, search, is_outer, fine, indirect, surfaces, seen })
 }
 
 /// Per row whether its block is kept for judging the result.
@@ -70,6 +78,36 @@ fn outer(problem: &Problem) -> Vec<bool> {
     }
     let fold = deal(blocks, OUTER_FOLDS, OUTER);
     problem.block.iter().map(|&block| fold[block] == 0).collect()
+}
+
+/// The light of the sky is what photographs show of it, where that predicts better: what they see
+/// beyond the known geometry may as well be near. Where it does not, the lamps and a sun may be missing
+/// that would show it.
+fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error> {
+    if search.capture().environment == Environment::Room {
+        return Ok((search.clone(), Seen::default()));
+    }
+    let Some(sky) = SeenSky::find(search.data.views) else {
+        return Ok((search.clone(), Seen::default()));
+    };
+    let cells = sky.radiance.len();
+    let sky = Arc::new(sky);
+    let seen = search.with_sky(Some(sky.clone()));
+    // In whichever of the two worlds predicts better.
+    let validated = |problem: &Problem| -> Result<Validated, Error> {
+        let lit = |world| {
+            let layout = Layout::new(problem, world, Density::Coarse, false);
+            validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
+        };
+        let (room, open) = (lit(World::Room)?, lit(World::Open)?);
+        Ok(if compare(problem, &room, &open).change < 0.0 { open } else { room })
+    };
+    let cv = compare(search, &validated(search)?, &validated(&seen)?);
+    if cv.is_better() {
+        let trial = cv.trial(TrialPart::SeenSky(cells));
+        return Ok((seen, Seen { undecided: None, trial: Some(trial) }));
+    }
+    Ok((search.clone(), Seen { undecided: Some(sky), trial: None }))
 }
 
 /// Known surfaces that no photograph shows reflect, unless a model in which they shine predicts

@@ -71,7 +71,7 @@ impl Directions {
     }
 
     /// The direction near one of these whose light explains most of what a fit leaves; `None` where
-    /// none explains anything.
+    /// none explains anything. Which one it is near is told by rows, in a tenth of the time.
     ///
     /// # Errors
     /// If it is cancelled.
@@ -81,15 +81,21 @@ impl Directions {
         fitted: &Fitted,
         starts: &[Vec3],
     ) -> Result<Option<Vec3>, Cancelled> {
-        let left = Left::new(problem, fitted, &self.rows, None);
-        let mut best: Option<(Vec3, f64)> = None;
-        for &start in starts {
-            let found = left.climb(problem, &self.rows, start)?;
-            if best.is_none_or(|(_, fall)| found.1 > fall) {
-                best = Some(found);
-            }
-        }
-        Ok(best.filter(|(_, fall)| *fall > 0.0).map(|(direction, _)| direction))
+        let rough = highest(problem, fitted, &self.rows, starts)?;
+        highest(problem, fitted, &self.pixels, rough.as_slice())
+    }
+
+    /// The same where few rows are left to tell: all of it by pixels.
+    ///
+    /// # Errors
+    /// If it is cancelled.
+    pub fn best_by_pixels(
+        &self,
+        problem: &Problem,
+        fitted: &Fitted,
+        starts: &[Vec3],
+    ) -> Result<Option<Vec3>, Cancelled> {
+        highest(problem, fitted, &self.pixels, starts)
     }
 
     /// The best direction near that of a sun which is the part `slot` of the fit's model.
@@ -106,6 +112,25 @@ impl Directions {
         let left = Left::new(problem, fitted, &self.pixels, Some(slot));
         Ok(left.climb(problem, &self.pixels, towards)?.0)
     }
+}
+
+/// The direction near one of some whose light explains most at some places; `None` where none explains
+/// anything.
+fn highest(
+    problem: &Problem,
+    fitted: &Fitted,
+    places: &[Place],
+    starts: &[Vec3],
+) -> Result<Option<Vec3>, Cancelled> {
+    let left = Left::new(problem, fitted, places, None);
+    let mut best: Option<(Vec3, f64)> = None;
+    for &start in starts {
+        let found = left.climb(problem, places, start)?;
+        if best.is_none_or(|(_, fall)| found.1 > fall) {
+            best = Some(found);
+        }
+    }
+    Ok(best.filter(|(_, fall)| *fall > 0.0).map(|(direction, _)| direction))
 }
 
 /// A point on the known surfaces with what was measured there.
