@@ -1,14 +1,12 @@
 //! Lamps and a sun come in one by one, by what they could explain, and go where they are not needed.
 
-use glam::Vec3;
-
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate, validate_sun};
+use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::sun::Directions;
+use crate::reconstruct::joint::sun::{self, Directions};
 use crate::reconstruct::solution::{Trial, TrialPart};
 
 /// What a search looks for, and where.
@@ -30,7 +28,7 @@ impl Step {
     }
 }
 
-/// Adds lamps and a sun while they are needed. Two lamps may be needed of which neither is alone.
+/// Adds lamps and a sun while they are needed. Two may be needed of which neither is alone.
 pub fn grow(
     problem: &Problem,
     places: &Places,
@@ -39,95 +37,56 @@ pub fn grow(
 ) -> Result<Step, Error> {
     (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
-    'growing: loop {
-        let from = ahead.as_ref().unwrap_or(&step.best).fitted.clone();
-        let lamps = from.model.lamps();
-        let mut lamp = if lamps < most { with_lamp(problem, places, &from)? } else { None };
-        let falls_by = |fitted: &Fitted| from.cost() - fitted.cost();
-        let (starts, promised) = match from.model.sun() {
-            None => places.suns.first(problem, &from),
-            Some(_) => (Vec::new(), 0.0),
-        };
-        // A sun may come first where a rough direction explains half as much as the best lamp.
-        let mut sun = None;
-        if promised > 0.5 * lamp.as_ref().map_or(0.0, falls_by) {
-            sun = with_sun(problem, places, &from, &starts)?;
-        }
-        let is_sun_first = sun.as_ref().map_or(0.0, falls_by) > lamp.as_ref().map_or(0.0, falls_by);
-        let mut kinds = [TrialPart::Lamp(lamps + 1), TrialPart::Sun];
-        if is_sun_first {
-            kinds.reverse();
-        }
-        let mut rejected = None;
-        for part in kinds {
-            let proposal = match part {
-                TrialPart::Sun if sun.is_none() => with_sun(problem, places, &from, &starts)?,
-                TrialPart::Sun => sun.take(),
-                _ => lamp.take(),
-            };
-            let Some(proposal) = proposal.filter(|fitted| falls_by(fitted) > 0.0) else { continue };
-            let (cv, proposal) = if part == TrialPart::Sun {
-                judge_sun(problem, places, &step.best, proposal)?
-            } else {
-                let proposal = validate(problem, settle(problem, places, proposal)?)?;
-                (compare(problem, &step.best, &proposal), proposal)
-            };
-            step.trials.push(cv.trial(part));
-            if cv.is_better() {
-                (places.report)(problem, &proposal.fitted);
-                (step.best, ahead) = (proposal, None);
-                continue 'growing;
-            }
-            if part != TrialPart::Sun {
-                rejected = Some(proposal);
-            }
-        }
-        match rejected {
-            Some(lamp) if ahead.is_none() => ahead = Some(lamp),
-            _ => return Ok(step),
+    loop {
+        let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
+        let Some((part, proposal)) = propose(problem, places, from, most)? else { break };
+        let proposal = validate(problem, settle(problem, places, proposal)?)?;
+        let cv = compare(problem, &step.best, &proposal);
+        step.trials.push(cv.trial(part));
+        if cv.is_better() {
+            (places.report)(problem, &proposal.fitted);
+            (step.best, ahead) = (proposal, None);
+        } else if ahead.is_none() {
+            ahead = Some(proposal);
+        } else {
+            break;
         }
     }
+    Ok(step)
 }
 
-/// Whether a sun comes in: first in the direction that all rows found, which is too well of it, then, where
-/// that is better, without each fold.
-fn judge_sun(
-    problem: &Problem,
-    places: &Places,
-    best: &Validated,
-    with_sun: Fitted,
-) -> Result<(PairedCv, Validated), Error> {
-    let settled = validate(problem, settle(problem, places, with_sun)?)?;
-    let cv = compare(problem, best, &settled);
-    if !cv.is_better() {
-        return Ok((cv, settled));
-    }
-    let judged = validate_sun(problem, settled.fitted, places.suns)?;
-    Ok((compare(problem, best, &judged), judged))
-}
-
-/// The model with the sun that explains most, about some directions; `None` where it explains nothing.
-fn with_sun(
+/// The model with the lamp or the sun that explains most; `None` where nothing explains anything.
+pub fn propose(
     problem: &Problem,
     places: &Places,
     from: &Fitted,
-    starts: &[Vec3],
-) -> Result<Option<Fitted>, Error> {
-    let Some(towards) = places.suns.best(problem, from, starts)? else { return Ok(None) };
-    let model = from.model.with(Part::sun(problem, towards)?);
-    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
-}
-
-/// The model with the lamp that explains most; `None` where nothing explains anything.
-pub fn with_lamp(
-    problem: &Problem,
-    places: &Places,
-    from: &Fitted,
-) -> Result<Option<Fitted>, Error> {
-    let Some((lamp, _)) = places.lamps.best(problem, from) else { return Ok(None) };
-    let lamp = places.lamps.refine(problem, from, lamp, None)?;
-    let model = from.model.with(Part::lamp(problem, lamp)?);
-    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
+    most: usize,
+) -> Result<Option<(TrialPart, Fitted)>, Error> {
+    let mut best: Option<(TrialPart, Fitted)> = None;
+    let mut offer = |part: TrialPart, fitted: Fitted| {
+        if fitted.cost() < best.as_ref().map_or(from.cost(), |(_, best)| best.cost()) {
+            best = Some((part, fitted));
+        }
+    };
+    let lamps = from.model.lamps();
+    let lamp = if lamps < most { places.lamps.best(problem, from) } else { None };
+    let response = lamp.map_or(0.0, |(_, response)| response);
+    if let Some((lamp, _)) = lamp {
+        let lamp = places.lamps.refine(problem, from, lamp, None)?;
+        let model = from.model.with(Part::lamp(problem, lamp)?);
+        let with = fit(problem, &model, Some(from), ROUGH)?;
+        offer(TrialPart::Lamp(lamps + 1), with);
+    }
+    if from.model.sun().is_none()
+        && let Some(towards) = places.suns.best(problem, from, response)?
+    {
+        // Without lamps, since those found before may stand in for it.
+        let mut model = from.model.clone();
+        model.parts.retain(|part| !part.is_lamp());
+        let model = model.with(Part::sun(problem, towards)?);
+        offer(TrialPart::Sun, fit(problem, &model, Some(from), ROUGH)?);
+    }
+    Ok(best)
 }
 
 /// Moves every lamp and the sun to its best place, the others given.
@@ -140,7 +99,7 @@ pub fn settle(problem: &Problem, places: &Places, mut fitted: Fitted) -> Result<
                 (moved != lamp).then(|| Part::lamp(problem, moved)).transpose()?
             }
             Some(PartKind::Sun(towards)) => {
-                let moved = places.suns.refine(problem, &fitted, towards, slot)?;
+                let moved = sun::refine(problem, &fitted, towards, slot)?;
                 (moved != towards).then(|| Part::sun(problem, moved)).transpose()?
             }
             _ => None,

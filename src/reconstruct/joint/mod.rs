@@ -57,7 +57,7 @@ use crate::reconstruct::joint::indirect::Settled;
 use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::prepare::{Prepared, prepare};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::search::{Found, search};
+use crate::reconstruct::joint::search::{Found, aim_sun, search};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
@@ -114,8 +114,7 @@ pub fn solve(
     let found = search(&some, seen.undecided, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
     let all = all.with_sky(found.problem.sky.clone());
-    let best = &found.best.fitted;
-    let fitted = fit(&all, &best.model.on(&all)?, Some(best), ROUGH)?;
+    let (found, fitted) = aim_sun(found, &all)?;
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);

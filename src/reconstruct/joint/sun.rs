@@ -1,40 +1,34 @@
 //! The sun: a directional light, whose sharp shadows no lobe can draw.
 
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
-
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::geometry::spaced::Nearest;
-use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::{Frame, fibonacci};
 use crate::reconstruct::joint::fit::Fitted;
-use crate::reconstruct::joint::problem::{Data, Problem};
-use crate::reconstruct::joint::terms::{influence, loss};
-use crate::scene::views::VisibilityBuffer;
+use crate::reconstruct::joint::linearised::{Residue, residues};
+use crate::reconstruct::joint::problem::Problem;
 use crate::scene::{SurfacePoint, Views};
 use crate::watch::Cancelled;
 
 /// Directions over the sphere at which the search begins: about 5° apart.
 const DIRECTIONS: usize = 1500;
-/// Rows that the first search looks at, at most.
+/// Rows that the first search and the refinement look at, at most.
 const FIRST_ROWS: usize = 1200;
-/// Pixels of all photographs that the refinement looks at, at most. Rows alone, ten times fewer, left
-/// suns up to 4° off in random rooms with windows (window-0, -3, -4 and coat-2); pixels leave 0.4°.
-const PIXELS: usize = 20_000;
+const ROWS: usize = 6000;
 /// Local searches, from the strongest of the first directions.
 const STARTS: usize = 3;
 /// Radians; the last is 0.03°, less than the sun's own size.
 const FIRST_STEP: f32 = 0.044;
 const LAST_STEP: f32 = 0.0005;
+
 /// Directions in which a sun may stand, with where it would shine.
 pub struct Directions {
     towards: Vec<Vec3>,
-    rows: Vec<Place>,
+    rows: Vec<usize>,
     /// V cos θ per direction and row.
     columns: Vec<Vec<f32>>,
-    pixels: Vec<Place>,
 }
 
 impl Directions {
@@ -43,8 +37,9 @@ impl Directions {
     /// # Errors
     /// If it is cancelled.
     pub fn new(problem: &Problem, is_wanted: bool) -> Result<Self, Cancelled> {
-        let rows: Vec<Place> =
-            problem.every(FIRST_ROWS).iter().map(|&row| Place::of_row(problem, row)).collect();
+        let rows = problem.every(FIRST_ROWS);
+        let points: Vec<SurfacePoint> =
+            rows.iter().map(|&row| problem.surface_point(row)).collect();
         let towards: Vec<Vec3> = fibonacci(if is_wanted { DIRECTIONS } else { 0 }, 0.0)
             .filter(|&towards| is_above(towards))
             .collect();
@@ -52,26 +47,14 @@ impl Directions {
             .par_iter()
             .map(|&towards| {
                 problem.watch().check()?;
-                Ok(column(problem.data.views, &rows, towards))
+                Ok(column(problem.data.views, &points, towards))
             })
             .collect::<Result<_, Cancelled>>()?;
-        let pixels = pixels(problem, if is_wanted { PIXELS } else { 0 });
-        Ok(Self { towards, rows, columns, pixels })
+        Ok(Self { towards, rows, columns })
     }
 
-    /// The directions, towards the sun, whose light explains most of what a fit leaves, none where
-    /// none of them explains anything, and by how much the cost falls with the first.
-    pub fn first(&self, problem: &Problem, fitted: &Fitted) -> (Vec<Vec3>, f64) {
-        let left = Left::new(problem, fitted, &self.rows, None);
-        let falls: Vec<f64> = self.columns.par_iter().map(|column| left.fall(column)).collect();
-        let mut order: Vec<usize> = (0..falls.len()).filter(|&k| falls[k] > 0.0).collect();
-        order.sort_by(|&a, &b| falls[b].total_cmp(&falls[a]).then(a.cmp(&b)));
-        let fall = order.first().map_or(0.0, |&k| falls[k]);
-        (order.iter().take(STARTS).map(|&k| self.towards[k]).collect(), fall)
-    }
-
-    /// The direction near one of these whose light explains most of what a fit leaves; `None` where
-    /// none explains anything. Which one it is near is told by rows, in a tenth of the time.
+    /// The direction, towards the sun, whose light explains most of what a fit leaves; `None` where
+    /// none of them lowers the sum of the squared residuals by more than `rival`.
     ///
     /// # Errors
     /// If it is cancelled.
@@ -79,215 +62,68 @@ impl Directions {
         &self,
         problem: &Problem,
         fitted: &Fitted,
-        starts: &[Vec3],
+        rival: f64,
     ) -> Result<Option<Vec3>, Cancelled> {
-        let rough = highest(problem, fitted, &self.rows, starts)?;
-        highest(problem, fitted, &self.pixels, rough.as_slice())
-    }
-
-    /// The same where few rows are left to tell: all of it by pixels.
-    ///
-    /// # Errors
-    /// If it is cancelled.
-    pub fn best_by_pixels(
-        &self,
-        problem: &Problem,
-        fitted: &Fitted,
-        starts: &[Vec3],
-    ) -> Result<Option<Vec3>, Cancelled> {
-        highest(problem, fitted, &self.pixels, starts)
-    }
-
-    /// The best direction near that of a sun which is the part `slot` of the fit's model.
-    ///
-    /// # Errors
-    /// If it is cancelled.
-    pub fn refine(
-        &self,
-        problem: &Problem,
-        fitted: &Fitted,
-        towards: Vec3,
-        slot: usize,
-    ) -> Result<Vec3, Cancelled> {
-        let left = Left::new(problem, fitted, &self.pixels, Some(slot));
-        Ok(left.climb(problem, &self.pixels, towards)?.0)
+        if self.towards.is_empty() {
+            return Ok(None);
+        }
+        let residues = residues(problem, fitted, &self.rows, None);
+        let gains: Vec<f64> =
+            self.columns.par_iter().map(|column| gain(column, &residues)).collect();
+        let mut order: Vec<usize> = (0..gains.len()).filter(|&k| gains[k] > rival).collect();
+        order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]).then(a.cmp(&b)));
+        if order.is_empty() {
+            return Ok(None);
+        }
+        let closer = Look::new(problem, fitted, ROWS, None);
+        let mut best: Option<(Vec3, f64)> = None;
+        for &start in order.iter().take(STARTS) {
+            let found = closer.descend(problem, self.towards[start])?;
+            if best.is_none_or(|(_, gain)| found.1 > gain) {
+                best = Some(found);
+            }
+        }
+        Ok(best.map(|(direction, _)| direction))
     }
 }
 
-/// The direction near one of some whose light explains most at some places; `None` where none explains
-/// anything.
-fn highest(
+/// The best direction near that of a sun which is the part `slot` of the fit's model.
+pub fn refine(
     problem: &Problem,
     fitted: &Fitted,
-    places: &[Place],
-    starts: &[Vec3],
-) -> Result<Option<Vec3>, Cancelled> {
-    let left = Left::new(problem, fitted, places, None);
-    let mut best: Option<(Vec3, f64)> = None;
-    for &start in starts {
-        let found = left.climb(problem, places, start)?;
-        if best.is_none_or(|(_, fall)| found.1 > fall) {
-            best = Some(found);
+    towards: Vec3,
+    slot: usize,
+) -> Result<Vec3, Cancelled> {
+    Ok(Look::new(problem, fitted, ROWS, Some(slot)).descend(problem, towards)?.0)
+}
+
+/// Some rows, and what is left to explain there.
+struct Look<'a> {
+    views: &'a Views<'a>,
+    points: Vec<SurfacePoint>,
+    residues: Vec<Residue>,
+}
+
+impl<'a> Look<'a> {
+    fn new(problem: &Problem<'a>, fitted: &Fitted, most: usize, without: Option<usize>) -> Self {
+        let rows = problem.every(most);
+        Self {
+            views: problem.data.views,
+            points: rows.iter().map(|&row| problem.surface_point(row)).collect(),
+            residues: residues(problem, fitted, &rows, without),
         }
     }
-    Ok(best.filter(|(_, fall)| *fall > 0.0).map(|(direction, _)| direction))
-}
 
-/// A point on the known surfaces with what was measured there.
-struct Place {
-    point: SurfacePoint,
-    /// The row of the problem that tells the other light there.
-    row: usize,
-    /// The part of the row's weight that it has.
-    share: f64,
-    /// log π L, per channel.
-    log_radiance: Rgb,
-}
-
-impl Place {
-    fn of_row(problem: &Problem, row: usize) -> Self {
-        let log_radiance = std::array::from_fn(|c| problem.rows.log_radiance[c][row]);
-        Self { point: problem.surface_point(row), row, share: 1.0, log_radiance }
-    }
-}
-
-/// At most so many pixels of all photographs that see a surface with rows, evenly chosen: they are much
-/// denser than rows, and the other light of the nearest row is about theirs.
-fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
-    let Data { views, equations, .. } = problem.data;
-    let mesh = &views.capture.mesh;
-    let mut of_surface: BTreeMap<usize, (Vec<usize>, Vec<Vec3>)> = BTreeMap::new();
-    for (row, &sample) in problem.rows.sample.iter().enumerate() {
-        let sample = &problem.data.cloud.samples[sample];
-        let (rows, positions) = of_surface.entry(sample.surface).or_default();
-        rows.push(row);
-        positions.push(sample.position);
-    }
-    let trees: BTreeMap<usize, (Vec<usize>, Nearest)> = of_surface
-        .into_iter()
-        .filter_map(|(surface, (rows, positions))| {
-            Some((surface, (rows, Nearest::new(&positions)?)))
-        })
-        .collect();
-    let total: usize = views.buffers.iter().map(|b| b.camera.width * b.camera.height).sum();
-    let stride = (total as f64 / most.max(1) as f64).sqrt().ceil() as usize;
-    let dark: Rgb = std::array::from_fn(|c| equations.dark(c));
-    let pixel = |buffer: &VisibilityBuffer, x: usize, y: usize| -> Option<Place> {
-        let (position, triangle) = buffer.hit(x, y).filter(|_| buffer.is_off_edges(x, y))?;
-        let radiance = buffer.image.radiance(x, y)?;
-        let (rows, tree) = trees.get(&(mesh.surface[triangle as usize] as usize))?;
-        let normal = views.normals[triangle as usize];
-        let is_facing = normal.dot(buffer.camera.position.as_vec3() - position) > 0.0;
-        let point = SurfacePoint { position, normal: if is_facing { normal } else { -normal } };
-        let log = |c: usize| (PI * f64::from(radiance[c]).max(dark[c])).ln();
-        let log_radiance = std::array::from_fn(log);
-        Some(Place { point, row: rows[tree.to(position)], share: 1.0, log_radiance })
-    };
-    let mut places: Vec<Place> = Vec::new();
-    for buffer in views.buffers.iter().filter(|_| most > 0) {
-        let lines: Vec<usize> = (stride / 2..buffer.camera.height).step_by(stride).collect();
-        let of_lines: Vec<Vec<Place>> = lines
-            .into_par_iter()
-            .map(|y| {
-                let line = (stride / 2..buffer.camera.width).step_by(stride);
-                line.filter_map(|x| pixel(buffer, x, y)).collect()
-            })
-            .collect();
-        places.extend(of_lines.into_iter().flatten());
-    }
-    let mut counts = vec![0usize; problem.rows.sample.len()];
-    places.iter().for_each(|place| counts[place.row] += 1);
-    places.iter_mut().for_each(|place| place.share = 1.0 / counts[place.row] as f64);
-    places
-}
-
-/// What a fit leaves at some places, per channel. Where a sun shines in that a model does not have,
-/// residuals are of several octaves: what a sun explains there is told by the loss itself and not by
-/// its linearisation.
-struct Left {
-    channels: Vec<ChannelLeft>,
-}
-
-struct ChannelLeft {
-    places: Vec<Residual>,
-    /// Sum of `influence`.
-    influence: f64,
-    /// The sum of the losses where all light is dimmed by so many steps of [`DIMMING`].
-    dimmed: Vec<f64>,
-}
-
-/// A step of the logarithm of light, and how many of them are tabulated: a sun in the open is ten times
-/// as bright as the sky.
-const DIMMING: f64 = 0.05;
-const DIMMINGS: usize = 60;
-
-/// One channel at a place.
-struct Residual {
-    weight: f64,
-    /// The weight with which it would count in a linear problem.
-    influence: f64,
-    robust: f64,
-    /// log(L̂/L).
-    residual: f64,
-    /// π L̂, and what a sun of unit irradiance adds to it at normal incidence.
-    computed: f64,
-    reflectance: f64,
-}
-
-/// Strengths of a sun that are tried: quantiles of those that the places ask for.
-const STRENGTHS: usize = 4;
-/// Light that is left without a sun is at least this part of the light with it.
-const LEAST_LEFT: f64 = 1e-3;
-
-impl Left {
-    /// Without the light of the part `without`.
-    fn new(problem: &Problem, fitted: &Fitted, places: &[Place], without: Option<usize>) -> Self {
-        let columns = without.map_or(0..0, |slot| fitted.model.columns_of(slot));
-        let of = |c: usize| -> ChannelLeft {
-            let fit = &fitted.channels[c];
-            let of_place = |place: &Place| {
-                let row = place.row;
-                let material = problem.rows.material[row];
-                let reflectance = fit.state.log_diffuse[material].exp();
-                let mut computed = (fit.residuals[row] + problem.rows.log_radiance[c][row]).exp();
-                let least = LEAST_LEFT * computed;
-                for column in columns.clone() {
-                    let reach = fitted.design.diffuse[(row, column)];
-                    computed -= reflectance * fit.state.emission[column] * reach;
-                }
-                let computed = computed.max(least);
-                let residual = computed.ln() - place.log_radiance[c];
-                let robust = problem.priors.robust[material];
-                let weight = place.share * problem.weights[row];
-                let influence = weight * influence(residual, robust);
-                Residual { weight, influence, robust, residual, computed, reflectance }
-            };
-            ChannelLeft::new(places.iter().map(of_place).collect())
-        };
-        Self { channels: (0..CHANNELS).map(of).collect() }
+    /// By how much a sun in a direction lowers the sum of the squared residuals.
+    fn gain(&self, towards: Vec3) -> f64 {
+        if !is_above(towards) {
+            return 0.0;
+        }
+        gain(&column(self.views, &self.points, towards), &self.residues)
     }
 
-    /// By how much the cost falls with a sun that reaches the places so, all other light being dimmed
-    /// alike.
-    fn fall(&self, column: &[f32]) -> f64 {
-        0.5 * self.channels.iter().map(|channel| channel.fall(column)).sum::<f64>()
-    }
-
-    /// The best direction near a first, with its fall.
-    fn climb(
-        &self,
-        problem: &Problem,
-        places: &[Place],
-        start: Vec3,
-    ) -> Result<(Vec3, f64), Cancelled> {
-        let fall = |towards: Vec3| {
-            if is_above(towards) {
-                self.fall(&column(problem.data.views, places, towards))
-            } else {
-                0.0
-            }
-        };
-        let mut best = (start, fall(start));
+    fn descend(&self, problem: &Problem, start: Vec3) -> Result<(Vec3, f64), Cancelled> {
+        let mut best = (start, self.gain(start));
         let mut step = FIRST_STEP;
         while step > LAST_STEP {
             problem.watch().check()?;
@@ -300,11 +136,11 @@ impl Left {
                     moved.normalize_or_zero()
                 })
                 .collect();
-            let falls: Vec<f64> = tries.par_iter().map(|&towards| fall(towards)).collect();
+            let gains: Vec<f64> = tries.par_iter().map(|&towards| self.gain(towards)).collect();
             let mut moved = false;
-            for (towards, fall) in tries.into_iter().zip(falls) {
-                if fall > best.1 {
-                    best = (towards, fall);
+            for (towards, gain) in tries.into_iter().zip(gains) {
+                if gain > best.1 {
+                    best = (towards, gain);
                     moved = true;
                 }
             }
@@ -316,85 +152,47 @@ impl Left {
     }
 }
 
-impl ChannelLeft {
-    fn new(places: Vec<Residual>) -> Self {
-        let dimmed = |step: usize| {
-            places.iter().map(|place| place.loss(-(step as f64) * DIMMING)).sum::<f64>()
-        };
-        let dimmed = (0..=DIMMINGS).map(dimmed).collect();
-        Self { influence: places.iter().map(|place| place.influence).sum(), dimmed, places }
-    }
-
-    /// The sum of the losses with all light dimmed, between tabulated steps.
-    fn dimmed(&self, dimming: f64) -> f64 {
-        let step = (dimming / DIMMING).clamp(0.0, DIMMINGS as f64 - 1e-9);
-        let (whole, part) = (step as usize, step.fract());
-        (1.0 - part) * self.dimmed[whole] + part * self.dimmed[whole + 1]
-    }
-
-    /// By how much the sum of the losses falls.
-    fn fall(&self, column: &[f32]) -> f64 {
-        let lit: Vec<(&Residual, f64)> = self
-            .places
-            .iter()
-            .zip(column)
-            .filter(|(place, reach)| **reach > 0.0 && place.weight > 0.0)
-            .map(|(place, reach)| (place, place.reflectance * f64::from(*reach)))
-            .collect();
-        let mut wanted: Vec<f64> = lit
-            .iter()
-            .map(|(place, reach)| place.computed * ((-place.residual).exp() - 1.0) / reach)
-            .filter(|strength| *strength > 0.0)
-            .collect();
-        if wanted.is_empty() {
-            return 0.0;
-        }
-        wanted.sort_by(f64::total_cmp);
-        let mut changes = vec![0.0; lit.len()];
-        let mut fall = |strength: f64| {
-            let mut changed = 0.0;
-            for (change, (place, reach)) in changes.iter_mut().zip(&lit) {
-                *change = (reach * strength / place.computed).ln_1p();
-                changed += place.influence * *change;
-            }
-            let dimming = changed / self.influence.max(f64::MIN_POSITIVE);
-            let of_lit: f64 = changes
-                .iter()
-                .zip(&lit)
-                .map(|(change, (place, _))| place.loss(-dimming) - place.loss(change - dimming))
-                .sum();
-            self.dimmed[0] - self.dimmed(dimming) + of_lit
-        };
-        let strength = |k: usize| wanted[(2 * k + 1) * wanted.len() / (2 * STRENGTHS)];
-        (0..STRENGTHS).map(|k| fall(strength(k))).fold(0.0, f64::max)
-    }
-}
-
-impl Residual {
-    /// The loss with so much added to the logarithm of what is computed.
-    fn loss(&self, change: f64) -> f64 {
-        if self.weight > 0.0 {
-            self.weight * loss(self.residual + change, self.robust)
-        } else {
-            0.0
-        }
-    }
-}
-
 /// Whether a direction is above the horizon; z is up in every capture.
 fn is_above(towards: Vec3) -> bool {
     towards.z > 0.0
 }
 
-fn is_lit(views: &Views, point: SurfacePoint, towards: Vec3) -> bool {
-    towards.dot(point.normal) > 0.0 && !views.caster.occluded(&views.ray(point, towards))
+/// V cos θ of a sun at some surface points.
+fn column(views: &Views, points: &[SurfacePoint], towards: Vec3) -> Vec<f32> {
+    points
+        .iter()
+        .map(|&point| {
+            let cosine = towards.dot(point.normal);
+            let lit = cosine > 0.0 && !views.caster.occluded(&views.ray(point, towards));
+            if lit { cosine } else { 0.0 }
+        })
+        .collect()
 }
 
-/// V cos θ of a sun at some places.
-fn column(views: &Views, places: &[Place], towards: Vec3) -> Vec<f32> {
-    let reach = |place: &Place| {
-        let is_lit = is_lit(views, place.point, towards);
-        if is_lit { towards.dot(place.point.normal) } else { 0.0 }
-    };
-    places.iter().map(reach).collect()
+/// A column of which the model's columns leave less than this part, squared, is noise of single
+/// precision. A sun that lights nearly all rows differs from brighter surfaces by its shadows alone.
+const LEAST_KEPT: f64 = 1e-5;
+
+/// By how much a light with this column lowers the sum of the squared residuals.
+fn gain(column: &[f32], residues: &[Residue]) -> f64 {
+    let mut total = 0.0;
+    for residue in residues {
+        let scaled: Vec<f32> =
+            column.iter().zip(&residue.scale).map(|(value, scale)| value * scale).collect();
+        let matrix = MatRef::from_column_major_slice(&scaled, scaled.len(), 1);
+        let mut parts = Mat::zeros(residue.basis.ncols(), 1);
+        let basis = residue.basis.transpose();
+        matmul(parts.as_mut(), Accum::Replace, basis, matrix, 1.0, Par::Seq);
+        let (mut square, mut product) = (0.0f64, 0.0f64);
+        for (&value, &residual) in scaled.iter().zip(&residue.residual) {
+            square += f64::from(value).powi(2);
+            product -= f64::from(value) * f64::from(residual);
+        }
+        let explained: f64 = parts.col(0).iter().map(|part| f64::from(*part).powi(2)).sum();
+        let kept = square - explained;
+        if product > 0.0 && kept > LEAST_KEPT * square {
+            total += product * product / kept;
+        }
+    }
+    total
 }
