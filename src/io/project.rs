@@ -404,5 +404,5 @@ pub fn tagged(lit: &Capture, materials: &[Material]) -> Capture {
     capture
 }
 #[cfg(test)]
-#[path = "project_tests.rs"]
+#[path = "../../tests/formats/project_unit.rs"]
 mod tests;

@@ -45,6 +45,7 @@ fn the_status_bar_tells_the_value_of_the_photograph_that_is_seen() {
         let aside = egui::vec2(x as f32 + 0.5, y as f32 + 0.5) * scale;
         window.harness.hover_at(view.center() + aside);
         window.step();
+        window.wait("a value", |window| told(window, "radiance").is_some());
         let [red, green, blue, luminance] = told(&window, "radiance").expect("a value");
         let column = (image.width as i32 / 2 + x) as usize;
         let row = (image.height as i32 / 2 + y) as usize;
@@ -65,6 +66,7 @@ fn the_status_bar_tells_the_value_of_what_is_shown() {
     let view = window.node("Viewport").rect();
     window.harness.hover_at(view.center());
     window.step();
+    window.wait("a value", |window| told(window, "radiance").is_some());
     let all = told(&window, "radiance").expect("the relit scene has a value");
     assert!(all[3] > 0.0, "{all:?}");
     // Without light there is no radiance.
@@ -95,6 +97,7 @@ fn the_status_bar_tells_the_reflectance_that_is_seen() {
     let view = window.node("Viewport").rect();
     window.harness.hover_at(view.center() + egui::vec2(0.0, 60.0));
     window.step();
+    window.wait("a reflectance", |window| told(window, "reflectance").is_some());
     let own = told(&window, "reflectance").expect("the surface has a reflectance");
     assert!(own[..3].iter().all(|value| (0.0..=1.0).contains(value)), "{own:?}");
     assert!(told(&window, "radiance").is_none(), "one value is told: of what is seen");
