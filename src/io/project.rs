@@ -404,5 +404,4 @@ pub fn tagged(lit: &Capture, materials: &[Material]) -> Capture {
     capture
 }
 #[cfg(test)]
-#[path = "../../tests/formats/project_unit.rs"]
 mod tests;

@@ -18,11 +18,6 @@ pub const REC_709_FROM_XYZ: [f64; 9] = [
     1.056_971_514_242_88,
 ];
 
-/// Luminance of linear Rec. 709.
-pub fn luminance([r, g, b]: Rgb) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
 /// L*, a* and b* of linear Rec. 709 that is seen beside a white of 1, 1, 1 (CIE 15:2004, 8.2.1).
 pub fn lab(rgb: Rgb) -> [f64; 3] {
     let xyz_from_rgb = DMat3::from_cols_array(&REC_709_FROM_XYZ).transpose().inverse();

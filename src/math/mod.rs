@@ -1,4 +1,5 @@
-//! Sampling patterns, directions, colour triples, colours to the eye and small statistics. Knows nothing of scenes.
+//! Sampling patterns, directions, colour triples, differences of colours and small statistics. Knows
+//! nothing of scenes.
 
 pub mod blackbody;
 pub mod color;

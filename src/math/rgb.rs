@@ -10,7 +10,8 @@ pub type Radiance = [f32; 3];
 pub const CHANNELS: usize = 3;
 
 /// The luminance of linear Rec. 709 primaries, in their unit.
-pub fn luminance([red, green, blue]: Radiance) -> f32 {
+pub fn luminance<T: Into<f64>>(rgb: [T; CHANNELS]) -> f64 {
+    let [red, green, blue] = rgb.map(Into::into);
     0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 

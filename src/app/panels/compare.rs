@@ -313,7 +313,7 @@ fn values_ui(response: egui::Response, shown: &Shown) {
     let Some((seen, made)) = shown.values.get(y * shown.width + x) else { return };
     response.on_hover_ui_at_pointer(|ui| {
         let line = |own: &Radiance| {
-            let luminance = short(f64::from(luminance(*own)));
+            let luminance = short(luminance(*own));
             format!("{}, luminance {luminance}", rgb(own.map(f64::from)))
         };
         egui::Grid::new("values").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {

@@ -129,7 +129,7 @@ fn under_cursor(project: &Project, viewport: &Viewport) -> String {
         Some(PictureValue::Radiance(own)) => format!(
             "radiance {}, luminance {}  ",
             rgb(own.map(f64::from)),
-            short_number(f64::from(luminance(own)))
+            short_number(luminance(own))
         ),
         Some(PictureValue::Reflectance(own)) => format!("reflectance {}  ", rgb(own)),
         Some(PictureValue::NoMeasurement) => "saturated or invalid  ".to_owned(),

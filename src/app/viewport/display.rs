@@ -19,7 +19,7 @@ fn display(exposed: Radiance, tone: ToneMapping) -> [u8; 3] {
         ToneMapping::Linear => exposed.map(srgb_code),
         ToneMapping::Filmic => exposed.map(|v| srgb_code(v * (1.0 + v / 64.0) / (1.0 + v))),
         ToneMapping::FalseColor => {
-            let stops = luminance(exposed).max(1e-12).log2();
+            let stops = (luminance(exposed) as f32).max(1e-12).log2();
             let color = palette::magnitude((stops + 8.0) / 10.0);
             [color.r(), color.g(), color.b()]
         }

@@ -1,6 +1,14 @@
 //! What is below the pointer, and the value of the picture there.
 
-use super::*;
+use eframe::egui::Response;
+use glam::Vec2;
+
+use super::content::{Content, PictureValue, Shading};
+use super::picking::Picker;
+use super::projection::Projection;
+use super::{Viewport, input};
+use crate::math::rgb::Radiance;
+use crate::scene::Capture;
 
 impl Viewport {
     pub(super) fn hover(

@@ -54,13 +54,11 @@ pub use crate::app::project::Focus;
 
 use crate::geometry::bvh::Ray;
 use crate::io::export::pictures::Development;
-use crate::math::rgb::Radiance;
 use crate::render::edits::Edits;
 use crate::scene::{Camera, Capture};
 use crate::worker::PreviewRequest;
 use gizmo::Gizmo;
 use paint::Drawn;
-use picking::Picker;
 use projection::{Placement, Projection};
 use scene::Scene;
 use targets::Targets;

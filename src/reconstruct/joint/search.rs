@@ -141,8 +141,8 @@ struct Lit<'a> {
     unknown: Unknown,
 }
 
-/// The lights of a room, of the open sky, or of the sky that photographs show, which is drawn as finely
-/// as openings need and may shine into a room with lamps. A sky is left where a room with its lamps predicts better. `known` tells which it is, and its
+/// The lights of a room, of the open sky, or of the sky that photographs show. A room with its lamps
+/// is taken in place of a sky only where it predicts better. `known` tells which of them it is, and its
 /// sun, where that was found before.
 fn lights<'a>(
     problem: &Problem<'a>,
@@ -165,7 +165,8 @@ fn lights<'a>(
             && if unknown == Unknown::Room { is_room || !is_open } else { !is_room }
     };
     // A sun first, which many cells would imitate; whether these leave anything to it is seen when
-    // parts are taken away.
+    // parts are taken away. A sky that photographs show is drawn as finely as openings need, and may
+    // shine into a room with lamps.
     let of_sky = |problem: &Problem, sun: Option<Part>| -> Result<Step, Error> {
         let mut model = LightModel::new(problem, &worlds.sky)?;
         model.gloss.clone_from(&room.gloss);
@@ -173,7 +174,14 @@ fn lights<'a>(
             Some(sun) => model.with(sun),
             None => model,
         };
-        grow(problem, places, start(problem, &model)?, 0)
+        let sky = grow(problem, places, start(problem, &model)?, 0)?;
+        if problem.sky.is_some() {
+            grown(problem, denser(problem, sky)?)
+        } else if is_open {
+            grown(problem, sky)
+        } else {
+            Ok(sky)
+        }
     };
     let sun_of = |step: &Step| step.best.fitted.model.sun().cloned();
     let lit =
@@ -186,12 +194,7 @@ fn lights<'a>(
     }
     let mut best = None;
     if may_be(Unknown::Sky) {
-        let mut sky = of_sky(problem, sun.clone())?;
-        if problem.sky.is_some() {
-            sky = grown(problem, denser(problem, sky)?)?;
-        } else if is_open {
-            sky = grown(problem, sky)?;
-        }
+        let sky = of_sky(problem, sun.clone())?;
         sun = sun.or_else(|| sun_of(&sky));
         // A sky that explains as much as a room with its lamps needs none.
         best = Some(lit(sky, problem, Unknown::Sky));
@@ -199,7 +202,7 @@ fn lights<'a>(
     let mut trials = Vec::new();
     if let Some(sky) = worlds.undecided.as_ref().filter(|_| may_be(Unknown::SeenSky)) {
         let seen = problem.with_sky(Some(sky.clone()));
-        let shown = grown(&seen, denser(&seen, of_sky(&seen, sun)?)?)?;
+        let shown = of_sky(&seen, sun)?;
         let cv = best.as_ref().map(|best| compare(problem, &best.step.best, &shown.best));
         if cv.is_none_or(|cv| cv.is_better()) {
             best = Some(lit(shown, &seen, Unknown::SeenSky));

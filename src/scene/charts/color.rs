@@ -8,8 +8,8 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::table::{PatchReading, Table};
-use crate::math::color::{difference, lab, luminance};
-use crate::math::rgb::{CHANNELS, Rgb};
+use crate::math::color::{difference, lab};
+use crate::math::rgb::{CHANNELS, Rgb, luminance};
 use crate::solve::subplex::{SubplexOptions, subplex};
 
 /// What was found out about a camera's colours.

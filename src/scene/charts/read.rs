@@ -4,8 +4,7 @@ use glam::{DVec2, Vec2};
 
 use super::color::luminances;
 use super::table::{PatchReading, Table};
-use crate::math::color::luminance;
-use crate::math::rgb::CHANNELS;
+use crate::math::rgb::{CHANNELS, luminance};
 use crate::scene::Image;
 
 /// Points that are looked at along a side of a patch.
