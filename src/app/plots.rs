@@ -66,7 +66,7 @@ pub fn save(state: &mut State, plotted: Plotted, kind: PlotFile, path: PathBuf, 
         return;
     }
     let Some(project) = &state.project else { return };
-    let told = format!("Plot written to {}", path.display());
+    let told = format!("Writing the plot to {}", path.display());
     let Some(write) = writing(project, plotted, kind, path) else {
         state.messages.notice("There is nothing to plot yet.");
         return;

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::rgb::{CHANNELS, Radiance, luminance};
 
 /// A picture in linear RGB with the primaries of sRGB, row by row.
 #[derive(Clone, Copy, Debug)]
@@ -60,12 +60,11 @@ fn tone(value: f32) -> f32 {
 /// Exposures in stops, from that which shows the brightest pixel at 85 % of white to that which
 /// shows the median one so, a stop or less apart (HDR-FLIP, Section 4).
 fn exposures(truth: &[Radiance]) -> Vec<f32> {
-    let mut luminance: Vec<f32> =
-        truth.iter().map(|&[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect();
-    luminance.sort_unstable_by(f32::total_cmp);
-    let Some(&brightest) = luminance.last() else { return Vec::new() };
-    let middle = luminance.len() / 2;
-    let median = 0.5 * (luminance[middle.saturating_sub(1)] + luminance[middle]);
+    let mut brightness: Vec<f32> = truth.iter().map(|&rgb| luminance(rgb) as f32).collect();
+    brightness.sort_unstable_by(f32::total_cmp);
+    let Some(&brightest) = brightness.last() else { return Vec::new() };
+    let middle = brightness.len() / 2;
+    let median = 0.5 * (brightness[middle.saturating_sub(1)] + brightness[middle]);
     if brightest <= 0.0 {
         return vec![0.0];
     }

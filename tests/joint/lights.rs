@@ -71,7 +71,7 @@ fn diffuse(result: &Reconstruction, material: usize) -> Rgb {
 }
 
 /// Irradiance from a uniform sky of radiance 1/π, all around, where the box does not hide it.
-fn sky(tracer: &Tracer, p: DVec3, normal: DVec3) -> f64 {
+pub fn sky(tracer: &Tracer, p: DVec3, normal: DVec3) -> f64 {
     let (x, y) = normal.any_orthonormal_pair();
     let count = 32;
     let free = |k: &usize| {

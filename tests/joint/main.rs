@@ -34,6 +34,8 @@ mod masks;
 mod kept;
 /// Whole reconstructions of degenerate scenes, and cancelling one.
 mod whole;
+/// A sun that shines in through an opening.
+mod window;
 
 /// A dielectric coat, as for the renderer.
 #[path = "../render/coats.rs"]

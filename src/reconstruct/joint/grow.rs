@@ -1,12 +1,12 @@
 //! Lamps and a sun come in one by one, by what they could explain, and go where they are not needed.
 
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate, validate_sun};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::sun::{self, Directions};
+use crate::reconstruct::joint::sun::Directions;
 use crate::reconstruct::solution::{Trial, TrialPart};
 
 /// What a search looks for, and where.
@@ -28,7 +28,7 @@ impl Step {
     }
 }
 
-/// Adds lamps and a sun while they are needed. Two may be needed of which neither is alone.
+/// Adds lamps and a sun while they are needed. Two lamps may be needed of which neither is alone.
 pub fn grow(
     problem: &Problem,
     places: &Places,
@@ -37,81 +37,101 @@ pub fn grow(
 ) -> Result<Step, Error> {
     (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
-    loop {
-        let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
-        let Some((part, proposal)) = propose(problem, places, from, most)? else { break };
-        let proposal = validate(problem, settle(problem, places, proposal)?)?;
-        let cv = compare(problem, &step.best, &proposal);
-        step.trials.push(cv.trial(part));
-        if cv.is_better() {
-            (places.report)(problem, &proposal.fitted);
-            (step.best, ahead) = (proposal, None);
-        } else if ahead.is_none() {
-            ahead = Some(proposal);
-        } else {
-            break;
+    'growing: loop {
+        let from = ahead.as_ref().unwrap_or(&step.best).fitted.clone();
+        let lamps = from.model.lamps();
+        let falls_by = |fitted: &Fitted| from.cost() - fitted.cost();
+        let lamp = if lamps < most { with_lamp(problem, places, &from)? } else { None };
+        let lamp = lamp.filter(|lamp| falls_by(lamp) > 0.0);
+        let lamp_falls = lamp.as_ref().map_or(0.0, falls_by);
+        let (starts, promised) = match from.model.sun() {
+            None => places.suns.first(problem, &from),
+            Some(_) => (Vec::new(), 0.0),
+        };
+        // A sun may come first where a rough direction explains half as much as the best lamp.
+        let mut sun = None;
+        if promised > 0.5 * lamp_falls {
+            sun = places.suns.add(problem, &from, &starts)?;
+        }
+        let is_sun_first = sun.as_ref().map_or(0.0, falls_by) > lamp_falls;
+        let settled = |lamp| validate(problem, settle(problem, places, lamp)?);
+        let lamp = lamp.map(settled).transpose()?;
+        let mut kinds = [TrialPart::Lamp(lamps + 1), TrialPart::Sun];
+        if is_sun_first {
+            kinds.reverse();
+        }
+        for part in kinds {
+            let judged = if part == TrialPart::Sun {
+                let sun = match sun.take() {
+                    None => places.suns.add(problem, &from, &starts)?,
+                    found => found,
+                };
+                let sun = sun.filter(|sun| falls_by(sun) > 0.0);
+                let judge = |sun| judge_sun(problem, places, &step.best, sun);
+                sun.map(judge).transpose()?
+            } else {
+                lamp.clone().map(|lamp| (compare(problem, &step.best, &lamp), lamp))
+            };
+            let Some((cv, proposal)) = judged else { continue };
+            step.trials.push(cv.trial(part));
+            if cv.is_better() {
+                (places.report)(problem, &proposal.fitted);
+                (step.best, ahead) = (proposal, None);
+                continue 'growing;
+            }
+        }
+        match lamp {
+            Some(lamp) if ahead.is_none() => ahead = Some(lamp),
+            _ => return Ok(step),
         }
     }
-    Ok(step)
 }
 
-/// The model with the lamp or the sun that explains most; `None` where nothing explains anything.
-pub fn propose(
+/// Whether a sun comes in: first in the direction that all rows found, then, where that is better, in
+/// directions that were found without the blocks that judge them.
+fn judge_sun(
+    problem: &Problem,
+    places: &Places,
+    best: &Validated,
+    with_sun: Fitted,
+) -> Result<(PairedCv, Validated), Error> {
+    let sun = validate(problem, settle(problem, places, with_sun)?)?;
+    let cv = compare(problem, best, &sun);
+    if !cv.is_better() {
+        return Ok((cv, sun));
+    }
+    let blind = validate_sun(problem, sun.fitted.clone(), places.suns)?;
+    Ok((compare(problem, best, &blind), sun))
+}
+
+/// The model with the lamp that explains most; `None` where nothing explains anything.
+pub fn with_lamp(
     problem: &Problem,
     places: &Places,
     from: &Fitted,
-    most: usize,
-) -> Result<Option<(TrialPart, Fitted)>, Error> {
-    let mut best: Option<(TrialPart, Fitted)> = None;
-    let mut offer = |part: TrialPart, fitted: Fitted| {
-        if fitted.cost() < best.as_ref().map_or(from.cost(), |(_, best)| best.cost()) {
-            best = Some((part, fitted));
-        }
-    };
-    let lamps = from.model.lamps();
-    let lamp = if lamps < most { places.lamps.best(problem, from) } else { None };
-    let response = lamp.map_or(0.0, |(_, response)| response);
-    if let Some((lamp, _)) = lamp {
-        let lamp = places.lamps.refine(problem, from, lamp, None)?;
-        let model = from.model.with(Part::lamp(problem, lamp)?);
-        let with = fit(problem, &model, Some(from), ROUGH)?;
-        offer(TrialPart::Lamp(lamps + 1), with);
-    }
-    if from.model.sun().is_none()
-        && let Some(towards) = places.suns.best(problem, from, response)?
-    {
-        // Without lamps, since those found before may stand in for it.
-        let mut model = from.model.clone();
-        model.parts.retain(|part| !part.is_lamp());
-        let model = model.with(Part::sun(problem, towards)?);
-        offer(TrialPart::Sun, fit(problem, &model, Some(from), ROUGH)?);
-    }
-    Ok(best)
+) -> Result<Option<Fitted>, Error> {
+    let Some((lamp, _)) = places.lamps.best(problem, from) else { return Ok(None) };
+    let lamp = places.lamps.refine(problem, from, lamp, None)?;
+    let model = from.model.with(Part::lamp(problem, lamp)?);
+    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
 }
 
 /// Moves every lamp and the sun to its best place, the others given.
 pub fn settle(problem: &Problem, places: &Places, mut fitted: Fitted) -> Result<Fitted, Error> {
     for slot in fitted.model.parts.iter().map(|part| part.slot).collect::<Vec<_>>() {
-        let kind = fitted.model.parts.iter().find(|part| part.slot == slot).map(|part| part.kind);
-        let moved = match kind {
-            Some(PartKind::Lamp(lamp)) => {
-                let moved = places.lamps.refine(problem, &fitted, lamp, Some(slot))?;
-                (moved != lamp).then(|| Part::lamp(problem, moved)).transpose()?
-            }
-            Some(PartKind::Sun(towards)) => {
-                let moved = sun::refine(problem, &fitted, towards, slot)?;
-                (moved != towards).then(|| Part::sun(problem, moved)).transpose()?
-            }
-            _ => None,
-        };
-        let Some(part) = moved else { continue };
-        let model = fitted.model.replacing(slot, part);
+        let part = fitted.model.parts.iter().find(|part| part.slot == slot);
+        let Some(PartKind::Lamp(lamp)) = part.map(|part| part.kind) else { continue };
+        let moved = places.lamps.refine(problem, &fitted, lamp, Some(slot))?;
+        if moved == lamp {
+            continue;
+        }
+        let model = fitted.model.replacing(slot, Part::lamp(problem, moved)?);
         let again = fit(problem, &model, Some(&fitted), ROUGH)?;
         if again.cost() < fitted.cost() {
             fitted = again;
         }
     }
-    Ok(fitted)
+    places.suns.settle(problem, fitted)
 }
 
 /// Takes away every lamp, and the sun, without which blocks are not predicted worse.

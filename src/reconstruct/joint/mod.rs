@@ -40,6 +40,7 @@ mod report;
 mod search;
 mod seen_sky;
 mod sun;
+mod sun_gain;
 pub mod system;
 mod terms;
 mod uncertainty;
@@ -57,7 +58,7 @@ use crate::reconstruct::joint::indirect::Settled;
 use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::prepare::{Prepared, prepare};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::search::{Found, aim_sun, search};
+use crate::reconstruct::joint::search::{Found, search};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::{Iteration, Selection, Solution, Stopped, Trial, TrialPart};
@@ -114,7 +115,8 @@ pub fn solve(
     let found = search(&some, seen.undecided, &indirect, fine, surfaces, &report)?;
     let all = all.with_irradiance((*found.problem.irradiance).clone());
     let all = all.with_sky(found.problem.sky.clone());
-    let (found, fitted) = aim_sun(found, &all)?;
+    let best = &found.best.fitted;
+    let fitted = fit(&all, &best.model.on(&all)?, Some(best), ROUGH)?;
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);

@@ -7,19 +7,16 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use crate::math::sampling::Frame;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::gloss::{self, Sharpness, sharpen};
-use crate::reconstruct::joint::grow::{Places, Step, grow, propose, prune, settle};
+use crate::reconstruct::joint::grow::{Places, Step, grow, prune, settle, with_lamp};
 use crate::reconstruct::joint::indirect::{Indirect, Settled};
 use crate::reconstruct::joint::lamps::{self, COLUMNS, Candidates};
 use crate::reconstruct::joint::light_model::LightModel;
-use crate::reconstruct::joint::part::{Part, PartKind};
+use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::seen_sky::SeenSky;
 use crate::reconstruct::joint::sun::Directions;
@@ -283,51 +280,6 @@ fn choose_density(
     Ok((step, is_fine))
 }
 
-/// First and last step by which a sun is aimed, in radians; the last is less than a tenth of its
-/// diameter.
-const FIRST_AIM: f32 = 0.01;
-const LAST_AIM: f32 = 0.0009;
-
-/// The model with its sun aimed by all rows of a problem, and its fit there: the edge of a shadow is
-/// known as well as samples are dense.
-///
-/// # Errors
-/// As [`search`].
-pub fn aim_sun<'a>(found: Found<'a>, all: &Problem) -> Result<(Found<'a>, Fitted), Error> {
-    let chosen = &found.best.fitted;
-    let mut fitted = fit(all, &chosen.model.on(all)?, Some(chosen), ROUGH)?;
-    let sun = chosen.model.parts.iter().find_map(|part| match part.kind {
-        PartKind::Sun(towards) => Some((part.slot, towards)),
-        _ => None,
-    });
-    let Some((slot, towards)) = sun else { return Ok((found, fitted)) };
-    // By the cost itself: linearised, the samples that are shadowed wrongly hardly count.
-    let (mut aimed, mut step) = (towards, FIRST_AIM);
-    while step > LAST_AIM {
-        let frame = Frame::about(aimed);
-        let tried = [frame.tangent, -frame.tangent, frame.bitangent, -frame.bitangent]
-            .into_par_iter()
-            .map(|aside| {
-                let moved = (aimed + step * aside).normalize_or_zero();
-                let model = fitted.model.replacing(slot, Part::sun(all, moved)?);
-                Ok((moved, fit(all, &model, Some(&fitted), ROUGH)?))
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
-        let best = tried.into_iter().min_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
-        match best.filter(|(_, again)| again.cost() < fitted.cost()) {
-            Some(best) => (aimed, fitted) = best,
-            None => step *= 0.5,
-        }
-    }
-    if aimed == towards {
-        return Ok((found, fitted));
-    }
-    let problem = &found.problem;
-    let model = chosen.model.replacing(slot, Part::sun(problem, aimed)?);
-    let best = validate(problem, fit(problem, &model, Some(chosen), ROUGH)?)?;
-    Ok((Found { best, ..found }, fitted))
-}
-
 /// A model over other backgrounds, with as many lamps, each looked for anew: which places explain
 /// most depends on what the background leaves.
 ///
@@ -340,7 +292,8 @@ pub fn regrow(found: &Found, model: &LightModel) -> Result<Fitted, Error> {
     bare.parts.retain(|part| !part.is_lamp());
     let mut fitted = fit(problem, &bare, Some(from), ROUGH)?;
     while fitted.model.lamps() < model.lamps()
-        && let Some((_, next)) = propose(problem, &places, &fitted, model.lamps())?
+        && let Some(next) = with_lamp(problem, &places, &fitted)?
+        && next.cost() < fitted.cost()
     {
         fitted = next;
     }
