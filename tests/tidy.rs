@@ -60,7 +60,7 @@ const PARALLEL: [(&str, &str); 1] = [(
 )];
 
 /// Words that were replaced by the field's own, and what stands in their place.
-const BANNED: [(&str, &str); 25] = [
+const BANNED: [(&str, &str); 26] = [
     ("PixelMap", "VisibilityBuffer: it is what rendering calls a visibility buffer"),
     ("Sightlines", "VisibilityCache"),
     ("Site", "SurfacePoint"),
@@ -86,6 +86,7 @@ const BANNED: [(&str, &str); 25] = [
     ("scholar", "study_worker"),
     ("is_telling", "is_significant"),
     ("so-manieth", "every k-th"),
+    ("Filmic", "PBR Neutral: a view transform has the name by which it is published"),
 ];
 
 /// A source file: its path from the root of the project, and its lines.

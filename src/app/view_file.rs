@@ -21,7 +21,7 @@ const COLORS: [(SampleColor, &str); 5] = [
 ];
 const TONES: [(ToneMapping, &str); 3] = [
     (ToneMapping::Linear, "linear"),
-    (ToneMapping::Filmic, "filmic"),
+    (ToneMapping::Neutral, "pbr-neutral"),
     (ToneMapping::FalseColor, "false-color"),
 ];
 
@@ -72,6 +72,9 @@ pub fn apply(value: &Value, settings: &mut ViewSettings) {
     choose(value, "shading", &SHADINGS, &mut settings.shading);
     choose(value, "sample_color", &COLORS, &mut settings.sample_color);
     choose(value, "tone_mapping", &TONES, &mut settings.tone_mapping);
+    // Its place was a curve without a name before.
+    let former = [(ToneMapping::Neutral, "filmic")];
+    choose(value, "tone_mapping", &former, &mut settings.tone_mapping);
 }
 
 /// The free view, where a whole one was kept.
@@ -118,6 +121,11 @@ mod tests {
         let mut other = ViewSettings::default();
         apply(&kept, &mut other);
         assert!(other == settings && super::camera(&kept) == Some(camera));
+        let mut former = kept.clone();
+        former["tone_mapping"] = json!("filmic");
+        apply(&former, &mut other);
+        assert_eq!(other.tone_mapping, ToneMapping::Neutral);
+        apply(&kept, &mut other);
         let nonsense = json!({
             "grid": 3, "shading": "chrome", "exposure_ev": null,
             "camera": {"target": [0.0, 1.0], "distance": 1.0, "azimuth": 0.0, "elevation": 0.0},

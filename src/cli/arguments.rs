@@ -22,7 +22,7 @@ pub(super) fn command() -> Command {
         .about(env!("CARGO_PKG_DESCRIPTION"))
         .arg(switch("verbose", "Show the log on stderr, in detail").short('v').global(true))
         .subcommand(reconstruct())
-        .subcommand(render())
+        .subcommands([render(), super::probe::command(capture())])
         .subcommands([super::modelling::new(), super::modelling::model(capture())])
         .subcommands([merge(), export(), super::chart::command(capture())])
         .subcommand(
@@ -158,7 +158,7 @@ fn merge() -> Command {
             path(
                 "response",
                 "Response to use: a table that --curve has written, or srgb, the curve of images \
-                 made for screens; then one exposure of a view is enough",
+                 made for screens or that of their ICC profile; then one exposure of a view is enough",
             )
             .value_name("FILE|srgb"),
         )

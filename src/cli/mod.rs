@@ -11,6 +11,7 @@ mod model;
 mod modelling;
 mod new;
 mod print;
+mod probe;
 mod progress;
 mod reconstruct;
 mod recovered;
@@ -70,6 +71,7 @@ pub fn main() -> ExitCode {
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("chart", matches)) => chart::run(matches),
+        Some(("probe", matches)) => probe::run(matches),
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),
         Some(("new", matches)) => new::run(matches),

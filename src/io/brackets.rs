@@ -6,7 +6,7 @@ use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
 use super::photograph::{self, Photo, Shot};
-use super::{Error, Fault, raw};
+use super::{Error, Fault, exr, profile, raw};
 use crate::exposures::options::{RawColor, ResponseKind};
 use crate::exposures::response::Undetermined;
 use crate::exposures::samples::{self, Readings};
@@ -43,7 +43,7 @@ pub struct Found {
     pub checked: Checked,
     /// Of each series and exposure, in pixels.
     pub shifts: Vec<Vec<[isize; 2]>>,
-    /// Of each series, linear sRGB from the channels of its files, where that is to be applied.
+    /// Of each series, linear Rec. 709 from the channels of its files, where that is to be applied.
     pub colors: Vec<Option<DMat3>>,
     pub warnings: Vec<String>,
 }
@@ -95,7 +95,7 @@ pub fn merge_all(
             merge(&exposures, &trusted[index], one.reference, response, options, watch)?;
         drop(exposures);
         if let Some(matrix) = found.colors[index] {
-            turn(&mut merged, matrix);
+            turn(&mut merged, matrix, raw::is_raw(&one.files[one.reference]));
         }
         watch.tick()?;
         done(index, merged)?;
@@ -138,6 +138,14 @@ fn examine(
         ResponseKind::Recover => false,
         ResponseKind::Linear => true,
     };
+    // What is said to be of sRGB's curve has that of its own profile.
+    let known = match known {
+        Some(response) if response == Response::srgb() => {
+            let files = series.iter().flat_map(|series| &series.files);
+            Some(profile::response(files.map(PathBuf::as_path))?)
+        }
+        known => known,
+    };
     let checked = match known {
         Some(response) => times::check(&readings, response),
         None if is_linear => {
@@ -163,6 +171,7 @@ fn colors(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Option<DMat3>>, Error> {
     let mut unknown = None;
+    let mut unusable = None;
     let mut colors = Vec::with_capacity(series.len());
     for one in series {
         let file = &one.files[one.reference];
@@ -183,9 +192,24 @@ fn colors(
                 }
                 matrix
             }
-            _ => None,
+            _ if is_raw => None,
+            _ => match profile::read(file)? {
+                Some(Ok(profile)) => profile.rec_709,
+                Some(Err(reason)) => {
+                    unusable.get_or_insert((file, reason));
+                    None
+                }
+                None => None,
+            },
         };
         colors.push(matrix);
+    }
+    if let Some((file, reason)) = unusable {
+        warnings.push(format!(
+            "{}: its ICC profile is not used: {reason}. The colours are taken to be those of sRGB; \
+             convert the photographs to sRGB or Display P3 if they are not.",
+            file.display()
+        ));
     }
     if let Some(file) = unknown {
         warnings.push(format!(
@@ -197,11 +221,16 @@ fn colors(
     Ok(colors)
 }
 
-/// Makes linear sRGB of a camera's own channels.
-fn turn(merged: &mut Merged, srgb_from_camera: DMat3) {
-    let matrix = srgb_from_camera.as_mat3();
+/// Makes linear Rec. 709 of a file's own channels. What it cannot make of a camera's is no
+/// measurement; of the colours that a profile states it is kept, with 0 for a channel below.
+fn turn(merged: &mut Merged, rec_709: DMat3, of_camera: bool) {
+    let matrix = rec_709.as_mat3();
     merged.pixels.par_iter_mut().for_each(|pixel| {
-        *pixel = (matrix * Vec3::from_array(*pixel)).to_array();
+        *pixel = if of_camera {
+            (matrix * Vec3::from_array(*pixel)).to_array()
+        } else {
+            exr::color::converted(*pixel, &rec_709)
+        };
     });
 }
 

@@ -1,6 +1,7 @@
 //! What the artist brings: geometry, cameras, photographs and tags.
 
 pub mod agreement;
+pub mod ball;
 pub mod brdf;
 pub mod camera;
 pub mod capture;

@@ -12,6 +12,7 @@ mod joint; // a whole run with the default method
 mod merge; // exposures merged: EXIF, grouping, times, refusals
 mod modelling; // captures begun with photographs alone: new, model
 mod options; // flags, options files, help
+mod probe; // the light at a place from a mirror ball
 mod reference; // the guide is what the program says
 mod render; // pictures of a recovered scene
 mod score; // `score` against the truth

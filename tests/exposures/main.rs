@@ -4,6 +4,7 @@
 mod alignment; // hand-held series, tripods
 mod known; // radiance, response, what is never measured, linear codes, vignetting
 mod opencv; // the same exposures through createCalibrateDebevec and createMergeDebevec
+mod profiles; // ICC profiles of JPEG, PNG and TIFF
 mod raw; // RAW photographs: levels, mosaic, crop, colours, damage
 mod times; // times that contradict the pixels
 

@@ -254,3 +254,32 @@ fn written_files_state_rec_709() {
     assert_eq!(places, [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
     assert_eq!(lobelia::io::exr::read(&file).unwrap().pixels, [[1.0, 2.0, 3.0]]);
 }
+
+/// `image` reads the tags that were written: sRGB, and what stands for it where it is not known.
+#[test]
+fn written_pictures_state_srgb() {
+    use lobelia::io::export::pictures::{Development, write_png};
+    let folder = crate::folder();
+    let file = folder.path().join("a.png");
+    let pixels = [[0.0, 0.5, 1.0], [0.2; 3]];
+    let codes = |pixel: [f32; 3]| pixel.map(|v| (255.0 * v).round() as u8);
+    let development = Development::By(std::sync::Arc::new(codes));
+    write_png(&file, 2, 1, &pixels, &development).unwrap();
+    let bytes = std::fs::read(&file).unwrap();
+    // Chunks before the pixels: relative colorimetric (1), 1/2.2 and the chromaticities of Rec. 709.
+    let chunk = |name: &[u8]| {
+        let at = bytes.windows(4).position(|own| own == name).expect("the chunk is there");
+        assert!(at < bytes.windows(4).position(|own| own == b"IDAT").unwrap());
+        let length = u32::from_be_bytes(bytes[at - 4..at].try_into().unwrap()) as usize;
+        bytes[at + 4..at + 4 + length].to_vec()
+    };
+    assert_eq!(chunk(b"sRGB"), [1]);
+    assert_eq!(chunk(b"gAMA"), 45455_u32.to_be_bytes());
+    let places: Vec<u8> = [31270_u32, 32900, 64000, 33000, 30000, 60000, 15000, 6000]
+        .into_iter()
+        .flat_map(u32::to_be_bytes)
+        .collect();
+    assert_eq!(chunk(b"cHRM"), places);
+    let read = image::open(&file).unwrap().into_rgb8();
+    assert_eq!(read.into_raw(), [0, 128, 255, 51, 51, 51]);
+}

@@ -18,6 +18,7 @@ mod runs; // run to the end, cancel
 mod start; // the start page, errors, the palette
 mod studies; // speed and stability of the open capture
 mod tagging; // materials, undo and redo
+mod tones; // tone mapping in the 3D view
 mod viewport; // the 3D view: what is drawn and named
 
 use std::path::{Path, PathBuf};

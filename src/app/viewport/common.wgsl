@@ -23,12 +23,25 @@ fn luminance(v: vec3<f32>) -> f32 {
     return dot(v, vec3<f32>(0.2126, 0.7152, 0.0722));
 }
 
+// Khronos PBR Neutral, as in neutral.rs.
+fn pbr_neutral(exposed: vec3<f32>) -> vec3<f32> {
+    let low = min(exposed.r, min(exposed.g, exposed.b));
+    let shine = select(0.04, low - low * low / 0.16, low <= 0.08);
+    let base = exposed - shine;
+    let peak = max(base.r, max(base.g, base.b));
+    if peak <= 0.76 {
+        return base;
+    }
+    let compressed = 1.0 - 0.24 * 0.24 / (peak - 0.52);
+    let kept = 1.0 / (0.15 * (peak - compressed) + 1.0);
+    return mix(vec3<f32>(compressed), base * (compressed / peak), kept);
+}
+
 // A colour on screen for a radiance.
 fn display(radiance: vec3<f32>) -> vec3<f32> {
     let v = max(radiance * globals.screen.z, vec3<f32>(0.0));
-    if globals.choice.y == FILMIC {
-        // A shoulder that reaches white at 8 and leaves the dark alone.
-        return encode(v * (1.0 + v / 64.0) / (1.0 + v));
+    if globals.choice.y == PBR_NEUTRAL {
+        return encode(pbr_neutral(v));
     }
     if globals.choice.y == FALSE_COLOR {
         return magnitude((log2(max(luminance(v), 1e-12)) + 8.0) / 10.0);

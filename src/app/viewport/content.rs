@@ -104,7 +104,7 @@ pub enum SampleColor {
 pub enum ToneMapping {
     #[default]
     Linear,
-    Filmic,
+    Neutral,
     FalseColor,
 }
 
@@ -161,12 +161,12 @@ impl SampleColor {
 }
 
 impl ToneMapping {
-    pub const ALL: [Self; 3] = [Self::Linear, Self::Filmic, Self::FalseColor];
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Neutral, Self::FalseColor];
 
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "Linear",
-            Self::Filmic => "Filmic",
+            Self::Neutral => "PBR Neutral",
             Self::FalseColor => "False colour",
         }
     }
@@ -174,7 +174,10 @@ impl ToneMapping {
     pub fn help(self) -> &'static str {
         match self {
             Self::Linear => "As exposed; what is brighter than white is clipped",
-            Self::Filmic => "Highlights are rolled off, so that lamps keep their shape",
+            Self::Neutral => {
+                "Khronos PBR Neutral: colours up to 0.8 of white are kept, less the 0.04 of a \
+                 shine; brighter ones are rolled off, so that lamps keep their shape"
+            }
             Self::FalseColor => "Luminance as a colour scale over ten stops",
         }
     }

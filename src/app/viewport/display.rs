@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::content::ToneMapping;
+use super::neutral::neutral;
 use super::palette;
 use crate::io::export::pictures::Development;
 use crate::math::rgb::{Radiance, luminance, srgb_code};
@@ -17,7 +18,7 @@ fn display(exposed: Radiance, tone: ToneMapping) -> [u8; 3] {
     let exposed = exposed.map(|value| value.max(0.0));
     match tone {
         ToneMapping::Linear => exposed.map(srgb_code),
-        ToneMapping::Filmic => exposed.map(|v| srgb_code(v * (1.0 + v / 64.0) / (1.0 + v))),
+        ToneMapping::Neutral => neutral(exposed).map(srgb_code),
         ToneMapping::FalseColor => {
             let stops = (luminance(exposed) as f32).max(1e-12).log2();
             let color = palette::magnitude((stops + 8.0) / 10.0);
@@ -34,8 +35,7 @@ mod tests {
     fn every_tone_has_its_ends() {
         let grey = |value: f32, tone| display([value; 3], tone)[1];
         assert_eq!([0.0, 1.0, 3.0].map(|v| grey(v, ToneMapping::Linear)), [0, 255, 255]);
-        assert_eq!([0.0, 8.0].map(|v| grey(v, ToneMapping::Filmic)), [0, 255]);
-        assert_eq!(grey(1.0, ToneMapping::Filmic), srgb_code(65.0 / 128.0));
+        assert_eq!([0.0, 64.0].map(|v| grey(v, ToneMapping::Neutral)), [0, 255]);
         // Ten stops: from 8 below white to 2 above it.
         let (low, high) = (palette::magnitude(0.0), palette::magnitude(1.0));
         assert_eq!(display([0.5f32.powi(8); 3], ToneMapping::FalseColor)[0], low.r());

@@ -32,7 +32,7 @@ fn constants() -> String {
         ("BY_PHOTOGRAPH", Shading::Photograph as u32),
         ("BY_MATERIAL", Shading::Material as u32),
         ("BY_REFLECTANCE", Shading::Reflectance as u32),
-        ("FILMIC", ToneMapping::Filmic as u32),
+        ("PBR_NEUTRAL", ToneMapping::Neutral as u32),
         ("FALSE_COLOR", ToneMapping::FalseColor as u32),
     ]
     .map(|(name, value)| format!("const {name}: u32 = {value}u;\n"))

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, pos2, vec2};
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
+use crate::app::viewport::neutral::neutral;
 use crate::app::viewport::{Viewport, palette};
 use crate::math::rgb::srgb_code;
 use crate::scene::{Capture, Role, Surface};
@@ -180,7 +181,7 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
             entries.push(patch("no measurement (saturated or invalid)", palette::INVALID));
         } else {
             let (high, color): (_, fn(f32) -> Color32) = match settings.tone_mapping {
-                ToneMapping::Filmic => (8.0 * white, filmic),
+                ToneMapping::Neutral => (2.0 * white, rolled_off),
                 _ => (white, encoded),
             };
             entries.push(Entry::Bar {
@@ -237,10 +238,9 @@ fn encoded(t: f32) -> Color32 {
     Color32::from_gray(srgb_code(t))
 }
 
-/// The shoulder of `common.wgsl`, up to where it reaches white.
-fn filmic(t: f32) -> Color32 {
-    let v = 8.0 * t;
-    encoded(v * (1.0 + v / 64.0) / (1.0 + v))
+/// Greys of PBR Neutral, up to where they are 0.96 of white.
+fn rolled_off(t: f32) -> Color32 {
+    encoded(neutral([2.0 * t; 3])[0])
 }
 
 /// A number with three digits.

@@ -20,6 +20,7 @@ mod input;
 mod known;
 mod legend;
 mod marks;
+mod neutral;
 mod paint;
 mod palette;
 mod photographs;

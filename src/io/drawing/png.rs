@@ -1,6 +1,5 @@
 //! A drawing as PNG.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use tiny_skia::{
@@ -8,7 +7,7 @@ use tiny_skia::{
 };
 use ttf_parser::OutlineBuilder;
 
-use super::super::{Error, atomic};
+use super::super::{Error, png};
 use super::font;
 use super::{Anchor, Drawing, Form, Ink, Shape};
 
@@ -28,17 +27,7 @@ pub(super) fn write(file: &Path, drawing: &Drawing, dark: bool) -> Result<(), Er
     }
     let bytes: Vec<u8> =
         pixmap.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
-    let mut encoded = Cursor::new(Vec::new());
-    image::write_buffer_with_format(
-        &mut encoded,
-        &bytes,
-        pixmap.width(),
-        pixmap.height(),
-        image::ExtendedColorType::Rgb8,
-        image::ImageFormat::Png,
-    )
-    .map_err(|failure| failed(failure.to_string()))?;
-    atomic::write_bytes(file, encoded.get_ref())
+    png::write(file, pixmap.width() as usize, pixmap.height() as usize, &bytes)
 }
 
 fn paint(ink: Ink, opacity: f32, dark: bool) -> Paint<'static> {

@@ -11,13 +11,13 @@
 //! - A camera's principal point and distortion have no place in glTF; they are in its `extras`.
 
 use std::f32::consts::FRAC_PI_2;
-use std::io::{Cursor, Write};
+use std::io::Write;
 use std::path::Path;
 
 use glam::{DMat3, DQuat, Mat3, Quat, Vec3};
 use serde_json::{Map as Object, Value, json};
 
-use super::super::{Error, atomic};
+use super::super::{Error, atomic, png};
 use super::points;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::edits::Shape;
@@ -202,17 +202,8 @@ impl Glb {
     ) -> std::io::Result<usize> {
         let pixels: Vec<u8> =
             map.texels.iter().flat_map(|&texel| value(texel).map(srgb_code)).collect();
-        let mut encoded = Cursor::new(Vec::new());
-        image::write_buffer_with_format(
-            &mut encoded,
-            &pixels,
-            map.width as u32,
-            map.height as u32,
-            image::ExtendedColorType::Rgb8,
-            image::ImageFormat::Png,
-        )
-        .map_err(|failure| std::io::Error::other(failure.to_string()))?;
-        let view = self.view(encoded.get_ref(), None);
+        let encoded = png::encode(map.width, map.height, &pixels)?;
+        let view = self.view(&encoded, None);
         let image = self.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
         if !self.root.contains_key("samplers") {
             // Linear; edges are repeated, as in our pictures.

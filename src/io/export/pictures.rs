@@ -3,11 +3,10 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::super::{Error, atomic, exr};
+use super::super::{Error, exr, png};
 use super::file_name;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
 use crate::render::composite::compose;
@@ -133,21 +132,7 @@ pub fn write_png(
         }
         Development::By(codes) => pixels.iter().flat_map(|pixel| codes(*pixel)).collect(),
     };
-    let mut encoded = Cursor::new(Vec::new());
-    let (w, h) = (width as u32, height as u32);
-    image::write_buffer_with_format(
-        &mut encoded,
-        &bytes,
-        w,
-        h,
-        image::ExtendedColorType::Rgb8,
-        image::ImageFormat::Png,
-    )
-    .map_err(|failure| Error::Write {
-        file: file.to_owned(),
-        source: std::io::Error::other(failure.to_string()),
-    })?;
-    atomic::write_bytes(file, encoded.get_ref())
+    png::write(file, width, height, &bytes)
 }
 
 /// The value below which a part of all channels of all pixels lies.

@@ -1,0 +1,34 @@
+//! PNG as it is written, with the tag of its colour space.
+
+use std::path::Path;
+
+use super::{Error, atomic};
+
+/// Writes codes of sRGB, three a pixel, row by row from the top.
+pub(super) fn write(file: &Path, width: usize, height: usize, codes: &[u8]) -> Result<(), Error> {
+    let encoded = encode(width, height, codes)
+        .map_err(|source| Error::Write { file: file.to_owned(), source })?;
+    atomic::write_bytes(file, &encoded)
+}
+
+/// The same as the bytes of a file. It states sRGB, with gamma and chromaticities for readers that
+/// do not know the tag.
+pub(super) fn encode(width: usize, height: usize, codes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_compression(::png::Compression::Fast);
+    encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder.set_source_gamma(::png::ScaledFloat::from_scaled(45_455));
+    encoder.set_source_chromaticities(::png::SourceChromaticities::new(
+        (0.3127, 0.329),
+        (0.64, 0.33),
+        (0.3, 0.6),
+        (0.15, 0.06),
+    ));
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(codes)?;
+    writer.finish()?;
+    Ok(bytes)
+}
