@@ -157,10 +157,10 @@ mod tests {
             let size = own.size((5, 3));
             assert_eq!(size, (theirs.width() as usize, theirs.height() as usize));
             // The middle of each pixel goes where the pixel goes.
-            for code in 0..15 {
+            for (code, pixel) in codes.iter().enumerate() {
                 let middle = DVec2::new((code % 5) as f64, (code / 5) as f64) + 0.5;
                 let place = own.place((5, 3), middle) - 0.5;
-                assert_eq!(ours[place.y as usize * size.0 + place.x as usize], codes[code]);
+                assert_eq!(ours[place.y as usize * size.0 + place.x as usize], *pixel);
             }
         }
     }

@@ -174,7 +174,8 @@ fn farthest(shot: &Shot, by: impl Fn(DVec2, DVec2) -> DVec2) -> f64 {
 
 #[test]
 fn cameras_of_stored_pixels_are_turned_with_their_photographs() {
-    let by: [(u8, fn(DVec2, DVec2) -> DVec2); 3] = [
+    type Turned = fn(DVec2, DVec2) -> DVec2;
+    let by: [(u8, Turned); 3] = [
         (3, |size, own| size - own),
         (6, |size, own| DVec2::new(size.y - own.y, own.x)),
         (8, |size, own| DVec2::new(own.y, size.x - own.x)),
