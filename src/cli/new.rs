@@ -19,6 +19,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             Some(focal) => say!("  focal length {focal:.0} px (EXIF)"),
             None => say!("  focal length unknown"),
         }
+        if !own.lens.orientation.is_upright() {
+            say!("  turned upright (EXIF {})", own.lens.orientation.exif());
+        }
         say_line!("{}", if own.is_radiance { "" } else { "  no radiance: geometry only" });
     }
     say_line!("written to {}", folder.display());

@@ -334,7 +334,7 @@ pub(super) fn series(frame: &Frame, image: &Path) -> Result<Series, Error> {
 
 /// What is wrong with an image that is only shown.
 fn check_shown(file: &Path, frame: &Frame) -> Vec<String> {
-    match picture::dimensions(file) {
+    match picture::dimensions(file).map(|stored| frame.orientation.size(stored)) {
         Ok(size) if size != (frame.camera.width, frame.camera.height) => vec![format!(
             "{}: the image has {} x {} pixels, but its camera in {} has {} x {}: they will not \
              match when shown.",
@@ -357,6 +357,8 @@ fn measured(file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error
 /// Radiance as an image of the frame's camera.
 fn accept(picture: Picture, file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
     let Picture { width, height, pixels, mut notes } = picture;
+    let pixels = frame.orientation.turn((width, height), pixels);
+    let (width, height) = frame.orientation.size((width, height));
     let camera = &frame.camera;
     if (width, height) != (camera.width, camera.height) {
         return Err(Error::Invalid(Fault::new(
@@ -371,7 +373,7 @@ fn accept(picture: Picture, file: &Path, frame: &Frame, sensor: &Sensor) -> Resu
         )));
     }
     let mut image = Image::new(width, height, pixels, sensor.saturation);
-    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref())?);
+    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref(), frame.orientation)?);
     if !image.measures_anything() {
         notes.push(format!(
             "{}: no pixel is a measurement: all are saturated, negative, not finite or masked. \

@@ -8,7 +8,8 @@ use std::path::Path;
 use ::exif::{Exif, In, Tag, Value};
 
 use super::Error;
-use super::{photograph, picture};
+use super::orientation::Orientation;
+use super::{photograph, picture, raw};
 
 /// The diagonal of the 36 mm × 24 mm film that "35 mm equivalent" means (CIPA DC-008).
 const FILM_DIAGONAL_MM: f64 = 43.266_615_3;
@@ -18,12 +19,43 @@ const FILM_DIAGONAL_MM: f64 = 43.266_615_3;
 pub struct ExifLens {
     /// In pixels of the image as it is stored.
     pub focal_px: Option<f64>,
-    /// EXIF's orientation, 2 to 8, where pixels are not stored upright (1).
-    pub orientation: Option<u32>,
+    /// How the pixels are to be turned; upright where it does not say.
+    pub orientation: Orientation,
 }
 
 /// Reads it; nothing where the file has no EXIF, or it is broken.
 pub fn read(file: &Path) -> Result<ExifLens, Error> {
+    let Some(exif) = exif(file)? else {
+        return Ok(ExifLens { focal_px: None, orientation: orientation(file)? });
+    };
+    let size = picture::dimensions(file)
+        .or_else(|_| photograph::head(file).map(|(width, height, _)| (width, height)));
+    let (width, height) = size?;
+    let focal_px = by_film(&exif, width, height).or_else(|| by_sensor(&exif, width));
+    Ok(ExifLens {
+        focal_px: focal_px.filter(|focal| focal.is_finite() && *focal > 0.0),
+        orientation: held(file, Some(&exif)),
+    })
+}
+
+/// How the pixels of a photograph are to be turned by its EXIF; upright where that does not say.
+/// Images of radiance are as programs wrote them.
+pub fn orientation(file: &Path) -> Result<Orientation, Error> {
+    Ok(held(file, exif(file)?.as_ref()))
+}
+
+fn held(file: &Path, exif: Option<&Exif>) -> Orientation {
+    // Decoders of RAW photographs know where their camera says it.
+    if raw::is_raw(file)
+        && let Ok(own) = raw::orientation(file)
+    {
+        return own;
+    }
+    let field = exif.and_then(|exif| exif.get_field(Tag::Orientation, In::PRIMARY));
+    field.and_then(|field| Orientation::of(field.value.get_uint(0)?)).unwrap_or_default()
+}
+
+fn exif(file: &Path) -> Result<Option<Exif>, Error> {
     let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
     let read = || {
         let mut reader = ::exif::Reader::new();
@@ -32,18 +64,7 @@ pub fn read(file: &Path) -> Result<ExifLens, Error> {
             .read_from_container(&mut BufReader::new(open))
             .or_else(|error| error.distill_partial_result(|_| ()))
     };
-    let Ok(Ok(exif)) = catch_unwind(AssertUnwindSafe(read)) else { return Ok(ExifLens::default()) };
-    let size = picture::dimensions(file)
-        .or_else(|_| photograph::head(file).map(|(width, height, _)| (width, height)));
-    let (width, height) = size?;
-    let focal_px = by_film(&exif, width, height).or_else(|| by_sensor(&exif, width));
-    let orientation = exif.get_field(Tag::Orientation, In::PRIMARY);
-    Ok(ExifLens {
-        focal_px: focal_px.filter(|focal| focal.is_finite() && *focal > 0.0),
-        orientation: orientation
-            .and_then(|field| field.value.get_uint(0))
-            .filter(|own| (2..=8).contains(own)),
-    })
+    Ok(catch_unwind(AssertUnwindSafe(read)).ok().and_then(Result::ok))
 }
 
 /// From the focal length that gives the same angle of view on film.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use ::image::{ImageReader, Limits};
 
+use super::orientation::Orientation;
 use super::picture::{Format, LARGEST_SIDE_PRODUCT};
 use super::{Error, Fault, exr, inside};
 use crate::scene::Image;
@@ -51,19 +52,24 @@ fn names(photograph: &str) -> impl Iterator<Item = String> {
         .chain(others)
 }
 
-/// Leaves out what the mask of a photograph, and the alpha channel of an OpenEXR `file`, say.
+/// Leaves out what the mask of a photograph, and the alpha channel of an OpenEXR `file`, say. Both
+/// are turned with it; a mask that has the size of the turned photograph alone is upright already.
 /// Returns what was read with reservations.
 pub(super) fn apply(
     image: &mut Image,
     file: &Path,
     mask: Option<&Path>,
+    orientation: Orientation,
 ) -> Result<Vec<String>, Error> {
     let mut notes = Vec::new();
     let width = image.width();
+    let upright = (width, image.height());
+    let stored = orientation.size(upright);
     if Format::of(file)? == Format::OpenExr
         && let Some(alpha) = exr::read_alpha(file)?
     {
         // Renderers leave an empty alpha beside full colours where it was not asked for.
+        let alpha = orientation.turn(stored, alpha);
         if alpha.iter().any(|&alpha| alpha >= OPAQUE) {
             image.mask(|x, y| alpha[y * width + x] < OPAQUE);
         } else {
@@ -74,7 +80,12 @@ pub(super) fn apply(
         }
     }
     if let Some(mask) = mask {
-        let kept = read(mask, (image.width(), image.height()))?;
+        let is_stored = stored == upright || read_size(mask)? == stored;
+        let kept = if is_stored {
+            orientation.turn(stored, read(mask, stored)?)
+        } else {
+            read(mask, upright)?
+        };
         image.mask(|x, y| !kept[y * width + x]);
     }
     Ok(notes)
@@ -83,14 +94,7 @@ pub(super) fn apply(
 /// For each pixel of a mask whether it is kept. `size` is the photograph's.
 pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
-    let damaged = |reason: String| {
-        Error::Invalid(Fault::new(
-            file,
-            "",
-            format!("this mask cannot be read ({reason})"),
-            "Save it as PNG again, black where the photograph is to be left out",
-        ))
-    };
+    let damaged = |reason: String| damaged(file, &reason);
     if Format::of(file)?.is_radiance() {
         return Err(damaged("it is an image of radiance".into()));
     }
@@ -98,8 +102,7 @@ pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
         let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
         reader.map_err(unreadable)
     };
-    let found = open()?.into_dimensions().map_err(|error| damaged(error.to_string()))?;
-    let found = (found.0 as usize, found.1 as usize);
+    let found = read_size(file)?;
     if found != size {
         return Err(Error::Invalid(Fault::new(
             file,
@@ -125,4 +128,22 @@ pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
         .collect();
     let brightest = values.iter().max().copied().unwrap_or(0);
     Ok(values.into_iter().map(|value| value > 0 && 2 * value >= brightest).collect())
+}
+
+/// Width and height of a mask.
+fn read_size(file: &Path) -> Result<(usize, usize), Error> {
+    let unreadable = |source| Error::Read { file: file.to_owned(), source };
+    let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+    let size = reader.map_err(unreadable)?.into_dimensions();
+    let (width, height) = size.map_err(|error| damaged(file, &error.to_string()))?;
+    Ok((width as usize, height as usize))
+}
+
+fn damaged(file: &Path, reason: &str) -> Error {
+    Error::Invalid(Fault::new(
+        file,
+        "",
+        format!("this mask cannot be read ({reason})"),
+        "Save it as PNG again, black where the photograph is to be left out",
+    ))
 }

@@ -30,6 +30,7 @@ pub mod mtl;
 pub mod obj;
 mod obj_text;
 pub mod options;
+pub mod orientation;
 mod paths;
 pub mod photograph;
 pub mod picture;

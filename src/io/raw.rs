@@ -17,6 +17,7 @@ use ::flashraw::{
 use glam::{DMat3, DVec3};
 
 use super::error::read_bounded;
+use super::orientation::Orientation;
 use super::photograph::{Photo, Shot, seconds_of};
 use super::picture::LARGEST_SIDE_PRODUCT;
 use super::{Error, Fault};
@@ -49,6 +50,11 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
         let shown = shown(file, raw.frame_info())?;
         Ok((shown.width as usize, shown.height as usize))
     })
+}
+
+/// How the pixels that [`read`] gives are to be turned.
+pub(super) fn orientation(file: &Path) -> Result<Orientation, Error> {
+    open(file, |raw| Ok(Orientation::of(raw.frame_info().orientation as u32).unwrap_or_default()))
 }
 
 /// What the file says of how the photograph was taken.

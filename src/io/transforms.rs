@@ -10,6 +10,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use self::frames::{Problems, Reader};
 use super::json::{self, Field};
+use super::orientation::Orientation;
 use super::{Error, Fault, inside, single};
 use crate::exposures::Response;
 pub use crate::exposures::Vignetting;
@@ -62,6 +63,8 @@ pub struct Frame {
     pub camera: Camera,
     /// The image, where there is one.
     pub image: Option<PathBuf>,
+    /// How its pixels are turned before they are those of the camera.
+    pub orientation: Orientation,
     /// The file does not say that the image is for geometry only.
     pub is_measurement: bool,
     /// The file says that the image is for geometry only.

@@ -113,7 +113,8 @@ pub(super) fn perform(job: Modelling, watch: &Watch) -> Result<JobEvent, io::Err
                     "Put it into the capture's folder, and correct its path",
                 ))
             })?;
-            JobEvent::Shown(Arc::new(io::import::show(&file, longest)?))
+            let orientation = io::model::orientation(&folder, &name)?;
+            JobEvent::Shown(Arc::new(io::import::show(&file, orientation, longest)?))
         }
     })
 }

@@ -181,4 +181,18 @@ fn a_photograph_that_cannot_be_read_leaves_nothing_behind() {
     assert_eq!(files, ["images/exif.jpg", "images/exif_2.jpg", "transforms.json"]);
     // It is not written over.
     Run::of(&mut command).fails(1, &["not empty"]);
+    // EXIF of its own before the other: stored on its side (orientation 6).
+    let mut bytes = fs::read(&sound).unwrap();
+    let exif =
+        b"\xFF\xE1\0\x22Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0";
+    bytes.splice(2..2, exif.iter().copied());
+    fs::write(&twin, bytes).unwrap();
+    let turned = folder.path().join("turned");
+    let run = Run::of(lobelia().arg("new").arg(&turned).arg("--images").arg(&twin)).succeeds();
+    assert!(run.out.contains("exif.jpg  32×48") && run.out.contains("turned upright (EXIF 6)"));
+    let frame = &json(&turned.join("transforms.json"))["frames"][0];
+    assert_eq!(
+        (&frame["w"], &frame["h"], &frame["orientation"]),
+        (&32.into(), &48.into(), &6.into())
+    );
 }

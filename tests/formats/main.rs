@@ -13,6 +13,7 @@ mod meshes; // OBJ: polygons, surfaces, broken vertices, large ones
 mod mutations; // every reader on changed files, bounded
 mod solved; // a written solution read back to be rendered
 mod tags; // tags.json against the surfaces of a mesh
+mod upright; // photographs that EXIF turns, and their cameras
 mod writers; // round trips of what the program writes
 
 use std::path::{Path, PathBuf};

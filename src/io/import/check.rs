@@ -72,10 +72,9 @@ pub fn survey(import: Arc<Import>, watch: &Watch) -> Result<Survey, Cancelled> {
 /// Checks one photograph. `watch` counts edges.
 pub fn check_shot(survey: &Survey, shot: usize, watch: &Watch) -> Result<ShotCheck, Cancelled> {
     let own = &survey.import.shots[shot];
-    let picture = own
-        .image
-        .as_ref()
-        .map(|file| shown::read(file, LONGEST_PX).map_err(|error| error.to_string()));
+    let picture = own.image.as_ref().map(|file| {
+        shown::read(file, own.orientation, LONGEST_PX).map_err(|error| error.to_string())
+    });
     watch.check()?;
     let strokes = wireframe::strokes(&own.camera, &survey.edges, survey.caster.as_ref(), watch)?;
     let project = |point: u32| {

@@ -61,6 +61,9 @@ pub(super) fn cameras(shots: &[Shot], names: &[String]) -> Value {
         if is_shown || looks_shown {
             frame.insert("hdr".into(), json!(false));
         }
+        if !shot.orientation.is_upright() {
+            frame.insert("orientation".into(), json!(shot.orientation.exif()));
+        }
         if let Some(mask) = shot.mask.as_deref() {
             frame.insert("mask_path".into(), json!(mask_name(name, mask)));
         }

@@ -17,6 +17,11 @@
 //! | AliceVision (Meshroom) | (0, 0) | half a pixel is added |
 //! | RealityCapture, OpenSfM, Bundler, glTF | measured from the image's middle | half the size is added |
 //!
+//! These are pixels as a photograph's file stores them: the programs leave EXIF's orientation aside.
+//! Here photographs are turned upright, and their cameras with them, so that both look the same way
+//! up. A camera file of the upright size alone is of a program that has turned the photograph
+//! itself; a mirrored photograph stays as it is stored, since no camera mirrors.
+//!
 //! Lens distortion is kept as parameters and applied where rays are made: never to the images.
 
 pub mod alicevision;
@@ -48,6 +53,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::brackets::Series;
 use super::obj::Geometry;
+use super::orientation::Orientation;
 use super::pose::{self, NoRotation};
 use super::{Error, Fault};
 use crate::scene::{Camera, Distortion};
@@ -92,6 +98,8 @@ pub struct Shot {
     pub camera: Camera,
     /// `None` where it was not found.
     pub image: Option<PathBuf>,
+    /// How its pixels are turned before they are those of the camera.
+    pub orientation: Orientation,
     /// The picture that says which of its pixels are left out.
     pub mask: Option<PathBuf>,
     /// Linear radiance, and not for geometry only.

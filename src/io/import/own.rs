@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::fit::{fit, is_radiance, measured};
+use super::fit::{fit, is_radiance, measured, scale};
 use super::notes::Notes;
 use super::photographs::{Found, Photographs};
 use super::read::Reader;
@@ -65,13 +65,28 @@ impl Reader<'_> {
                 notes.missing.push(frame.place.clone());
             }
             let (image, actual) = measured(frame.image, &mut notes);
-            let Some((camera, image)) = fit(camera, image, actual, &frame.place, &mut notes) else {
-                continue;
+            let place = &frame.place;
+            let fitted = if frame.orientation.is_upright() {
+                fit(camera, image, actual, place, &mut notes)
+            } else {
+                // A capture of this program, whose cameras are of upright photographs.
+                let actual = actual.map(|stored| frame.orientation.size(stored));
+                let scaled = scale(camera, actual, place, &mut notes);
+                scaled.map(|camera| (camera, image, frame.orientation))
             };
+            let Some((camera, image, orientation)) = fitted else { continue };
             let is_measurement = frame.is_measurement && is_radiance(image.as_deref());
             let (name, observations) = (frame.name, Vec::new());
             let mask = frame.mask.or_else(|| masks::of_photograph(image.as_deref()?));
-            shots.push(Shot { name, camera, image, mask, is_measurement, observations });
+            shots.push(Shot {
+                name,
+                camera,
+                image,
+                orientation,
+                mask,
+                is_measurement,
+                observations,
+            });
         }
         if cameras.applied.is_some() && !self.options.undo_applied {
             self.import.warnings.push(format!(

@@ -186,13 +186,16 @@ impl Reader<'_> {
             return Ok(None);
         };
         let camera = view.camera(file, size)?;
-        Ok(fit(camera, image, actual, &view.place, notes).map(|(camera, image)| Shot {
-            name: view.name.clone(),
-            camera,
-            mask: image.as_deref().and_then(masks::of_photograph),
-            is_measurement: is_radiance(image.as_deref()),
-            image,
-            observations: Vec::new(),
+        Ok(fit(camera, image, actual, &view.place, notes).map(|(camera, image, orientation)| {
+            Shot {
+                name: view.name.clone(),
+                camera,
+                mask: image.as_deref().and_then(masks::of_photograph),
+                is_measurement: is_radiance(image.as_deref()),
+                image,
+                orientation,
+                observations: Vec::new(),
+            }
         }))
     }
 

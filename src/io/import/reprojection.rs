@@ -128,11 +128,13 @@ pub(super) fn observe(
         let Some(&image) = named.get(shot.name.as_str()) else { continue };
         let Some(record) = model.cameras.get(&model.images[image].camera) else { continue };
         // The photograph may have been scaled since.
-        let own = DVec2::new(shot.camera.width as f64, shot.camera.height as f64);
-        let factor = own / DVec2::new(record.size.0 as f64, record.size.1 as f64);
+        let (width, height) = shot.orientation.size((shot.camera.width, shot.camera.height));
+        let factor = DVec2::new(width as f64, height as f64)
+            / DVec2::new(record.size.0 as f64, record.size.1 as f64);
         shot.observations = std::mem::take(&mut seen[image]);
         for observation in &mut shot.observations {
-            observation.pixel *= factor.as_vec2();
+            let stored = observation.pixel.as_dvec2() * factor;
+            observation.pixel = shot.orientation.place((width, height), stored).as_vec2();
         }
     }
     model.points.iter().map(|point| place(point.position)).collect()

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DMat3, Vec3};
 use rayon::prelude::*;
 
+use crate::io::orientation::Orientation;
 use crate::io::picture::{self, Format, Picture};
 use crate::io::{Error, photograph, raw};
 use crate::math::rgb::srgb_code;
@@ -24,8 +25,15 @@ pub struct Shown {
 }
 
 /// Reads a photograph, its longer side made no longer than `longest` by averaging whole squares of
-/// pixels. Radiance is exposed so that little of it is clipped.
-pub fn read(file: &Path, longest: usize) -> Result<Shown, Error> {
+/// pixels, and turned. Radiance is exposed so that little of it is clipped.
+pub fn read(file: &Path, orientation: Orientation, longest: usize) -> Result<Shown, Error> {
+    let Shown { step, width, height, pixels } = stored(file, longest)?;
+    let pixels = orientation.turn((width, height), pixels);
+    let (width, height) = orientation.size((width, height));
+    Ok(Shown { step, width, height, pixels })
+}
+
+fn stored(file: &Path, longest: usize) -> Result<Shown, Error> {
     let picture = if raw::is_raw(file) {
         developed(file)?
     } else if Format::of(file)?.is_radiance() {
@@ -106,7 +114,7 @@ mod tests {
             .collect();
         pixels[0] = [f32::NAN, -1.0, 0.02];
         exr::write_rgb(&file, 90, 60, &pixels).unwrap();
-        let shown = read(&file, 30).unwrap();
+        let shown = read(&file, Orientation::default(), 30).unwrap();
         assert_eq!((shown.step, shown.width, shown.height), (3, 30, 20));
         assert_eq!(shown.pixels.len(), 600);
         let (dark, bright) = (shown.pixels[5], shown.pixels[29]);
@@ -114,8 +122,8 @@ mod tests {
         // 5 / 2.5 of the exposure that makes their mean 0.8: red clips, green is 0.8.
         assert_eq!(bright, [255, 231, 0]);
         // Longer than the picture: as it is. A strip thinner than a square stays one.
-        assert_eq!(read(&file, 1000).unwrap().step, 1);
+        assert_eq!(stored(&file, 1000).unwrap().step, 1);
         exr::write_rgb(&file, 40, 2, &[[1.0; 3]; 80]).unwrap();
-        assert_eq!(read(&file, 4).unwrap().height, 1);
+        assert_eq!(stored(&file, 4).unwrap().height, 1);
     }
 }

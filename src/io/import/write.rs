@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::{Import, Shot, ShotSeries, files};
 use crate::exposures::MergeOptions;
 use crate::io::brackets::{self, Found, Series};
+use crate::io::orientation::Orientation;
 use crate::io::{Error, Fault, atomic, exr};
 use crate::watch::Watch;
 
@@ -100,7 +101,11 @@ pub fn write(
             if let Some(folder) = place.parent() {
                 std::fs::create_dir_all(folder).map_err(failed(folder))?;
             }
-            exr::write_rgb(place, merged.width, merged.height, &merged.pixels)
+            let (stored, turned) = ((merged.width, merged.height), series[index].shot);
+            let turned = import.shots[turned].orientation;
+            let pixels = turned.turn(stored, merged.pixels);
+            let (width, height) = turned.size(stored);
+            exr::write_rgb(place, width, height, &pixels)
         })?;
         written.warnings.clone_from(&found.warnings);
         written.found = Some(found);
@@ -207,6 +212,8 @@ fn as_written(import: &Import, series: &[ShotSeries], index: usize) -> Shot {
     let mut shot = Shot { observations: Vec::new(), ..import.shots[index].clone() };
     if series.iter().any(|view| view.shot == index) {
         shot.is_measurement = true;
+        // Its radiance is written upright.
+        shot.orientation = Orientation::default();
         shot.image = shot.image.map(|image| image.with_extension("exr"));
     }
     shot

@@ -81,10 +81,11 @@ fn look(image: &Path, taken: &mut HashSet<String>) -> Result<Unplaced, Error> {
         format!("images/{stem}{number}{dot}{extension}")
     };
     let free = (1..).map(numbered).find(|name| taken.insert(name.to_lowercase()));
+    let lens = exif_lens::read(image)?;
     Ok(Unplaced {
         name: free.unwrap_or_default(),
-        size,
-        lens: exif_lens::read(image)?,
+        size: lens.orientation.size(size),
+        lens,
         is_radiance: format.is_radiance(),
     })
 }

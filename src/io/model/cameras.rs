@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::io::exif_lens::ExifLens;
 use crate::io::json::{self, Field};
+use crate::io::orientation::{self, Orientation};
 use crate::io::{Error, Fault, atomic};
 use crate::model::{Model, Solution};
 use crate::scene::Camera;
@@ -38,7 +39,7 @@ const LENS: [&str; 17] = [
 pub struct Unplaced {
     /// Its path in the capture.
     pub name: String,
-    /// Width and height in pixels.
+    /// Width and height in pixels, turned upright.
     pub size: (usize, usize),
     pub lens: ExifLens,
     /// Its pixels are linear radiance.
@@ -58,8 +59,8 @@ pub fn begin(photographs: &[Unplaced]) -> String {
             put("fl_x", json!(focal));
             put("fl_y", json!(focal));
         }
-        if let Some(orientation) = own.lens.orientation {
-            put("exif_orientation", json!(orientation));
+        if !own.lens.orientation.is_upright() {
+            put("orientation", json!(own.lens.orientation.exif()));
         }
         if !own.is_radiance {
             put("hdr", json!(false));
@@ -81,6 +82,23 @@ pub fn unplaced(file: &Path) -> Result<(usize, Vec<String>), Error> {
         }
     }
     Ok((frames.len(), names))
+}
+
+/// How the camera file of a capture says that a photograph is turned; upright where it does not
+/// name it.
+pub fn orientation(folder: &Path, name: &str) -> Result<Orientation, Error> {
+    let file = folder.join("transforms.json");
+    if !file.is_file() {
+        return Ok(Orientation::default());
+    }
+    let value = json::read(&file)?;
+    let frames = Field::root(&file, &value)?.get("frames").map(|field| field.items());
+    for frame in frames.transpose()?.unwrap_or_default() {
+        if frame.get("file_path").is_some_and(|own| own.text().is_ok_and(|own| own == name)) {
+            return orientation::of_frame(&frame);
+        }
+    }
+    Ok(Orientation::default())
 }
 
 /// Writes the cameras of a solution into a capture's camera file. Frames that are there keep what

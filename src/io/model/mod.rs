@@ -42,7 +42,7 @@ mod strokes;
 mod write;
 
 pub use begin::new_capture;
-pub use cameras::{Unplaced, unplaced, write_cameras};
+pub use cameras::{Unplaced, orientation, unplaced, write_cameras};
 pub use mesh::{check_own, geometry, write_glb, write_obj};
 pub use open::{Opened, forget, is_begun, keep, open, save};
 pub use read::read;

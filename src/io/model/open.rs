@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{NAME, UNSAVED, read, unplaced, write};
 use crate::io::json::{self, Field};
-use crate::io::{Error, capture, exif_lens, inside, photograph, picture};
+use crate::io::{Error, capture, exif_lens, inside, orientation, photograph, picture};
 use crate::model::{Fit, Lens, Model, Photograph};
 
 /// A capture's model.
@@ -81,8 +81,11 @@ fn begun(folder: &Path) -> Result<Model, Error> {
             (Some(width), Some(height), _) if width >= 1.0 && height >= 1.0 => {
                 (width as usize, height as usize)
             }
-            (.., Some(image)) => picture::dimensions(image)
-                .or_else(|_| photograph::head(image).map(|(width, height, _)| (width, height)))?,
+            (.., Some(image)) => {
+                orientation::of_frame(&frame)?.size(picture::dimensions(image).or_else(|_| {
+                    photograph::head(image).map(|(width, height, _)| (width, height))
+                })?)
+            }
             _ => {
                 let problem = "neither its size is given nor is the image there";
                 return Err(frame.wrong_with(problem, "Put the photograph there, or give w and h"));

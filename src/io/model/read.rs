@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec2;
 
+use super::cameras::orientation;
 use super::strokes::{Names, no_such};
 use super::{FORMAT, VERSION};
 use crate::io::json::{self, Field};
@@ -133,7 +134,7 @@ fn photograph(item: &Field, model: &Model, folder: &Path) -> Result<Photograph, 
     let size = match (side("w")?, side("h")?) {
         (Some(width), Some(height)) => (width, height),
         _ => match inside::join(folder, &name).filter(|image| image.is_file()) {
-            Some(image) => picture::dimensions(&image)?,
+            Some(image) => orientation(folder, &name)?.size(picture::dimensions(&image)?),
             None => {
                 return Err(item.wrong_with(
                     &format!("the image {name} does not exist, and its size is missing"),

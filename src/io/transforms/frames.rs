@@ -7,6 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::{Bracket, Finder, Frame, Images};
 use crate::io::json::Field;
+use crate::io::orientation::{self, Orientation};
 use crate::io::pose::{self, NoRotation};
 use crate::io::{Error, Fault, inside, masks, picture};
 use crate::scene::{Camera, Distortion};
@@ -131,7 +132,8 @@ impl Reader<'_> {
             self.problems.sizeless.push(place);
             return Ok(None);
         }
-        let (width, height) = self.size(item, image.as_deref())?;
+        let orientation = orientation::of_frame(item)?;
+        let (width, height) = self.size(item, image.as_deref(), orientation)?;
         let (focal, principal) = self.intrinsics(item, width, height)?;
         let distortion = self.distortion(item)?;
         let size = (width, height);
@@ -141,6 +143,7 @@ impl Reader<'_> {
             place,
             camera,
             image,
+            orientation,
             is_measurement: is_hdr && !is_geometry,
             is_geometry,
             brackets,
@@ -197,7 +200,12 @@ impl Reader<'_> {
         item.get(key).or_else(|| self.root.get(key))
     }
 
-    fn size(&self, item: &Field, image: Option<&Path>) -> Result<(usize, usize), Error> {
+    fn size(
+        &self,
+        item: &Field,
+        image: Option<&Path>,
+        orientation: Orientation,
+    ) -> Result<(usize, usize), Error> {
         let side = |key| -> Result<Option<usize>, Error> {
             let Some(field) = self.either(item, key) else { return Ok(None) };
             let value = field.number()?;
@@ -208,7 +216,9 @@ impl Reader<'_> {
         };
         match (side("w")?, side("h")?, image) {
             (Some(width), Some(height), _) => Ok((width, height)),
-            (_, _, Some(image)) => picture::dimensions(image),
+            (_, _, Some(image)) => {
+                picture::dimensions(image).map(|stored| orientation.size(stored))
+            }
             _ => Err(item.wrong_with(
                 "the image size is missing",
                 "Give w and h, at the top of the file or in every frame",

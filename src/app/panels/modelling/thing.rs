@@ -88,13 +88,18 @@ fn corners_ui(ui: &mut egui::Ui, own: &mut Thing) -> Option<String> {
 fn count_ui(ui: &mut egui::Ui, count: &mut usize, least: usize, step: usize) -> bool {
     let before = *count;
     let fewer = ui.add_enabled(*count >= least + step, egui::Button::new("−").small());
-    let fewer = fewer.on_hover_text("Fewer corners; strokes about the last go with them");
+    let fewer = fewer
+        .on_hover_text("Fewer corners; strokes about the last go with them")
+        .on_disabled_hover_text(format!("It has at least {least} corners"));
     if named(fewer, "Fewer corners".to_owned()).clicked() {
         *count -= step;
     }
     ui.label(count.to_string());
     let more = ui.add_enabled(*count + step <= MOST_CORNERS, egui::Button::new("+").small());
-    if named(more.on_hover_text("More corners"), "More corners".to_owned()).clicked() {
+    let more = more
+        .on_hover_text("More corners")
+        .on_disabled_hover_text(format!("It has at most {MOST_CORNERS} corners"));
+    if named(more, "More corners".to_owned()).clicked() {
         *count += step;
     }
     *count != before
