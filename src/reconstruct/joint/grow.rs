@@ -1,7 +1,7 @@
 //! Lamps and a sun come in one by one, by what they could explain, and go where they are not needed.
 
 use crate::reconstruct::Error;
-use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate, validate_sun};
+use crate::reconstruct::joint::compare::{Validated, compare, validate, validate_sun};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::lamps::Candidates;
 use crate::reconstruct::joint::part::{Part, PartKind};
@@ -38,73 +38,58 @@ pub fn grow(
     (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
     'growing: loop {
-        let from = ahead.as_ref().unwrap_or(&step.best).fitted.clone();
+        let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
         let lamps = from.model.lamps();
         let falls_by = |fitted: &Fitted| from.cost() - fitted.cost();
-        let lamp = if lamps < most { with_lamp(problem, places, &from)? } else { None };
-        let lamp = lamp.filter(|lamp| falls_by(lamp) > 0.0);
+        let mut lamp = if lamps < most { with_lamp(problem, places, from)? } else { None };
         let lamp_falls = lamp.as_ref().map_or(0.0, falls_by);
         let (starts, promised) = match from.model.sun() {
-            None => places.suns.first(problem, &from),
+            None => places.suns.first(problem, from),
             Some(_) => (Vec::new(), 0.0),
         };
         // A sun may come first where a rough direction explains half as much as the best lamp.
         let mut sun = None;
         if promised > 0.5 * lamp_falls {
-            sun = places.suns.add(problem, &from, &starts)?;
+            sun = places.suns.add(problem, from, &starts)?;
         }
         let is_sun_first = sun.as_ref().map_or(0.0, falls_by) > lamp_falls;
-        let settled = |lamp| validate(problem, settle(problem, places, lamp)?);
-        let lamp = lamp.map(settled).transpose()?;
         let mut kinds = [TrialPart::Lamp(lamps + 1), TrialPart::Sun];
         if is_sun_first {
             kinds.reverse();
         }
+        let mut rejected = None;
         for part in kinds {
-            let judged = if part == TrialPart::Sun {
-                let sun = match sun.take() {
-                    None => places.suns.add(problem, &from, &starts)?,
-                    found => found,
-                };
-                let sun = sun.filter(|sun| falls_by(sun) > 0.0);
-                let judge = |sun| judge_sun(problem, places, &step.best, sun);
-                sun.map(judge).transpose()?
-            } else {
-                lamp.clone().map(|lamp| (compare(problem, &step.best, &lamp), lamp))
+            let proposal = match part {
+                TrialPart::Sun if sun.is_none() => places.suns.add(problem, from, &starts)?,
+                TrialPart::Sun => sun.take(),
+                _ => lamp.take(),
             };
-            let Some((cv, proposal)) = judged else { continue };
+            let Some(proposal) = proposal else { continue };
+            let proposal = validate(problem, settle(problem, places, proposal)?)?;
+            let mut cv = compare(problem, &step.best, &proposal);
+            if part == TrialPart::Sun && cv.is_better() {
+                // Its direction was found with the blocks that have judged it.
+                let blind = validate_sun(problem, proposal.fitted.clone(), places.suns)?;
+                cv = compare(problem, &step.best, &blind);
+            }
             step.trials.push(cv.trial(part));
             if cv.is_better() {
                 (places.report)(problem, &proposal.fitted);
                 (step.best, ahead) = (proposal, None);
                 continue 'growing;
             }
+            if part != TrialPart::Sun {
+                rejected = Some(proposal);
+            }
         }
-        match lamp {
+        match rejected {
             Some(lamp) if ahead.is_none() => ahead = Some(lamp),
             _ => return Ok(step),
         }
     }
 }
 
-/// Whether a sun comes in: first in the direction that all rows found, then, where that is better, in
-/// directions that were found without the blocks that judge them.
-fn judge_sun(
-    problem: &Problem,
-    places: &Places,
-    best: &Validated,
-    with_sun: Fitted,
-) -> Result<(PairedCv, Validated), Error> {
-    let sun = validate(problem, settle(problem, places, with_sun)?)?;
-    let cv = compare(problem, best, &sun);
-    if !cv.is_better() {
-        return Ok((cv, sun));
-    }
-    let blind = validate_sun(problem, sun.fitted.clone(), places.suns)?;
-    Ok((compare(problem, best, &blind), sun))
-}
-
-/// The model with the lamp that explains most; `None` where nothing explains anything.
+/// The model with the lamp that explains most; `None` where none explains anything.
 pub fn with_lamp(
     problem: &Problem,
     places: &Places,
@@ -113,7 +98,8 @@ pub fn with_lamp(
     let Some((lamp, _)) = places.lamps.best(problem, from) else { return Ok(None) };
     let lamp = places.lamps.refine(problem, from, lamp, None)?;
     let model = from.model.with(Part::lamp(problem, lamp)?);
-    Ok(Some(fit(problem, &model, Some(from), ROUGH)?))
+    let fitted = fit(problem, &model, Some(from), ROUGH)?;
+    Ok(Some(fitted).filter(|fitted| fitted.cost() < from.cost()))
 }
 
 /// Moves every lamp and the sun to its best place, the others given.

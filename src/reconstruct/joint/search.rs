@@ -293,7 +293,6 @@ pub fn regrow(found: &Found, model: &LightModel) -> Result<Fitted, Error> {
     let mut fitted = fit(problem, &bare, Some(from), ROUGH)?;
     while fitted.model.lamps() < model.lamps()
         && let Some(next) = with_lamp(problem, &places, &fitted)?
-        && next.cost() < fitted.cost()
     {
         fitted = next;
     }

@@ -9,7 +9,7 @@ use crate::reconstruct::joint::background::World;
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::sun_gain::{Left, Place, column, is_above, pixels};
+use crate::reconstruct::joint::sun_gain::{Place, SunGain, column, is_above, pixels};
 use crate::watch::Cancelled;
 
 /// Directions over the sphere at which the search begins: about 5° apart.
@@ -17,12 +17,13 @@ const DIRECTIONS: usize = 1500;
 /// Rows that the first search looks at, at most.
 const FIRST_ROWS: usize = 1200;
 /// Pixels of all photographs that the refinement looks at, at most. Rows alone, ten times fewer, left
-/// suns up to 4° off in random rooms with windows (window-0, -3, -4 and coat-2); pixels leave 0.4°.
+/// suns up to 4° off in random rooms with windows (window-0, -3, -4 and coat-2); pixels leave 0.34°.
 const PIXELS: usize = 20_000;
 /// Pixels that tell which of several directions is worth the refinement.
 const FEW_PIXELS: usize = 5_000;
 /// Local searches, from the strongest of the first directions.
 const STARTS: usize = 3;
+
 /// Directions in which a sun may stand, with where it would shine.
 pub struct Directions {
     towards: Vec<Vec3>,
@@ -33,7 +34,7 @@ pub struct Directions {
     columns: Vec<Vec<f32>>,
     /// Per direction whether its light would come through an opening.
     through_opening: Vec<bool>,
-    few: Vec<Place>,
+    few_pixels: Vec<Place>,
     pixels: Vec<Place>,
 }
 
@@ -58,19 +59,19 @@ impl Directions {
         let neighbours = neighbours(&towards);
         let through_opening = through_opening(&neighbours, &columns);
         let pixels = |most: usize| pixels(problem, if is_wanted { most } else { 0 });
-        let (few, pixels) = (pixels(FEW_PIXELS), pixels(PIXELS));
-        Ok(Self { towards, neighbours, rows, columns, through_opening, few, pixels })
+        let (few_pixels, pixels) = (pixels(FEW_PIXELS), pixels(PIXELS));
+        Ok(Self { towards, neighbours, rows, columns, through_opening, few_pixels, pixels })
     }
 
     /// The directions, towards the sun, whose light explains most of what a fit leaves, none where
-    /// none of them explains anything, and by how much the cost falls with the first. In a
-    /// room a sun shines through an opening: walls that are not known do not cast the shadows that would
+    /// none of them explains anything, and by how much the cost falls with the first. In a room only
+    /// directions through an opening count: walls that are not known do not cast the shadows that would
     /// tell a sun from a lamp.
     pub fn first(&self, problem: &Problem, fitted: &Fitted) -> (Vec<Vec3>, f64) {
-        let left = Left::new(problem, fitted, &self.rows, None);
+        let gain = SunGain::new(problem, fitted, &self.rows, None);
         let is_room = fitted.model.layout().is_some_and(|layout| layout.world == World::Room);
         let fall = |(column, &through_opening): (&Vec<f32>, &bool)| {
-            if through_opening || !is_room { left.fall(column) } else { 0.0 }
+            if through_opening || !is_room { gain.fall(column) } else { 0.0 }
         };
         let falls: Vec<f64> =
             self.columns.par_iter().zip(&self.through_opening).map(fall).collect();
@@ -83,8 +84,9 @@ impl Directions {
         (order.iter().take(STARTS).map(|&k| self.towards[k]).collect(), fall)
     }
 
-    /// The best fit with a sun near one of these directions; `None` without any. Which one it is is told by
-    /// fits: other light that has imitated the sun gives way to it in these only.
+    /// The fit of least cost with a sun near one of these directions; `None` where none explains anything.
+    /// [`SunGain`] dims all other light alike, which is not enough to choose by: a fit can take from the sky
+    /// beside the sun what belongs to the sun.
     ///
     /// # Errors
     /// If it is cancelled, or if the bounded least squares of a fit fails.
@@ -94,17 +96,18 @@ impl Directions {
         from: &Fitted,
         starts: &[Vec3],
     ) -> Result<Option<Fitted>, Error> {
-        let left = Left::new(problem, from, &self.few, None);
-        let mut best: Option<Fitted> = None;
-        for &start in starts {
-            let towards = left.climb(problem, &self.few, start)?;
-            let model = from.model.with(Part::sun(problem, towards)?);
-            let fitted = fit(problem, &model, Some(from), ROUGH)?;
-            if best.as_ref().is_none_or(|best| fitted.cost() < best.cost()) {
-                best = Some(fitted);
-            }
+        if starts.is_empty() {
+            return Ok(None);
         }
-        Ok(best)
+        let gain = SunGain::new(problem, from, &self.few_pixels, None);
+        let near = |&start: &Vec3| -> Result<Fitted, Error> {
+            let towards = gain.climb(problem, &self.few_pixels, start)?;
+            let model = from.model.with(Part::sun(problem, towards)?);
+            fit(problem, &model, Some(from), ROUGH)
+        };
+        let fits = starts.iter().map(near).collect::<Result<Vec<_>, _>>()?;
+        let best = fits.into_iter().min_by(|a, b| a.cost().total_cmp(&b.cost()));
+        Ok(best.filter(|best| best.cost() < from.cost()))
     }
 
     /// The fit with its sun in the best direction near that which it has, if it has one that was found.
@@ -116,8 +119,8 @@ impl Directions {
         else {
             return Ok(fitted);
         };
-        let left = Left::new(problem, &fitted, &self.pixels, Some(slot));
-        let towards = left.climb(problem, &self.pixels, first)?;
+        let gain = SunGain::new(problem, &fitted, &self.pixels, Some(slot));
+        let towards = gain.climb(problem, &self.pixels, first)?;
         if towards == first {
             return Ok(fitted);
         }
@@ -150,16 +153,7 @@ fn through_opening(neighbours: &[Vec<usize>], columns: &[Vec<f32>]) -> Vec<bool>
                 if !std::mem::take(&mut is_left[first]) {
                     continue;
                 }
-                let mut together = vec![first];
-                let mut next = 0;
-                while let Some(&direction) = together.get(next) {
-                    next += 1;
-                    for &neighbour in &neighbours[direction] {
-                        if std::mem::take(&mut is_left[neighbour]) {
-                            together.push(neighbour);
-                        }
-                    }
-                }
+                let together = connected(first, neighbours, &mut is_left);
                 if together.len() < most {
                     found.extend(together);
                 }
@@ -171,6 +165,18 @@ fn through_opening(neighbours: &[Vec<usize>], columns: &[Vec<f32>]) -> Vec<bool>
     in_opening.into_iter().flatten().for_each(|direction| counts[direction] += 1);
     let reached = columns.iter().map(|column| column.iter().filter(|reach| **reach > 0.0).count());
     counts.iter().zip(reached).map(|(&count, reached)| 2 * count > reached).collect()
+}
+
+/// The directions that are reached from a first one over neighbours that are left, which are taken away.
+fn connected(first: usize, neighbours: &[Vec<usize>], is_left: &mut [bool]) -> Vec<usize> {
+    let mut together = vec![first];
+    let mut next = 0;
+    while let Some(&direction) = together.get(next) {
+        next += 1;
+        let around = neighbours[direction].iter();
+        together.extend(around.filter(|&&neighbour| std::mem::take(&mut is_left[neighbour])));
+    }
+    together
 }
 
 #[cfg(test)]

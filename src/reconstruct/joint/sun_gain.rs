@@ -89,14 +89,14 @@ pub fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
     places
 }
 
-/// What a fit leaves at some places, per channel. Where a sun shines in that a model does not have,
-/// residuals are of several octaves: what a sun explains there is told by the loss itself and not by
+/// What a sun would explain of the residuals of a fit at some places, per channel. A model without its sun
+/// is wrong by several octaves where that shines in: the gain there is that of the loss itself and not of
 /// its linearisation.
-pub struct Left {
-    channels: Vec<ChannelLeft>,
+pub struct SunGain {
+    channels: Vec<ChannelGain>,
 }
 
-struct ChannelLeft {
+struct ChannelGain {
     places: Vec<Residual>,
     /// Sum of `influence`.
     influence: f64,
@@ -127,7 +127,7 @@ const STRENGTHS: usize = 4;
 /// Light that is left without a sun is at least this part of the light with it.
 const LEAST_LEFT: f64 = 1e-3;
 
-impl Left {
+impl SunGain {
     /// Without the light of the part `without`.
     pub fn new(
         problem: &Problem,
@@ -136,7 +136,7 @@ impl Left {
         without: Option<usize>,
     ) -> Self {
         let columns = without.map_or(0..0, |slot| fitted.model.columns_of(slot));
-        let of = |c: usize| -> ChannelLeft {
+        let of = |c: usize| -> ChannelGain {
             let fit = &fitted.channels[c];
             let of_place = |place: &Place| {
                 let row = place.row;
@@ -155,7 +155,7 @@ impl Left {
                 let influence = weight * influence(residual, robust);
                 Residual { weight, influence, robust, residual, computed, reflectance }
             };
-            ChannelLeft::new(places.iter().map(of_place).collect())
+            ChannelGain::new(places.iter().map(of_place).collect())
         };
         Self { channels: (0..CHANNELS).map(of).collect() }
     }
@@ -209,7 +209,7 @@ impl Left {
     }
 }
 
-impl ChannelLeft {
+impl ChannelGain {
     fn new(places: Vec<Residual>) -> Self {
         let dimmed = |step: usize| {
             places.iter().map(|place| place.loss(-(step as f64) * DIMMING)).sum::<f64>()
@@ -279,15 +279,12 @@ pub fn is_above(towards: Vec3) -> bool {
     towards.z > 0.0
 }
 
-fn is_lit(views: &Views, point: SurfacePoint, towards: Vec3) -> bool {
-    towards.dot(point.normal) > 0.0 && !views.caster.occluded(&views.ray(point, towards))
-}
-
 /// V cos θ of a sun at some places.
 pub fn column(views: &Views, places: &[Place], towards: Vec3) -> Vec<f32> {
     let reach = |place: &Place| {
-        let is_lit = is_lit(views, place.point, towards);
-        if is_lit { towards.dot(place.point.normal) } else { 0.0 }
+        let cosine = towards.dot(place.point.normal);
+        let is_lit = cosine > 0.0 && !views.caster.occluded(&views.ray(place.point, towards));
+        if is_lit { cosine } else { 0.0 }
     };
     places.iter().map(reach).collect()
 }
