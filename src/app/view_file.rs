@@ -72,7 +72,7 @@ pub fn apply(value: &Value, settings: &mut ViewSettings) {
     choose(value, "shading", &SHADINGS, &mut settings.shading);
     choose(value, "sample_color", &COLORS, &mut settings.sample_color);
     choose(value, "tone_mapping", &TONES, &mut settings.tone_mapping);
-    // Its place was a curve without a name before.
+    // Projects saved before say the name of the curve that this one has replaced.
     let former = [(ToneMapping::Neutral, "filmic")];
     choose(value, "tone_mapping", &former, &mut settings.tone_mapping);
 }

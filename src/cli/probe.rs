@@ -1,6 +1,5 @@
 //! `lobelia probe CAPTURE --image NAME --outline x,y x,y x,y --reflectance R --out probe.exr`.
 
-use std::f32::consts::{PI, TAU};
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -12,6 +11,7 @@ use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::io::{exr, picture, tags};
+use crate::math::latlong;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::scene::ball::{Ball, BallView, surroundings};
 use crate::worker::{Command as Job, JobEvent, Worker};
@@ -197,10 +197,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     if let Some(other) = compared {
         // By its pixels as they are: between them the other one would be smoothed.
         let compared = found.compare(|direction| {
-            let across = direction.x.atan2(direction.y).rem_euclid(TAU) / TAU;
-            let down = direction.truncate().length().atan2(direction.z) / PI;
-            let cell = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
-            let (x, y) = (cell(across, other.width), cell(down, other.height));
+            let (x, y) = latlong::cell(direction, (other.width, other.height));
             other.pixels[y * other.width + x]
         });
         let compared = compared.ok_or_else(|| anyhow!("--compare: the probe there is black"))?;

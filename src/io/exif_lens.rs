@@ -1,8 +1,5 @@
 //! What EXIF says of lens and camera position: start values for placing a photograph.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ::exif::{Exif, In, Tag, Value};
@@ -25,8 +22,8 @@ pub struct ExifLens {
 
 /// Reads it; nothing where the file has no EXIF, or it is broken.
 pub fn read(file: &Path) -> Result<ExifLens, Error> {
-    let Some(exif) = exif(file)? else {
-        return Ok(ExifLens { focal_px: None, orientation: orientation(file)? });
+    let Some(exif) = photograph::exif(file)? else {
+        return Ok(ExifLens { focal_px: None, orientation: held(file, None) });
     };
     let size = picture::dimensions(file)
         .or_else(|_| photograph::head(file).map(|(width, height, _)| (width, height)));
@@ -41,7 +38,7 @@ pub fn read(file: &Path) -> Result<ExifLens, Error> {
 /// How the pixels of a photograph are to be turned by its EXIF; upright where that does not say.
 /// Images of radiance are as programs wrote them.
 pub fn orientation(file: &Path) -> Result<Orientation, Error> {
-    Ok(held(file, exif(file)?.as_ref()))
+    Ok(held(file, photograph::exif(file)?.as_ref()))
 }
 
 fn held(file: &Path, exif: Option<&Exif>) -> Orientation {
@@ -53,18 +50,6 @@ fn held(file: &Path, exif: Option<&Exif>) -> Orientation {
     }
     let field = exif.and_then(|exif| exif.get_field(Tag::Orientation, In::PRIMARY));
     field.and_then(|field| Orientation::of(field.value.get_uint(0)?)).unwrap_or_default()
-}
-
-fn exif(file: &Path) -> Result<Option<Exif>, Error> {
-    let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
-    let read = || {
-        let mut reader = ::exif::Reader::new();
-        reader.continue_on_error(true);
-        reader
-            .read_from_container(&mut BufReader::new(open))
-            .or_else(|error| error.distill_partial_result(|_| ()))
-    };
-    Ok(catch_unwind(AssertUnwindSafe(read)).ok().and_then(Result::ok))
 }
 
 /// From the focal length that gives the same angle of view on film.

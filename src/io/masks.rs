@@ -8,10 +8,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use ::image::{ImageReader, Limits};
+use ::image::Limits;
 
 use super::orientation::Orientation;
-use super::picture::{Format, LARGEST_SIDE_PRODUCT};
+use super::picture::{self, Format, LARGEST_SIDE_PRODUCT};
 use super::{Error, Fault, exr, inside};
 use crate::scene::Image;
 
@@ -93,15 +93,10 @@ pub(super) fn apply(
 
 /// For each pixel of a mask whether it is kept. `size` is the photograph's.
 pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
-    let unreadable = |source| Error::Read { file: file.to_owned(), source };
     let damaged = |reason: String| damaged(file, &reason);
     if Format::of(file)?.is_radiance() {
         return Err(damaged("it is an image of radiance".into()));
     }
-    let open = || {
-        let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
-        reader.map_err(unreadable)
-    };
     let found = read_size(file)?;
     if found != size {
         return Err(Error::Invalid(Fault::new(
@@ -114,7 +109,7 @@ pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
             "Make the mask for the photograph as it is here, in its full size",
         )));
     }
-    let mut reader = open()?;
+    let mut reader = picture::reader(file)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(8 * LARGEST_SIDE_PRODUCT);
     reader.limits(limits);
@@ -132,9 +127,7 @@ pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
 
 /// Width and height of a mask.
 fn read_size(file: &Path) -> Result<(usize, usize), Error> {
-    let unreadable = |source| Error::Read { file: file.to_owned(), source };
-    let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
-    let size = reader.map_err(unreadable)?.into_dimensions();
+    let size = picture::reader(file)?.into_dimensions();
     let (width, height) = size.map_err(|error| damaged(file, &error.to_string()))?;
     Ok((width as usize, height as usize))
 }

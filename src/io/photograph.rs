@@ -7,9 +7,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ::exif::{Exif, In, Tag, Value};
-use ::image::{DynamicImage, ImageReader, Limits};
+use ::image::{DynamicImage, Limits};
 
-use super::picture::{Format, LARGEST_SIDE_PRODUCT};
+use super::picture::{self, Format, LARGEST_SIDE_PRODUCT};
 use super::{Error, Fault, raw};
 use crate::exposures::Codes;
 
@@ -40,9 +40,7 @@ pub fn read(file: &Path) -> Result<Photo, Error> {
     }
     // Refuses other files, and sizes that no photograph has.
     head(file)?;
-    let unreadable = |source| Error::Read { file: file.to_owned(), source };
-    let mut reader =
-        ImageReader::open(file).and_then(ImageReader::with_guessed_format).map_err(unreadable)?;
+    let mut reader = picture::reader(file)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(8 * LARGEST_SIDE_PRODUCT);
     reader.limits(limits);
@@ -81,8 +79,7 @@ pub fn head(file: &Path) -> Result<(usize, usize, usize), Error> {
     let densest = densest(file)?;
     let unreadable = |source| Error::Read { file: file.to_owned(), source };
     let length = std::fs::metadata(file).map_err(unreadable)?.len();
-    let reader =
-        ImageReader::open(file).and_then(ImageReader::with_guessed_format).map_err(unreadable)?;
+    let reader = picture::reader(file)?;
     let look = || {
         let decoder = reader.into_decoder()?;
         let (width, height) = decoder.dimensions();
@@ -114,15 +111,7 @@ pub fn shot(file: &Path) -> Result<Shot, Error> {
             _ => Ok(Shot::default()),
         });
     }
-    let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
-    let read = || {
-        let mut reader = ::exif::Reader::new();
-        reader.continue_on_error(true);
-        reader
-            .read_from_container(&mut BufReader::new(open))
-            .or_else(|error| error.distill_partial_result(|_| ()))
-    };
-    let Ok(Ok(exif)) = catch_unwind(AssertUnwindSafe(read)) else { return Ok(Shot::default()) };
+    let Some(exif) = exif(file)? else { return Ok(Shot::default()) };
     // Shutter speed and aperture may be given as logarithms only (APEX).
     let exposure = number(&exif, Tag::ExposureTime)
         .or_else(|| number(&exif, Tag::ShutterSpeedValue).map(|value| (-value).exp2()));
@@ -135,6 +124,19 @@ pub fn shot(file: &Path) -> Result<Shot, Error> {
         iso: number(&exif, Tag::PhotographicSensitivity).filter(positive),
         taken_secs: taken(&exif),
     })
+}
+
+/// The EXIF data of a file, as much of them as can be read; `None` where there are none.
+pub(super) fn exif(file: &Path) -> Result<Option<Exif>, Error> {
+    let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
+    let read = || {
+        let mut reader = ::exif::Reader::new();
+        reader.continue_on_error(true);
+        reader
+            .read_from_container(&mut BufReader::new(open))
+            .or_else(|error| error.distill_partial_result(|_| ()))
+    };
+    Ok(catch_unwind(AssertUnwindSafe(read)).ok().and_then(Result::ok))
 }
 
 fn number(exif: &Exif, tag: Tag) -> Option<f64> {

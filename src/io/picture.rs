@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
+
+use ::image::ImageReader;
 
 use super::{Error, Fault, exr, hdr, raw};
 use crate::math::rgb::Radiance;
@@ -96,10 +98,15 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
     }
 }
 
+/// A file for `image`, whose contents tell its format.
+pub(super) fn reader(file: &Path) -> Result<ImageReader<BufReader<File>>, Error> {
+    ImageReader::open(file)
+        .and_then(ImageReader::with_guessed_format)
+        .map_err(|source| Error::Read { file: file.to_owned(), source })
+}
+
 fn displayed_dimensions(file: &Path) -> Result<(usize, usize), Error> {
-    let unreadable = |source| Error::Read { file: file.to_owned(), source };
-    let reader = ::image::ImageReader::open(file).and_then(|reader| reader.with_guessed_format());
-    let (width, height) = reader.map_err(unreadable)?.into_dimensions().map_err(|_| {
+    let (width, height) = reader(file)?.into_dimensions().map_err(|_| {
         Error::Invalid(Fault::new(
             file,
             "",

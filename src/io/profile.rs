@@ -5,18 +5,16 @@
 //! scale: what cameras, phones and programs write. Those that are tables, or of other inks, are
 //! named and left out.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ::exif::{Context, In, Tag, Value};
-use ::image::{ImageDecoder, ImageReader};
+use ::image::ImageDecoder;
 use glam::{DMat3, DVec3};
 use moxcms::{ColorProfile, DataColorSpace, Matrix3d, ToneReprCurve};
 
-use super::picture::Format;
-use super::{Error, Fault, raw};
+use super::picture::{self, Format};
+use super::{Error, Fault, photograph, raw};
 use crate::exposures::{FULL_SCALE, KNOTS, Response};
 
 /// Profiles as programs write them round what they hold: an entry of a matrix nearer than this, or
@@ -41,9 +39,7 @@ pub fn read(file: &Path) -> Result<Option<Result<Profile, String>>, Error> {
     if raw::is_raw(file) {
         return Ok(None);
     }
-    let unreadable = |source| Error::Read { file: file.to_owned(), source };
-    let reader =
-        ImageReader::open(file).and_then(ImageReader::with_guessed_format).map_err(unreadable)?;
+    let reader = picture::reader(file)?;
     // What is wrong with the picture is said where it is decoded. `image` finds none in a TIFF whose
     // profile is of the type that the specification asks for.
     let is_tiff = Format::of(file)? == Format::Tiff;
@@ -57,12 +53,7 @@ pub fn read(file: &Path) -> Result<Option<Result<Profile, String>>, Error> {
 }
 
 fn of_tiff(file: &Path) -> Option<Vec<u8>> {
-    let mut reader = ::exif::Reader::new();
-    reader.continue_on_error(true);
-    let exif = reader
-        .read_from_container(&mut BufReader::new(File::open(file).ok()?))
-        .or_else(|error| error.distill_partial_result(|_| ()))
-        .ok()?;
+    let exif = photograph::exif(file).ok()??;
     match &exif.get_field(Tag(Context::Tiff, PROFILE), In::PRIMARY)?.value {
         Value::Undefined(bytes, _) | Value::Byte(bytes) => Some(bytes.clone()),
         _ => None,

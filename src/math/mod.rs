@@ -3,6 +3,7 @@
 
 pub mod blackbody;
 pub mod color;
+pub mod latlong;
 pub mod rgb;
 pub mod sampling;
 pub mod spectrum;

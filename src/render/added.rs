@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::math::latlong;
 use crate::math::rgb::Radiance;
 use crate::render::edits::{AddedLight, Shape};
 use crate::scene::{Dome, Emitter, SurfacePoint, Views};
@@ -179,9 +180,7 @@ impl DomeTable {
 
     /// The direction of a place in cells.
     fn direction(&self, place: Vec2) -> Vec3 {
-        let polar = place.y / self.rows as f32 * PI;
-        let azimuth = place.x / self.columns as f32 * 2.0 * PI;
-        Vec3::new(polar.sin() * azimuth.sin(), polar.sin() * azimuth.cos(), polar.cos())
+        latlong::direction(place / Vec2::new(self.columns as f32, self.rows as f32))
     }
 
     /// The height of a row's upper edge.
@@ -218,10 +217,7 @@ impl DomeTable {
     }
 
     fn density(&self, direction: Vec3) -> f32 {
-        let azimuth = direction.x.atan2(direction.y).rem_euclid(2.0 * PI);
-        let polar = direction.truncate().length().atan2(direction.z);
-        let row = ((polar / PI * self.rows as f32) as usize).min(self.rows - 1);
-        let column = ((azimuth / (2.0 * PI) * self.columns as f32) as usize).min(self.columns - 1);
+        let (column, row) = latlong::cell(direction, (self.columns, self.rows));
         self.probability(row * self.columns + column) / self.solid_angle(row)
     }
 }

@@ -14,6 +14,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::geometry::bvh::Ray;
+use crate::math::latlong;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 
@@ -67,17 +68,12 @@ impl Probe {
 
     /// The direction of a place in pixels, v down.
     pub fn direction(&self, place: Vec2) -> Vec3 {
-        let (polar, azimuth) =
-            (place.y / self.height as f32 * PI, place.x / self.width as f32 * TAU);
-        Vec3::new(polar.sin() * azimuth.sin(), polar.sin() * azimuth.cos(), polar.cos())
+        latlong::direction(place / Vec2::new(self.width as f32, self.height as f32))
     }
 
     /// The pixel that a direction falls into.
     fn index(&self, direction: Vec3) -> usize {
-        let azimuth = direction.x.atan2(direction.y).rem_euclid(TAU);
-        let polar = direction.truncate().length().atan2(direction.z);
-        let x = ((azimuth / TAU * self.width as f32) as usize).min(self.width - 1);
-        let y = ((polar / PI * self.height as f32) as usize).min(self.height - 1);
+        let (x, y) = latlong::cell(direction, (self.width, self.height));
         y * self.width + x
     }
 

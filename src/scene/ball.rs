@@ -8,6 +8,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Camera, Image};
+use crate::math::latlong;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 
 /// Rays whose sine of the angle from the middle is beyond this share of the outline's are left out:
@@ -184,8 +185,7 @@ impl BallView<'_> {
 
 /// The unit direction of a place in an image of all directions, both coordinates 0 to 1.
 fn direction(across: f64, down: f64) -> DVec3 {
-    let (azimuth, polar) = (across * std::f64::consts::TAU, down * std::f64::consts::PI);
-    DVec3::new(polar.sin() * azimuth.sin(), polar.sin() * azimuth.cos(), polar.cos())
+    latlong::direction(DVec2::new(across, down).as_vec2()).as_dvec3().normalize()
 }
 
 /// Between the four nearest pixels, all of which must be measurements.

@@ -175,8 +175,8 @@ impl ToneMapping {
         match self {
             Self::Linear => "As exposed; what is brighter than white is clipped",
             Self::Neutral => {
-                "Khronos PBR Neutral: colours up to 0.8 of white are kept, less the 0.04 of a \
-                 shine; brighter ones are rolled off, so that lamps keep their shape"
+                "Khronos PBR Neutral: colours up to 0.8 of white are kept, 0.04 darker; brighter \
+                 ones are compressed below white, so that lamps keep their shape"
             }
             Self::FalseColor => "Luminance as a colour scale over ten stops",
         }
