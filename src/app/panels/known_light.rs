@@ -60,7 +60,7 @@ fn change(name: &'static str, of: Option<Added>, given: GivenLight) -> Action {
 
 fn environment_ui(ui: &mut egui::Ui, given: &GivenLight, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
-        ui.weak("Around it");
+        ui.weak("Environment");
         for environment in Environment::ALL {
             let (text, help) = match environment {
                 Environment::Auto => ("Auto", "The program decides by the geometry"),

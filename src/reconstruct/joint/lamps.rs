@@ -4,8 +4,6 @@
 //! from photographed surfaces, which leaves the scale of the reflectances free. A lamp in its
 //! right place over a coarse background does not.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -13,14 +11,13 @@ use crate::math::sampling::{Random, fibonacci, square_to_disc, stratified};
 use crate::reconstruct::Stream;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::fit::Fitted;
+use crate::reconstruct::joint::lamp_gain::Scaled;
 use crate::reconstruct::joint::linearised::{Residue, residues};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::lights::VirtualLight;
 use crate::scene::agreement::brightness;
 use crate::scene::{Emitter, Gloss, KnownLight, SurfacePoint, Viewing, agreeing};
-use crate::solve::bounded::bounded_quadratic;
-use crate::solve::kernels::{column_of, dot, vectorised};
-use crate::watch::{Cancelled, Watch};
+use crate::watch::Cancelled;
 
 /// Directions in which a lamp's radiance may differ: it is Σ E_k w_k with w₀ = 1 and w_k the
 /// cosine to one of the six axes where that is positive.
@@ -190,10 +187,10 @@ fn arriving(lamp: &Lamp, point: SurfacePoint, visible: impl FnOnce() -> f32) -> 
     light.area_m2() * cosine / (distance * distance) * visible()
 }
 
-/// The seven columns of a lamp on the rows, one after the other, before the scale of a channel.
-fn columns(lamp: &Lamp, points: &[SurfacePoint], coupling: &[f32]) -> Vec<f32> {
+/// Fills the seven columns of a lamp on the rows, one after the other, before the scale of a channel, where
+/// they are not 0.
+fn fill(columns: &mut [f32], lamp: &Lamp, points: &[SurfacePoint], coupling: &[f32]) {
     let rows = points.len();
-    let mut columns = vec![0.0; rows * COLUMNS];
     for (row, (point, &k)) in points.iter().zip(coupling).enumerate() {
         if k == 0.0 {
             continue;
@@ -204,53 +201,6 @@ fn columns(lamp: &Lamp, points: &[SurfacePoint], coupling: &[f32]) -> Vec<f32> {
             columns[(1 + 2 * axis) * rows + row] = k * component.max(0.0);
             columns[(2 + 2 * axis) * rows + row] = k * (-component).max(0.0);
         }
-    }
-    columns
-}
-
-/// The columns of some lamps in one channel's linearised problem.
-struct Scaled {
-    columns: Vec<f32>,
-    /// Their parts along the basis, basis × columns.
-    parts: Mat<f32>,
-}
-
-impl Scaled {
-    /// `columns` has those of one lamp after the other, `lobes` what [`Candidates::lobes`] gives
-    /// for each.
-    fn new(columns: &[f32], lobes: &[f32], residue: &Residue) -> Self {
-        let rows = residue.residual.len();
-        let mut scaled = columns.to_vec();
-        let lamps = scaled.chunks_exact_mut(COLUMNS * rows).zip(lobes.chunks_exact(rows));
-        for (lamp, lobes) in lamps {
-            let factors: Vec<f32> = residue
-                .scale
-                .iter()
-                .zip(&residue.gloss)
-                .zip(lobes)
-                .map(|((scale, gloss), lobe)| scale + gloss * lobe)
-                .collect();
-            for column in lamp.chunks_exact_mut(rows) {
-                for (value, factor) in column.iter_mut().zip(&factors) {
-                    *value *= factor;
-                }
-            }
-        }
-        let count = scaled.len() / rows;
-        let mut parts = Mat::zeros(residue.basis.ncols(), count);
-        let matrix = MatRef::from_column_major_slice(&scaled, rows, count);
-        let basis = residue.basis.transpose();
-        matmul(parts.as_mut(), Accum::Replace, basis, matrix, 1.0, Par::Seq);
-        Self { columns: scaled, parts }
-    }
-
-    fn column(&self, index: usize) -> &[f32] {
-        let rows = self.columns.len() / self.parts.ncols();
-        &self.columns[index * rows..(index + 1) * rows]
-    }
-
-    fn parts(&self, index: usize) -> &[f32] {
-        column_of(self.parts.as_ref(), index)
     }
 }
 
@@ -284,26 +234,18 @@ impl Candidates {
     pub fn best(&self, problem: &Problem, fitted: &Fitted) -> Option<(Lamp, f64)> {
         let residues = residues(problem, fitted, &self.rows, None);
         let gains_of = |(lamps, coupling): (&[Lamp], &[Vec<f32>])| {
-            let each = lamps.iter().zip(coupling);
-            let columns: Vec<Vec<f32>> =
-                each.map(|(lamp, coupling)| columns(lamp, &self.points, coupling)).collect();
+            let size = COLUMNS * self.points.len();
+            let mut columns = vec![0.0; size * lamps.len()];
+            let each = columns.chunks_exact_mut(size).zip(lamps).zip(coupling);
+            each.for_each(|((columns, lamp), coupling)| {
+                fill(columns, lamp, &self.points, coupling);
+            });
             let lobes: Vec<Vec<f32>> =
                 lamps.iter().map(|lamp| self.lobes(lamp, &fitted.model.gloss)).collect();
-            let (columns, lobes) = (columns.concat(), lobes.concat());
+            let lobes = lobes.concat();
             let mut gains = vec![0.0f32; COLUMNS * lamps.len()];
             for residue in &residues {
-                let scaled = Scaled::new(&columns, &lobes, residue);
-                vectorised(|| {
-                    for (k, gain) in gains.iter_mut().enumerate() {
-                        let (column, parts) = (scaled.column(k), scaled.parts(k));
-                        let square = dot(column, column);
-                        let towards = -dot(column, &residue.residual);
-                        let kept = square - dot(parts, parts);
-                        if towards > 0.0 && kept > 1e-3 * square {
-                            *gain += towards * towards / kept;
-                        }
-                    }
-                });
+                Scaled::new(&columns, &lobes, residue).add_gains(residue, &mut gains);
             }
             gains
                 .chunks_exact(COLUMNS)
@@ -387,44 +329,12 @@ impl Candidates {
         let points = self.points.iter().zip(&self.discs);
         let coupling: Vec<f32> =
             points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();
-        let columns = columns(lamp, &self.points, &coupling);
+        let mut columns = vec![0.0; COLUMNS * self.points.len()];
+        fill(&mut columns, lamp, &self.points, &coupling);
         let lobes = self.lobes(lamp, gloss);
         residues
             .iter()
-            .map(|residue| {
-                let scaled = Scaled::new(&columns, &lobes, residue);
-                let gram = Mat::from_fn(COLUMNS, COLUMNS, |i, j| {
-                    let both = dot(scaled.parts(i), scaled.parts(j));
-                    f64::from(dot(scaled.column(i), scaled.column(j)) - both)
-                });
-                let linear: Vec<f64> = (0..COLUMNS)
-                    .map(|k| -f64::from(dot(scaled.column(k), &residue.residual)))
-                    .collect();
-                explained_by(&gram, &linear)
-            })
+            .map(|residue| Scaled::new(&columns, &lobes, residue).explained(residue))
             .sum()
     }
-}
-
-/// max 2 bᵀx − xᵀHx over x ≥ 0.
-fn explained_by(gram: &Mat<f64>, linear: &[f64]) -> f64 {
-    let count = linear.len();
-    // What is left of a column after projection in single precision is noise below this.
-    let hessian =
-        Mat::from_fn(count, count, |i, j| gram[(i, j)] * if i == j { 1.0 + 1e-4 } else { 1.0 });
-    let unbounded = vec![f64::INFINITY; count];
-    let zero = vec![0.0; count];
-    let watch = Watch::new();
-    let Ok(x) = bounded_quadratic(hessian.as_ref(), linear, &zero, &unbounded, &zero, &watch)
-    else {
-        return 0.0;
-    };
-    let mut value = 0.0;
-    for i in 0..count {
-        value += 2.0 * linear[i] * x[i];
-        for j in 0..count {
-            value -= x[i] * hessian[(i, j)] * x[j];
-        }
-    }
-    value
 }

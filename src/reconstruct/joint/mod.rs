@@ -28,6 +28,7 @@ mod grow;
 mod hessian;
 mod history;
 mod indirect;
+mod lamp_gain;
 mod lamps;
 mod light_model;
 mod linearised;

@@ -1,25 +1,19 @@
-//! The light at the texels of a surface (Eq. 14), computed where it changes and interpolated
-//! where it does not.
+//! The light at the texels of a surface (Eq. 14).
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
-
-use crate::math::rgb::{CHANNELS, Rgb};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
 use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::hemisphere::{Record, hemisphere};
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
+use crate::reconstruct::textures::cells::{Grid, Sum};
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::reconstruct::transport::arriving;
 use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
-
-/// Neighbouring irradiances that differ by less than this are interpolated between: more than
-/// the noise of the few rays, less than the shadows that would be seen in a texture.
-const SMOOTH: f64 = 0.1;
 
 /// The light at texels: what was recovered, with what is gathered from the photographs.
 pub(in crate::reconstruct) struct Light<'a> {
@@ -56,17 +50,6 @@ impl<'a> Light<'a> {
         self.recovered.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
     }
 
-    /// The virtual lights' part of Eq. 14 at a surface point.
-    fn virtual_lights(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
-        let mut total = [0.0; CHANNELS];
-        for (_, irradiance) in self.lights_apart(views, point, options) {
-            for (total, value) in total.iter_mut().zip(irradiance) {
-                *total += value;
-            }
-        }
-        total
-    }
-
     /// G of Eq. 14 at one surface point.
     pub(in crate::reconstruct) fn at(
         &self,
@@ -75,32 +58,59 @@ impl<'a> Light<'a> {
         options: &TextureOptions,
     ) -> Rgb {
         let photographed = self.photographed(views, point, options);
-        let direct = self.virtual_lights(views, point, options);
-        std::array::from_fn(|c| photographed[c] + direct[c])
+        let direct = self.lights_apart(views, point, options);
+        std::array::from_fn(|c| {
+            photographed[c] + direct.iter().map(|(_, irradiance)| irradiance[c]).sum::<f64>()
+        })
     }
 
     /// G of Eq. 14 at every placed texel.
     pub(super) fn irradiance(
         &self,
         views: &Views,
-        places: &[Option<Place>],
-        width: usize,
+        grid: Grid,
         options: &TextureOptions,
         watch: &Watch,
     ) -> Result<Vec<Option<Rgb>>, Cancelled> {
-        let direct = |point| self.virtual_lights(views, point, options);
-        let grid = Grid { places, width, stride: options.stride, finest: 1 };
-        let direct = map(grid, None, direct, watch)?;
+        let places = grid.places;
+        let direct = grid.map(&Direct { light: self, views, places, options }, watch)?;
         // Light from photographed surfaces comes from all around and is the smoother part: where
         // its changes are small against the whole, or finer than its rays resolve, they are
         // interpolated.
-        let indirect = |point| self.photographed(views, point, options);
-        let grid = Grid { finest: options.stride / 2, ..grid };
-        let indirect = map(grid, Some(&direct), indirect, watch)?;
+        let indirect = Indirect { light: self, views, places, options, direct: &direct };
+        let indirect = Grid { finest: grid.stride / 2, ..grid }.map(&indirect, watch)?;
         let sum = |(a, b): (Option<Rgb>, Option<Rgb>)| {
             a.zip(b).map(|(a, b)| std::array::from_fn(|c| a[c] + b[c]))
         };
         Ok(direct.into_iter().zip(indirect).map(sum).collect())
+    }
+
+    /// Irradiance from one light.
+    fn of_light(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        light: usize,
+        options: &TextureOptions,
+    ) -> Rgb {
+        let range = self.recovered.lobes.of(light);
+        let mut values = vec![0.0f32; range.len()];
+        arriving(
+            views,
+            &self.recovered.lights.lights[light],
+            &self.recovered.lobes.lobes[range.clone()],
+            point,
+            grid_side(options.disc_rays),
+            &mut self.random(),
+            &mut values,
+        );
+        let mut irradiance = [0.0; CHANNELS];
+        for (&value, emission) in values.iter().zip(&self.recovered.emission[range]) {
+            for (sum, emission) in irradiance.iter_mut().zip(emission) {
+                *sum += emission * f64::from(value);
+            }
+        }
+        irradiance
     }
 
     /// Irradiance from each lit light above the horizon, with the light's index.
@@ -110,32 +120,11 @@ impl<'a> Light<'a> {
         point: SurfacePoint,
         options: &TextureOptions,
     ) -> Vec<(usize, Rgb)> {
-        let side = grid_side(options.disc_rays);
-        let mut found = Vec::new();
-        for &index in &self.lit {
-            let light = &self.recovered.lights.lights[index];
-            let range = self.recovered.lobes.of(index);
-            let mut values = vec![0.0f32; range.len()];
-            arriving(
-                views,
-                light,
-                &self.recovered.lobes.lobes[range.clone()],
-                point,
-                side,
-                &mut self.random(),
-                &mut values,
-            );
-            let mut irradiance = [0.0; CHANNELS];
-            for (&value, emission) in values.iter().zip(&self.recovered.emission[range]) {
-                for (sum, emission) in irradiance.iter_mut().zip(emission) {
-                    *sum += emission * f64::from(value);
-                }
-            }
-            if irradiance != [0.0; CHANNELS] {
-                found.push((index, irradiance));
-            }
-        }
-        found
+        let lights = self.lit.iter();
+        lights
+            .map(|&light| (light, self.of_light(views, point, light, options)))
+            .filter(|(_, irradiance)| *irradiance != [0.0; CHANNELS])
+            .collect()
     }
 
     /// The light at a surface point by direction, for a specular lobe.
@@ -184,116 +173,50 @@ pub(super) struct Incident {
     lights: Vec<(usize, Rgb)>,
 }
 
-/// The texels over which irradiance is mapped.
-#[derive(Clone, Copy)]
-struct Grid<'a> {
+/// The irradiance at texels from each lit light.
+struct Direct<'a> {
+    light: &'a Light<'a>,
+    views: &'a Views<'a>,
     places: &'a [Option<Place>],
-    width: usize,
-    /// Side of the largest cells, in texels.
-    stride: usize,
-    /// Cells of this side or less are interpolated however their corners differ.
-    finest: usize,
+    options: &'a TextureOptions,
 }
 
-/// Irradiance at every placed texel: at the corners of square cells, and at every texel of
-/// the cells over which it changes or whose corners lie elsewhere. Changes are judged against
-/// its sum with `base`.
-fn map(
-    grid: Grid,
-    base: Option<&[Option<Rgb>]>,
-    evaluate: impl Fn(SurfacePoint) -> Rgb + Sync,
-    watch: &Watch,
-) -> Result<Vec<Option<Rgb>>, Cancelled> {
-    let Grid { places, width, stride, finest } = grid;
-    let mut known: Vec<Option<Rgb>> = vec![None; places.len()];
-    let height = places.len() / width.max(1);
-    // Halving must end at 1 with all cells aligned.
-    let mut stride = stride.next_power_of_two();
-    let mut wanted: Vec<usize> = (0..places.len())
-        .filter(|i| (i % width) % stride == 0 && (i / width) % stride == 0)
-        .collect();
-    loop {
-        wanted.retain(|&index| places[index].is_some() && known[index].is_none());
-        let computed: Vec<Rgb> = wanted
-            .par_iter()
-            .map(|&index| {
-                watch.tick()?;
-                let point = places[index].map(|place| place.point);
-                Ok(point.map_or([0.0; CHANNELS], &evaluate))
-            })
-            .collect::<Result<_, Cancelled>>()?;
-        for (&index, irradiance) in wanted.iter().zip(computed) {
-            known[index] = Some(irradiance);
+impl Sum for Direct<'_> {
+    fn parts(&self) -> usize {
+        self.light.lit.len()
+    }
+
+    fn compute(&self, texel: usize, parts: &[usize], values: &mut [Radiance]) {
+        let Some(place) = &self.places[texel] else { return };
+        for &part in parts {
+            let light = self.light.lit[part];
+            let irradiance = self.light.of_light(self.views, place.point, light, self.options);
+            values[part] = irradiance.map(|value| value as f32);
         }
-        if stride == 1 {
-            return Ok(known);
-        }
-        wanted.clear();
-        let finer = stride / 2;
-        for y in (0..height).step_by(stride) {
-            for x in (0..width).step_by(stride) {
-                let corners = [(x, y), (x + stride, y), (x, y + stride), (x + stride, y + stride)]
-                    .map(|(u, v)| (u < width && v < height).then(|| v * width + u));
-                // A cell that a coarser one has interpolated is complete already.
-                let cell = |step: usize| {
-                    (y..(y + stride).min(height)).step_by(step).flat_map(move |v| {
-                        (x..(x + stride).min(width)).step_by(step).map(move |u| v * width + u)
-                    })
-                };
-                match smooth(places, &known, base, corners, stride <= finest) {
-                    Some(values) => {
-                        for index in cell(1) {
-                            if places[index].is_some() && known[index].is_none() {
-                                let s = ((index % width) - x) as f64 / stride as f64;
-                                let t = ((index / width) - y) as f64 / stride as f64;
-                                known[index] = Some(bilinear(values, s, t));
-                                watch.tick()?;
-                            }
-                        }
-                    }
-                    None => wanted.extend(cell(finer)),
-                }
-            }
-        }
-        stride = finer;
     }
 }
 
-/// The corners' irradiances if they lie on one polygon and hardly differ, or whatever they are.
-fn smooth(
-    places: &[Option<Place>],
-    known: &[Option<Rgb>],
-    base: Option<&[Option<Rgb>]>,
-    corners: [Option<usize>; 4],
-    whatever_they_are: bool,
-) -> Option<[Rgb; 4]> {
-    let mut values = [[0.0; CHANNELS]; 4];
-    let mut whole = [0.0f64; CHANNELS];
-    let mut polygon = None;
-    for (value, corner) in values.iter_mut().zip(corners) {
-        let index = corner?;
-        let place = places[index].as_ref()?;
-        if *polygon.get_or_insert(place.polygon) != place.polygon {
-            return None;
-        }
-        *value = known[index]?;
-        let base = base.and_then(|base| base[index]).unwrap_or_default();
-        for c in 0..CHANNELS {
-            whole[c] = whole[c].max(value[c] + base[c]);
-        }
-    }
-    let alike = (0..CHANNELS).all(|c| {
-        let low = values.iter().map(|v| v[c]).fold(f64::INFINITY, f64::min);
-        let high = values.iter().map(|v| v[c]).fold(0.0, f64::max);
-        high - low <= SMOOTH * whole[c]
-    });
-    (alike || whatever_they_are).then_some(values)
+/// The irradiance at texels from photographed surfaces, as one part.
+struct Indirect<'a> {
+    light: &'a Light<'a>,
+    views: &'a Views<'a>,
+    places: &'a [Option<Place>],
+    options: &'a TextureOptions,
+    direct: &'a [Option<Rgb>],
 }
 
-fn bilinear(values: [Rgb; 4], s: f64, t: f64) -> Rgb {
-    std::array::from_fn(|c| {
-        let top = values[0][c] * (1.0 - s) + values[1][c] * s;
-        let bottom = values[2][c] * (1.0 - s) + values[3][c] * s;
-        top * (1.0 - t) + bottom * t
-    })
+impl Sum for Indirect<'_> {
+    fn parts(&self) -> usize {
+        1
+    }
+
+    fn compute(&self, texel: usize, _: &[usize], values: &mut [Radiance]) {
+        let Some(place) = &self.places[texel] else { return };
+        let irradiance = self.light.photographed(self.views, place.point, self.options);
+        values[0] = irradiance.map(|value| value as f32);
+    }
+
+    fn base(&self, texel: usize) -> Rgb {
+        self.direct[texel].unwrap_or_default()
+    }
 }

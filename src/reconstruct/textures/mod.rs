@@ -3,6 +3,7 @@
 //! Textures are reconstructed once, after the refinement has converged, so that gradients of
 //! the light are not taken for texture.
 
+mod cells;
 pub(super) mod light;
 mod sharpen;
 mod texels;
@@ -18,6 +19,7 @@ use crate::reconstruct::Error;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::SampleCloud;
+use crate::reconstruct::textures::cells::Grid;
 use crate::reconstruct::textures::light::Light;
 use crate::reconstruct::textures::texels::Texels;
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
@@ -103,12 +105,12 @@ pub fn reconstruct(
         let unwrap = unwrap(&capture.mesh, surface, tagged.has_texcoords, size);
         let places = rasterize(views, &unwrap, watch)?;
         watch.begin(2 * places.len() as u64);
-        let irradiance =
-            light.irradiance(views, &places, unwrap.width, &options.textures, watch)?;
+        let stride = options.textures.stride.next_power_of_two();
+        let grid = Grid { places: &places, width: unwrap.width, stride, finest: 1 };
+        let irradiance = light.irradiance(views, grid, &options.textures, watch)?;
         let texels = Texels {
             views,
-            places: &places,
-            width: unwrap.width,
+            grid,
             irradiance: &irradiance,
             light: &light,
             options: &options.textures,

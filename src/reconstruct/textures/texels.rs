@@ -1,14 +1,18 @@
 //! The reflectance of every texel (Eq. 13): what its photographs show, less what a specular lobe
 //! mirrors, over the light there.
 
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::reconstruct::textures::cells::{Cell, Grid, Sum};
 use crate::reconstruct::textures::light::{Incident, Light};
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::scene::agreement::AGREEMENT;
+use crate::scene::views::{Seen, VisibilityBuffer};
 use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
@@ -70,12 +74,40 @@ fn drawn(found: Rgb, variance: f64, usual: Rgb) -> Rgb {
 #[derive(Clone, Copy)]
 pub(super) struct Texels<'a> {
     pub views: &'a Views<'a>,
-    pub places: &'a [Option<Place>],
-    pub width: usize,
+    pub grid: Grid<'a>,
     /// G of Eq. 14 at every placed texel.
     pub irradiance: &'a [Option<Rgb>],
     pub light: &'a Light<'a>,
     pub options: &'a TextureOptions,
+}
+
+/// What the specular lobe of a surface's material mirrors at the texels, towards one photograph.
+struct Mirrored<'a> {
+    texels: &'a Texels<'a>,
+    incidents: &'a [Option<Incident>],
+    brdf: &'a Brdf,
+    gloss: (Gloss, Rgb),
+    camera: Vec3,
+}
+
+impl Sum for Mirrored<'_> {
+    fn parts(&self) -> usize {
+        1
+    }
+
+    fn compute(&self, texel: usize, _: &[usize], values: &mut [Radiance]) {
+        let Some(place) = &self.texels.grid.places[texel] else { return };
+        let direction = (self.camera - place.point.position).normalize_or(place.point.normal);
+        let viewing = Viewing::from(direction, place.point.normal);
+        let mirrored = self.texels.mirrored(self.incidents, texel, viewing, self.gloss);
+        values[0] = mirrored.map(|value| value as f32);
+    }
+
+    /// What the surface sends diffusely.
+    fn base(&self, texel: usize) -> Rgb {
+        let irradiance = self.texels.irradiance[texel].unwrap_or_default();
+        std::array::from_fn(|c| self.brdf.diffuse[c] * irradiance[c] / PI)
+    }
 }
 
 impl Texels<'_> {
@@ -89,34 +121,59 @@ impl Texels<'_> {
             Some(gloss) => Some((self.incidents(watch)?, gloss)),
             None => None,
         };
-        let of_texel = |index: usize| {
-            watch.check()?;
-            let (Some(place), Some(irradiance)) = (&self.places[index], self.irradiance[index])
-            else {
-                return Ok(None);
-            };
-            let mirrored = |viewing: Viewing| match &incidents {
-                Some((incidents, gloss)) => self.mirrored(incidents, index, viewing, *gloss),
-                None => [0.0; CHANNELS],
-            };
+        let of_cell = |cell: Cell| {
+            let texels = self.grid.texels(cell);
+            let mut photographed: Vec<Vec<Photographed>> =
+                texels.iter().map(|_| Vec::new()).collect();
+            for buffer in &self.views.buffers {
+                watch.check()?;
+                let seen: Vec<Option<(Seen, Rgb)>> =
+                    texels.iter().map(|&texel| self.seen(buffer, texel)).collect();
+                if seen.iter().all(Option::is_none) {
+                    continue;
+                }
+                let mut mirrored = HashMap::new();
+                if let Some((incidents, gloss)) = &incidents {
+                    let camera = buffer.camera.position.as_vec3();
+                    let sum = Mirrored { texels: self, incidents, brdf, gloss: *gloss, camera };
+                    mirrored.extend(self.grid.within(cell, &sum, &watch.within())?);
+                }
+                let each = texels.iter().zip(&mut photographed).zip(seen);
+                for ((texel, photographed), seen) in each {
+                    let mirrored = mirrored.get(texel).copied().unwrap_or_default();
+                    if let (Some(seen), Some(place)) = (seen, &self.grid.places[*texel]) {
+                        photographed.push(shown(buffer, place.point, seen, mirrored));
+                    }
+                }
+            }
             let usual = incidents.as_ref().map(|_| brdf.diffuse);
-            Ok(self.reflectance(place.point, irradiance, usual, mirrored))
+            let found = |(texel, mut photographed): (usize, Vec<Photographed>)| {
+                let irradiance = self.irradiance[texel]?;
+                Some((texel, reflectance(irradiance, usual, &mut photographed)?))
+            };
+            Ok(texels.into_iter().zip(photographed).filter_map(found).collect())
         };
-        (0..self.places.len()).into_par_iter().map(of_texel).collect()
+        let cells: Vec<Vec<(usize, Radiance)>> =
+            self.grid.cells().into_par_iter().map(of_cell).collect::<Result<_, Cancelled>>()?;
+        let mut reflectances = vec![None; self.grid.places.len()];
+        for (texel, reflectance) in cells.into_iter().flatten() {
+            reflectances[texel] = Some(reflectance);
+        }
+        Ok(reflectances)
     }
 
     /// The light by direction at the corners of square cells: what a lobe mirrors of it changes with
     /// the direction of view, which every texel has for itself.
     fn incidents(&self, watch: &Watch) -> Result<Vec<Option<Incident>>, Cancelled> {
-        let stride = self.options.stride;
+        let stride = self.grid.stride;
         let (columns, height) =
-            (self.width.div_ceil(stride), self.places.len() / self.width.max(1));
+            (self.grid.width.div_ceil(stride), self.grid.places.len() / self.grid.width.max(1));
         (0..columns * height.div_ceil(stride))
             .into_par_iter()
             .map(|corner| {
                 watch.check()?;
                 let (x, y) = (corner % columns * stride, corner / columns * stride);
-                let place = &self.places[y * self.width + x];
+                let place = &self.grid.places[y * self.grid.width + x];
                 let incident =
                     |place: &Place| self.light.incident(self.views, place.point, self.options);
                 Ok(place.as_ref().map(incident))
@@ -133,10 +190,10 @@ impl Texels<'_> {
         viewing: Viewing,
         gloss: (Gloss, Rgb),
     ) -> Rgb {
-        let Some(place) = &self.places[index] else { return [0.0; CHANNELS] };
-        let stride = self.options.stride;
-        let columns = self.width.div_ceil(stride);
-        let (x, y) = (index % self.width, index / self.width);
+        let Some(place) = &self.grid.places[index] else { return [0.0; CHANNELS] };
+        let stride = self.grid.stride;
+        let columns = self.grid.width.div_ceil(stride);
+        let (x, y) = (index % self.grid.width, index / self.grid.width);
         let part = |at: usize| (at % stride) as f64 / stride as f64;
         let (mut sum, mut weights) = ([0.0; CHANNELS], 0.0);
         for (right, below) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
@@ -147,7 +204,7 @@ impl Texels<'_> {
                 continue;
             }
             let Some(Some(incident)) = incidents.get(row * columns + column) else { continue };
-            let corner = &self.places[row * stride * self.width + column * stride];
+            let corner = &self.grid.places[row * stride * self.grid.width + column * stride];
             if corner.as_ref().is_none_or(|corner| corner.polygon != place.polygon) {
                 continue;
             }
@@ -162,45 +219,53 @@ impl Texels<'_> {
         sum.map(|sum| sum / weights)
     }
 
-    /// Eq. 13 for one texel; `usual` is the diffuse reflectance of a glossy material.
-    fn reflectance(
-        &self,
-        point: SurfacePoint,
-        irradiance: Rgb,
-        usual: Option<Rgb>,
-        mirrored: impl Fn(Viewing) -> Rgb,
-    ) -> Option<Radiance> {
-        // Without light a texel's reflectance cannot be told.
-        if irradiance.iter().any(|&value| value <= 0.0) {
-            return None;
-        }
-        let mut photographed: Vec<Photographed> = Vec::new();
-        for buffer in &self.views.buffers {
-            let Some(seen) = self.views.seen(buffer, point) else { continue };
-            let Some(radiance) = buffer.image.radiance(seen.x, seen.y) else { continue };
-            // A photograph counts by the number of its pixels that show the texel.
-            let distance = buffer.camera.position.as_vec3().distance(point.position);
-            let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
-            // Beside an edge a pixel shows another surface too: used where there is no other.
-            let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
-            let mirrored = mirrored(Viewing::from(seen.direction, point.normal));
-            let radiance = radiance.map(f64::from);
-            // What is mirrored is known less well than what is measured.
-            let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
-            let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
-            photographed.push(Photographed {
-                diffuse: std::array::from_fn(|c| radiance[c] - mirrored[c]),
-                weight: weight / error,
-                variance: (PHOTOGRAPH_ERROR * brightness(&radiance)).powi(2) * error,
-            });
-        }
-        let (mut diffuse, variance) = common(&mut photographed)?;
-        if let Some(usual) = usual {
-            let usual = std::array::from_fn(|c| usual[c] * irradiance[c] / PI);
-            diffuse = drawn(diffuse, variance, usual);
-        }
-        Some(std::array::from_fn(|c| (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32))
+    /// Where a photograph sees a texel, and the radiance that it measures there.
+    fn seen(&self, buffer: &VisibilityBuffer, texel: usize) -> Option<(Seen, Rgb)> {
+        let place = self.grid.places[texel].as_ref()?;
+        let seen = self.views.seen(buffer, place.point)?;
+        let radiance = buffer.image.radiance(seen.x, seen.y)?;
+        Some((seen, radiance.map(f64::from)))
     }
+}
+
+/// What a photograph shows of a surface point, less what is mirrored.
+fn shown(
+    buffer: &VisibilityBuffer,
+    point: SurfacePoint,
+    (seen, radiance): (Seen, Rgb),
+    mirrored: Rgb,
+) -> Photographed {
+    // A photograph counts by the number of its pixels that show the texel.
+    let distance = buffer.camera.position.as_vec3().distance(point.position);
+    let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
+    // Beside an edge a pixel shows another surface too: used where there is no other.
+    let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
+    // What is mirrored is known less well than what is measured.
+    let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
+    let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
+    Photographed {
+        diffuse: std::array::from_fn(|c| radiance[c] - mirrored[c]),
+        weight: weight / error,
+        variance: (PHOTOGRAPH_ERROR * brightness(&radiance)).powi(2) * error,
+    }
+}
+
+/// Eq. 13 for one texel; `usual` is the diffuse reflectance of a glossy material.
+fn reflectance(
+    irradiance: Rgb,
+    usual: Option<Rgb>,
+    photographed: &mut [Photographed],
+) -> Option<Radiance> {
+    // Without light a texel's reflectance cannot be told.
+    if irradiance.iter().any(|&value| value <= 0.0) {
+        return None;
+    }
+    let (mut diffuse, variance) = common(photographed)?;
+    if let Some(usual) = usual {
+        let usual = std::array::from_fn(|c| usual[c] * irradiance[c] / PI);
+        diffuse = drawn(diffuse, variance, usual);
+    }
+    Some(std::array::from_fn(|c| (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32))
 }
 
 #[cfg(test)]
