@@ -31,7 +31,11 @@ fn copy(from: &Path, to: &Path) {
     for entry in fs::read_dir(from).unwrap() {
         let own = entry.unwrap().path();
         let to = to.join(own.file_name().unwrap());
-        if own.is_dir() { copy(&own, &to) } else { drop(fs::copy(&own, &to).unwrap()) }
+        if own.is_dir() {
+            copy(&own, &to);
+        } else {
+            fs::copy(&own, &to).unwrap();
+        }
     }
 }
 
