@@ -13,6 +13,7 @@ use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::{Pane, Workspace};
 use super::leaving::{AfterPrompt, leave, once_saved, proceed};
 use super::lighting::{self, Lighting};
+use super::masking::{self, Masking};
 use super::modelling::begin::{self, NewAction};
 use super::modelling::{self, ModelAction};
 use super::picture_choices::PictureChoices;
@@ -93,6 +94,8 @@ pub enum Action {
     Relight(Relight),
     /// What is done about known lights.
     Lighting(Lighting),
+    /// What is done about masks.
+    Masking(Masking),
     Import(import::ImportAction),
     New(NewAction),
     Model(ModelAction),
@@ -326,6 +329,7 @@ pub fn apply(state: &mut State, action: Action) {
                 state.viewport.settings.shading = Shading::Relit;
             }
         }
+        Action::Masking(what) => masking::apply(state, what),
         Action::ShowPane(pane) => state.layout.show(pane),
         Action::ResetLayout => state.layout.reset(),
         Action::Theme(theme) => {

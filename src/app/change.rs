@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::given::GivenLight;
 use super::relight::Added;
 use crate::io::edits::Unread;
+use crate::io::project::Masks;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
@@ -79,6 +80,11 @@ pub enum Change {
         of: Option<Added>,
         given: Arc<GivenLight>,
     },
+    /// Other pixels of photographs are left out.
+    Masks {
+        name: &'static str,
+        masks: Arc<Masks>,
+    },
     /// The scene is relit in another way.
     Relight {
         name: &'static str,
@@ -107,9 +113,10 @@ impl Change {
             Self::DeleteEmpty => "remove empty materials".to_owned(),
             Self::DefaultOptions => "reset all options".to_owned(),
             Self::Options { name, .. } => name.clone(),
-            Self::Given { name, .. } | Self::Relight { name, .. } | Self::Unread { name, .. } => {
-                (*name).to_owned()
-            }
+            Self::Given { name, .. }
+            | Self::Relight { name, .. }
+            | Self::Masks { name, .. }
+            | Self::Unread { name, .. } => (*name).to_owned(),
         }
     }
 

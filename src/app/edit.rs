@@ -8,7 +8,7 @@ use super::change::Change;
 use super::given::GivenLight;
 use super::things::Things;
 use crate::io::edits::Unread;
-use crate::io::project::{self, Absent, Tag};
+use crate::io::project::{self, Absent, Masks, Tag};
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::{Capture, Material, MaterialKind};
@@ -28,6 +28,8 @@ pub struct Edit {
     pub unread: Arc<Vec<Unread>>,
     /// Surfaces that the project's tags name and the capture lacks.
     pub absent: Absent,
+    /// What is left out of photographs.
+    pub masks: Arc<Masks>,
 }
 
 impl Edit {
@@ -53,6 +55,7 @@ impl Edit {
             && self.options == other.options
             && self.given.lights == other.given.lights
             && self.given.environment == other.given.environment
+            && self.masks == other.masks
     }
 
     /// What can be moved in the 3D view.
@@ -62,8 +65,12 @@ impl Edit {
 
     /// The capture with these tags: what loading it with such a tag file would give. Materials
     /// without surfaces are left out, as there.
-    pub fn capture(&self, loaded: &Capture) -> Capture {
-        project::tagged(&self.given.lit(loaded), &self.materials)
+    /// Photographs are those of an earlier state where their masks are as they were.
+    pub fn capture(&self, loaded: &Capture, earlier: Option<(&Capture, &Self)>) -> Capture {
+        let mut capture = project::tagged(&self.given.lit(loaded), &self.materials);
+        let earlier = earlier.map(|(capture, edit)| (capture, &*edit.masks));
+        project::put_masks(&mut capture, &self.masks, earlier);
+        capture
     }
 
     /// The materials that no surface has, also none that the capture lacks at present.
@@ -175,6 +182,7 @@ impl Edit {
                 // What shines is no material's any more.
                 self.take(&given.luminaires(), None);
             }
+            Change::Masks { masks, .. } => self.masks = masks.clone(),
             Change::Relight { edits, .. } => self.relight = edits.clone(),
             Change::Unread { edits, unread, .. } => {
                 self.relight = edits.clone();
@@ -274,7 +282,7 @@ mod tests {
     #[test]
     fn untouched_tags_give_the_capture_as_loaded() {
         let loaded = capture();
-        let edited = Edit::of(&loaded, Options::default()).capture(&loaded);
+        let edited = Edit::of(&loaded, Options::default()).capture(&loaded, None);
         assert_eq!(edited.materials, loaded.materials);
         assert_eq!(edited.surfaces, loaded.surfaces);
     }
@@ -286,7 +294,7 @@ mod tests {
         let surfaces = BTreeSet::from([0]);
         edit.apply(&Change::Assign { surfaces, material: 2 }, &loaded).unwrap();
         edit.apply(&Change::Unassign { surfaces: BTreeSet::from([1]) }, &loaded).unwrap();
-        let edited = edit.capture(&loaded);
+        let edited = edit.capture(&loaded, None);
         assert_eq!(edited.materials.len(), 1);
         assert_eq!(edited.materials[0].surfaces, [2, 0]);
         let roles: Vec<Role> = edited.surfaces.iter().map(|surface| surface.role).collect();
@@ -335,12 +343,12 @@ mod tests {
         let lights =
             |given: GivenLight| Change::Given { name: "lights", of: None, given: Arc::new(given) };
         edit.apply(&lights(edit.given.with_visible(&[1].into())), &loaded).unwrap();
-        let lit = edit.capture(&loaded);
+        let lit = edit.capture(&loaded, None);
         let roles: Vec<Role> = lit.surfaces.iter().map(|surface| surface.role).collect();
         assert_eq!(roles, [Role::Material(0), Role::Luminaire(0), Role::Material(1)]);
         assert_eq!((lit.lights.len(), lit.materials.len()), (1, 2));
         assert!(!edit.same_reconstruction_inputs(&Edit::of(&loaded, Options::default())));
         edit.apply(&lights(edit.given.without(0)), &loaded).unwrap();
-        assert_eq!(edit.capture(&loaded).surfaces[1].role, Role::Untagged);
+        assert_eq!(edit.capture(&loaded, None).surfaces[1].role, Role::Untagged);
     }
 }

@@ -11,6 +11,7 @@ use super::edit::Edit;
 use super::given::GivenLight;
 use super::keeping;
 use super::leaving::{AfterPrompt, UnsavedWork};
+use super::masking;
 use super::modelling;
 use super::project::Project;
 use super::reopening;
@@ -187,6 +188,7 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
             relight: Arc::new(edits.edits),
             unread: Arc::new(edits.unread),
             absent: resolved.absent,
+            masks: Arc::new(stored.masks),
         }));
         // Saving would write the capture's new place.
         if opening.recovered.is_some() || moved {
@@ -194,8 +196,10 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         } else {
             project.mark_saved();
         }
-        if !resolved.warnings.is_empty() {
-            let text = resolved.warnings.join("\n") + "\nSaving keeps these tags as they are.";
+        let mut warnings = resolved.warnings;
+        warnings.extend(masking::unused(&project, &project.edit().masks));
+        if !warnings.is_empty() {
+            let text = warnings.join("\n") + "\nSaving keeps these tags and masks as they are.";
             state.messages.error("The capture has changed since the project was saved", text);
         }
         view_file::apply(&stored.view, &mut state.viewport.settings);
@@ -278,6 +282,7 @@ pub fn close_unprompted(state: &mut State) {
     modelling::close(state);
     state.jobs.studies.forget();
     state.jobs.stop_restoring();
+    state.jobs.stop_suggesting();
     state.viewport.clear();
     state.dialogs.forget_project();
     keeping::forget_kept(state);
@@ -293,6 +298,7 @@ pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
             .then(|| given.values(&project.loaded)),
         environment: (given.environment != project.loaded.environment).then_some(given.environment),
         options: project.edit().options.clone(),
+        masks: (*project.edit().masks).clone(),
         relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
         solution: project.solution.clone().filter(|_| !project.is_outdated()),
         results: project.results.clone(),

@@ -23,13 +23,14 @@ pub enum Pane {
     Lights,
     Materials,
     Compare,
+    Masks,
     Log,
     Speed,
     Stability,
 }
 
 impl Pane {
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Outliner,
         Self::Viewport,
         Self::Tags,
@@ -43,6 +44,7 @@ impl Pane {
         Self::Lights,
         Self::Materials,
         Self::Compare,
+        Self::Masks,
         Self::Log,
         Self::Speed,
         Self::Stability,
@@ -63,6 +65,7 @@ impl Pane {
             Self::Lights => "Lights",
             Self::Materials => "Materials",
             Self::Compare => "Compare",
+            Self::Masks => "Masks",
             Self::Log => "Log",
             Self::Speed => "Speed and accuracy",
             Self::Stability => "Stability",
@@ -172,6 +175,7 @@ impl Workspace {
                 Pane::Lights,
                 Pane::Materials,
                 Pane::Compare,
+                Pane::Masks,
                 Pane::Log,
             ],
             lower_front,

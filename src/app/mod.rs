@@ -26,6 +26,7 @@ mod killed;
 mod layout;
 mod leaving;
 mod lighting;
+mod masking;
 mod messages;
 mod modelling;
 mod panels;

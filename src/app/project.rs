@@ -163,8 +163,12 @@ impl Project {
 
     /// Goes to another state: by undo, redo, or because a file says so.
     pub fn set_edit(&mut self, edit: Arc<Edit>) {
-        if edit.materials != self.edit.materials || edit.given != self.edit.given {
-            self.capture = Arc::new(edit.capture(&self.loaded));
+        if edit.materials != self.edit.materials
+            || edit.given != self.edit.given
+            || edit.masks != self.edit.masks
+        {
+            let earlier = Some((&*self.capture, &*self.edit));
+            self.capture = Arc::new(edit.capture(&self.loaded, earlier));
         }
         // Materials that come and go renumber the others.
         let selection = &mut self.selection;
@@ -240,9 +244,10 @@ impl Project {
         if self.run.is_some() || self.products.whole.is_some() {
             return;
         }
-        let Results { materials, absent, options, capture, reconstruction } = results;
+        let Results { materials, absent, masks, options, capture, reconstruction } = results;
         let given = Arc::new(GivenLight::of(&capture));
-        let of = Edit { materials, absent, options, given, ..(*self.edit).clone() };
+        let masks = Arc::new(masks);
+        let of = Edit { materials, absent, masks, options, given, ..(*self.edit).clone() };
         self.products = Products { of: Some((Arc::new(of), capture)), ..Products::default() };
         self.products.finish(reconstruction);
         self.products.stored = stored;
@@ -285,6 +290,7 @@ impl Project {
                 tags: edit.tags(&self.loaded),
                 lights: Some(edit.given.values(&self.loaded)),
                 environment: Some(edit.given.environment),
+                masks: (*edit.masks).clone(),
                 options: edit.options.clone(),
                 ..ProjectFile::default()
             },
@@ -392,39 +398,4 @@ fn most(items: impl Iterator<Item = usize>) -> Option<usize> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::{Role, Surface};
-
-    #[test]
-    fn results_are_matched_by_surfaces_not_by_names() {
-        let surface = |index: usize| Surface {
-            name: format!("s{index}"),
-            role: Role::Material(index / 2),
-            has_texcoords: false,
-        };
-        let mut surfaces: Vec<Surface> = (0..4).map(surface).collect();
-        let mut materials = crate::io::tags::from_surfaces(&mut surfaces, &[]).materials;
-        materials.truncate(2);
-        for (index, name) in ["floor", "wall"].into_iter().enumerate() {
-            materials[index].name = name.into();
-            materials[index].surfaces = vec![2 * index, 2 * index + 1];
-        }
-        surfaces.iter_mut().enumerate().for_each(|(i, s)| s.role = Role::Material(i / 2));
-        let loaded = Arc::new(Capture { surfaces, materials, ..Capture::default() });
-        let mut project = Project::new(PathBuf::new(), loaded.clone(), 0.0);
-        project.products.of = Some((project.edit().clone(), loaded));
-        assert_eq!([0, 1].map(|index| project.found_as(index)), [Some(0), Some(1)]);
-        // One surface of the floor does not make a new material the floor.
-        let surfaces = BTreeSet::from([0]);
-        project.change(&Change::NewMaterial { surfaces }).unwrap();
-        project.change(&Change::Assign { surfaces: [1].into(), material: 0 }).unwrap();
-        assert_eq!([0, 1, 2].map(|index| project.found_as(index)), [Some(0), Some(1), None]);
-        project.change(&Change::Delete { material: 2 }).unwrap();
-        project.change(&Change::Delete { material: 0 }).unwrap();
-        let name = "floor".to_owned();
-        project.change(&Change::Rename { material: 0, name }).unwrap();
-        assert_eq!(project.found_as(0), Some(1), "the wall stays what it was found as");
-        assert_eq!([0, 1].map(|index| project.listed_as(index)), [None, Some(0)]);
-    }
-}
+mod tests;

@@ -117,6 +117,7 @@ pub(super) fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
         relight: Arc::new(read.edits),
         unread: Arc::new(read.unread),
         absent: resolved.absent,
+        masks: Arc::new(stored.masks),
     }));
     project
 }

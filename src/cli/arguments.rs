@@ -22,7 +22,7 @@ pub(super) fn command() -> Command {
         .about(env!("CARGO_PKG_DESCRIPTION"))
         .arg(switch("verbose", "Show the log on stderr, in detail").short('v').global(true))
         .subcommand(reconstruct())
-        .subcommands([render(), super::probe::command(capture())])
+        .subcommands([render(), super::probe::command(capture()), super::masks::command(capture())])
         .subcommands([super::modelling::new(), super::modelling::model(capture())])
         .subcommands([merge(), export(), super::chart::command(capture())])
         .subcommand(
@@ -313,7 +313,7 @@ fn score() -> Command {
         )
 }
 
-fn threads() -> Arg {
+pub(super) fn threads() -> Arg {
     Arg::new("threads")
         .long("threads")
         .value_name("N")

@@ -6,6 +6,7 @@ mod export;
 mod import;
 mod info;
 mod job;
+mod masks;
 mod merge;
 mod model;
 mod modelling;
@@ -71,6 +72,7 @@ pub fn main() -> ExitCode {
     let ending = match matches.subcommand() {
         Some(("reconstruct", matches)) => reconstruct::run(matches),
         Some(("chart", matches)) => chart::run(matches),
+        Some(("masks", matches)) => masks::run(matches),
         Some(("probe", matches)) => probe::run(matches),
         Some(("render", matches)) => render::run(matches),
         Some(("merge", matches)) => merge::run(matches),

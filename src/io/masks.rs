@@ -12,7 +12,7 @@ use ::image::Limits;
 
 use super::orientation::Orientation;
 use super::picture::{self, Format, LARGEST_SIDE_PRODUCT};
-use super::{Error, Fault, exr, inside};
+use super::{Error, Fault, exr, inside, transforms};
 use crate::scene::Image;
 
 /// The folder of masks that are found by their names.
@@ -123,6 +123,67 @@ pub fn read(file: &Path, size: (usize, usize)) -> Result<Vec<bool>, Error> {
         .collect();
     let brightest = values.iter().max().copied().unwrap_or(0);
     Ok(values.into_iter().map(|value| value > 0 && 2 * value >= brightest).collect())
+}
+
+/// Where the mask of one photograph was written, or is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// Index into `Capture::photographs`.
+    pub photograph: usize,
+    pub file: PathBuf,
+    /// The photograph has a mask already, which is as it was.
+    pub is_kept: bool,
+}
+
+/// Writes a mask for each of some photographs of a capture, which loading it finds by their names:
+/// for `images/a.exr` it is `masks/a.exr.png` in the capture's folder, or `a.exr.png` in `out`. A mask
+/// that is there stays, unless it is to be replaced. Every entry is a photograph and, for each pixel
+/// of it as it is seen upright, whether it is left out.
+pub fn write(
+    folder: &Path,
+    out: Option<&Path>,
+    masks: &[(usize, &[bool])],
+    replace: bool,
+) -> Result<Vec<Written>, Error> {
+    let frames =
+        transforms::read(&folder.join("transforms.json"), transforms::Images::Needed)?.frames;
+    let mut written = Vec::new();
+    for &(photograph, is_left_out) in masks {
+        let Some(frame) = frames.get(photograph) else { continue };
+        let (width, height) = (frame.camera.width, frame.camera.height);
+        let own = out.is_none().then(|| frame.mask.clone()).flatten();
+        let file = own.unwrap_or_else(|| {
+            let name = inside::tail(&frame.name);
+            let below = name.split_once('/').map_or(name.as_str(), |(_, below)| below);
+            out.map_or_else(|| folder.join(FOLDER), Path::to_owned).join(format!("{below}.png"))
+        });
+        let is_kept = file.exists() && !replace;
+        if !is_kept {
+            if file.extension().is_none_or(|own| !own.eq_ignore_ascii_case("png")) {
+                return Err(Error::Invalid(Fault::new(
+                    &file,
+                    "",
+                    "this mask is no PNG file, and masks are written as PNG",
+                    "Save it as PNG and name that file in mask_path",
+                )));
+            }
+            if let Some(parent) = file.parent() {
+                std::fs::create_dir_all(parent)
+                    .map_err(|source| Error::Write { file: parent.to_owned(), source })?;
+            }
+            let stored = frame.orientation.size((width, height));
+            let places = frame.orientation.turn(stored, (0..width * height).collect());
+            let mut turned = vec![false; width * height];
+            for (place, &is_left_out) in std::iter::zip(places, is_left_out) {
+                turned[place] = is_left_out;
+            }
+            let bytes = super::png::encode_mask(stored.0, stored.1, &turned)
+                .map_err(|source| Error::Write { file: file.clone(), source })?;
+            super::atomic::write_bytes(&file, &bytes)?;
+        }
+        written.push(Written { photograph, file, is_kept });
+    }
+    Ok(written)
 }
 
 /// Width and height of a mask.

@@ -32,3 +32,20 @@ pub(super) fn encode(width: usize, height: usize, codes: &[u8]) -> std::io::Resu
     writer.finish()?;
     Ok(bytes)
 }
+
+/// A mask as the bytes of a file: white is kept, black is left out.
+pub(super) fn encode_mask(
+    width: usize,
+    height: usize,
+    is_left_out: &[bool],
+) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(::png::ColorType::Grayscale);
+    encoder.set_depth(::png::BitDepth::Eight);
+    let mut writer = encoder.write_header()?;
+    let codes: Vec<u8> = is_left_out.iter().map(|&own| if own { 0 } else { 255 }).collect();
+    writer.write_image_data(&codes)?;
+    writer.finish()?;
+    Ok(bytes)
+}

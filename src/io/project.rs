@@ -4,6 +4,8 @@
 //! can be moved together. It holds tags and those options that differ from their defaults; what
 //! the window looks like is kept beside them without being understood here.
 
+mod masks;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,8 +22,11 @@ use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::{Capture, Environment, KnownLight, Material, MaterialKind, Role};
 
+pub use masks::{Masks, put_masks};
+use masks::{StoredMask, stored_masks};
+
 /// The version that is written; older ones are read, too.
-pub const VERSION: u64 = 3;
+pub const VERSION: u64 = 4;
 /// The extension of project files.
 pub const EXTENSION: &str = "lobelia";
 
@@ -40,6 +45,8 @@ pub struct ProjectFile {
     pub environment: Option<Environment>,
     pub options: Options,
     pub relight: Relight,
+    /// What is left out of photographs.
+    pub masks: Masks,
     /// The folder that the results were exported to, absolute.
     pub solution: Option<PathBuf>,
     /// The folder beside the project with the results of its last run, absolute.
@@ -100,6 +107,8 @@ struct Stored {
     start: BTreeMap<String, Rgb>,
     #[serde(default, skip_serializing_if = "Value::is_null")]
     relight: Value,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    masks: BTreeMap<String, StoredMask>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     solution: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -167,6 +176,7 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
         environment: environment.transpose()?,
         options,
         relight: Relight::Stored(stored.relight),
+        masks: masks::read(file, stored.masks)?,
         solution: stored.solution.map(|path| tidy(&folder.join(path))),
         results: stored.results.map(|path| tidy(&folder.join(path))),
         view: stored.view,
@@ -190,8 +200,8 @@ fn migrate(file: &Path, value: &mut Value) -> Result<(), Error> {
     // The first projects had no number.
     let version = root.get("version").map_or(Some(1), |version| version.value.as_u64());
     match version {
-        // Version 2 has gained "results", version 3 "lights" and "environment"; older projects do
-        // without.
+        // Version 2 has gained "results", version 3 "lights" and "environment", version 4 "masks";
+        // older projects do without.
         Some(1..=VERSION) => {
             value["version"] = VERSION.into();
             Ok(())
@@ -266,6 +276,7 @@ fn text(file: &Path, project: &ProjectFile) -> Result<String, Error> {
                 value => value,
             },
         },
+        masks: stored_masks(&project.masks),
         solution: project.solution.as_ref().map(|path| relative(&folder, &absolute(path))),
         results: project.results.as_ref().map(|path| relative(&folder, &absolute(path))),
         view: project.view.clone(),

@@ -292,7 +292,7 @@ impl<'a> VisibilityBuffer<'a> {
     }
 
     /// The pixel that a point in front of the camera projects into.
-    fn pixel(&self, point: Vec3) -> Option<(usize, usize)> {
+    pub(super) fn pixel(&self, point: Vec3) -> Option<(usize, usize)> {
         if !self.camera.distortion.is_none() {
             let (pixel, _) = self.camera.project(point.as_dvec3())?;
             return Some((pixel.x as usize, pixel.y as usize));

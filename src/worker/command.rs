@@ -13,7 +13,7 @@ use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
 use crate::reconstruct::{self, Options, Reconstruction, StageCache};
-use crate::scene::{Capture, Views};
+use crate::scene::{Capture, Views, clutter};
 use crate::study::{Findings, Study};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::elsewhere::{self, SceneExport};
@@ -95,6 +95,13 @@ pub enum Command {
         capture: Arc<Capture>,
         /// One mask is made for each.
         lights: Arc<VirtualLights>,
+    },
+    /// Find what stands before the known surfaces in the photographs.
+    SuggestMasks {
+        /// With the geometry and photographs.
+        capture: Arc<Capture>,
+        /// Evidence from which on a pixel is masked.
+        threshold: f64,
     },
     /// Make pictures of a recovered scene.
     Render(Box<Rendering>),
@@ -220,6 +227,12 @@ impl Command {
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
                 Err(error) => JobEvent::Failed(error.to_string()),
             },
+            Self::SuggestMasks { capture, threshold } => {
+                match clutter::suggest(&capture, threshold, watch) {
+                    Ok(masks) => JobEvent::MasksSuggested(Arc::new(masks)),
+                    Err(Cancelled) => JobEvent::Cancelled,
+                }
+            }
             Self::Import { source, options } => match import::read(&source, &options, watch) {
                 Ok(import) => JobEvent::Imported(Arc::new(import)),
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,

@@ -16,6 +16,7 @@ use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::scene::clutter::Suggestion;
 use crate::study::Finding;
 use crate::study::pictures::PictureScore;
 use crate::worker::merge::MergeReport;
@@ -76,6 +77,8 @@ pub enum JobEvent {
     Exported(PathBuf),
     /// One mask per light; `None` for those that are no disc of the sphere.
     Covered(Arc<Vec<Option<CoverageMask>>>),
+    /// Masks for the photographs that are measurements.
+    MasksSuggested(Arc<Vec<Suggestion>>),
     /// A picture has gained paths.
     Picture {
         /// Index into `Rendering::frames`.

@@ -9,6 +9,7 @@ mod files; // what `reconstruct` writes
 mod import; // captures of other programs' cameras and meshes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
+mod masks; // masks suggested, written, found again
 mod merge; // exposures merged: EXIF, grouping, times, refusals
 mod modelling; // captures begun with photographs alone: new, model
 mod options; // flags, options files, help

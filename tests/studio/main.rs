@@ -7,6 +7,7 @@ mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page
 mod lighting; // known light
+mod masks; // what is left out of photographs
 mod modelling; // the Model page: captures from photographs alone
 mod numbers; // values, plots and the guide
 mod nothing_lost; // what a project holds stays there

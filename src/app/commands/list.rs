@@ -7,7 +7,9 @@ use crate::app::actions::{Action, Select};
 use crate::app::dialogs::PathRequest;
 use crate::app::layout::{Pane, Workspace};
 use crate::app::lighting::Lighting;
+use crate::app::masking::Masking;
 use crate::app::relight::NewLight;
+use crate::app::viewport::MaskTool;
 
 pub(super) const COMMAND: Modifiers = Modifiers::COMMAND;
 const NONE: Modifiers = Modifiers::NONE;
@@ -101,6 +103,27 @@ fn edit(list: &mut Vec<Command>) {
         "Make a material of the selected surfaces",
     );
     known_light(list);
+    masks(list);
+}
+
+fn masks(list: &mut Vec<Command>) {
+    use Menu::Edit;
+    let from = list.len();
+    let mut entry = |name, key, what, help| add(list, Edit, name, key, Action::Masking(what), help);
+    let tool = |tool| Masking::Tool(Some(tool));
+    entry("Paint mask", key(NONE, Key::P), tool(MaskTool::Brush), MaskTool::Brush.help());
+    entry("Draw mask with lasso", None, tool(MaskTool::Lasso), MaskTool::Lasso.help());
+    entry("Draw mask with box", None, tool(MaskTool::Box), MaskTool::Box.help());
+    entry("Mask surface", None, tool(MaskTool::Surface), MaskTool::Surface.help());
+    let help = "Clicks and drags in the 3D view select again";
+    entry("Lay mask tool down", key(Modifiers::SHIFT, Key::P), Masking::Tool(None), help);
+    let help = "Find what stands before the known surfaces, where photographs disagree";
+    entry("Suggest masks", None, Masking::Suggest, help);
+    let help = "Leave nothing out of the photograph that is looked through, or selected";
+    entry("Clear mask", None, Masking::Clear, help);
+    let help = "Leave out what is kept of that photograph, and keep what is left out";
+    entry("Invert mask", key(COMMAND | Modifiers::SHIFT, Key::M), Masking::Invert, help);
+    put_within(list, from, "Masks");
 }
 
 fn known_light(list: &mut Vec<Command>) {
@@ -359,6 +382,7 @@ fn pane_command(pane: Pane) -> (&'static str, &'static str) {
         Pane::Lights => ("Show lights", "Table of virtual and known lights"),
         Pane::Materials => ("Show materials", "Table of reflectances with intervals"),
         Pane::Compare => ("Show compare", "Photographs beside what the results make of them"),
+        Pane::Masks => ("Show masks", "What is left out of photographs, and tools to draw it"),
         Pane::Log => ("Show log", "What happened, with warnings"),
         Pane::Speed => ("Show speed and accuracy", "What seconds buy in accuracy on this capture"),
         Pane::Stability => ("Show stability", "What this capture can bear"),

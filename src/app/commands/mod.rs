@@ -9,6 +9,7 @@ use eframe::egui::{self, Key, KeyboardShortcut};
 use super::actions::{Action, Relight, Select};
 use super::dialogs::PathRequest;
 use super::lighting::Lighting;
+use super::masking::{self, Masking};
 use super::modelling::tool::Selected;
 use super::modelling::{ModelAction, ModelPage};
 use super::state::State;
@@ -139,6 +140,11 @@ impl Command {
                 | PathRequest::LoadEdits
                 | PathRequest::SaveEdits,
             ) => project.is_some(),
+            Action::Masking(Masking::Suggest) => project.is_some_and(|p| {
+                p.capture.measurements().count() >= 3 && !state.jobs.is_suggesting()
+            }),
+            Action::Masking(Masking::Clear | Masking::Invert) => masking::shown(state).is_some(),
+            Action::Masking(_) => project.is_some(),
             Action::ExportScene(_) => {
                 project.is_some_and(|p| p.products.solved.is_some())
                     && !state.jobs.is_exporting_scene()
@@ -182,7 +188,7 @@ impl Command {
 }
 
 /// What mouse and keys do in the 3D view beside the commands: keys, name, and more about it.
-pub const IN_VIEW: [(&str, &str, &str); 18] = [
+pub const IN_VIEW: [(&str, &str, &str); 20] = [
     ("Middle drag", "Orbit", "Turn the view about its middle"),
     ("Shift+middle drag", "Pan", "Move the view sideways"),
     ("Wheel", "Zoom to the cursor", "Come closer or go away"),
@@ -193,6 +199,8 @@ pub const IN_VIEW: [(&str, &str, &str); 18] = [
     ("Tab", "Next photograph", "While looking through one; Shift+Tab goes back"),
     ("B", "Box select", "Draw a box around surfaces; Shift adds them"),
     ("L", "Select a plane", "All that is connected in the plane below the cursor; Shift adds it"),
+    ("[ and ]", "Smaller, larger brush", "While a mask is painted over a photograph"),
+    ("Alt+drag", "Erase a mask", "With a mask's tool; without one it turns the view"),
     ("1, 3, 7", "Front, right, top", "With Ctrl from the other side"),
     ("5", "Parallel projection", "Or perspective again"),
     ("Right drag", "Look around", "With W, A, S, D, E and Q fly; Shift is faster"),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
-use super::{PULSE, Reading, studies};
+use super::{PULSE, Reading, masks, studies};
 use crate::app::files::{self, Opening};
 use crate::app::keeping;
 use crate::app::lighting;
@@ -35,7 +35,7 @@ pub fn drain(state: &mut State) {
         relighter_event(state, event);
     }
     studies::drain(state);
-    if state.jobs.is_rendering() {
+    if state.jobs.is_rendering() || state.jobs.is_suggesting() {
         state.jobs.ctx.request_repaint_after(PULSE);
     }
     let shown = state.project.as_ref().and_then(|project| project.products.whole.as_ref());
@@ -201,6 +201,9 @@ fn render_event(state: &mut State, event: Event) {
 }
 
 fn runner_event(state: &mut State, event: Event) {
+    if masks::told(state, &event) {
+        return;
+    }
     if let Some((_, exported)) = state.jobs.exporting.take_if(|(job, _)| *job == event.job) {
         match event.what {
             JobEvent::Exported(folder) => {

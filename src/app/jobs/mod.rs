@@ -5,6 +5,7 @@
 //! worker that the terminal drives.
 
 mod events;
+mod masks;
 mod reading;
 mod rendering;
 mod scene_export;
@@ -105,6 +106,8 @@ pub struct Jobs {
     /// Results of the project that are being read, and those that are being written.
     project_results: Option<(Job, Restoring)>,
     storing: Vec<(Job, Arc<Reconstruction>)>,
+    /// Masks that are being suggested, and for which capture as it was loaded.
+    masks: Option<(Job, Arc<Capture>)>,
     /// Edits that are being read.
     reading: Vec<(Job, Reading)>,
     /// The scene that is being written for other programs.
@@ -141,6 +144,7 @@ impl Jobs {
             restoring: None,
             project_results: None,
             storing: Vec::new(),
+            masks: None,
             reading: Vec::new(),
             scene_export: None,
             rendering: None,
@@ -391,6 +395,7 @@ impl Jobs {
             || self.is_restoring()
             || self.is_storing()
             || self.studies.is_busy()
+            || self.is_suggesting()
     }
 
     /// Whether something is computed beside a study that measures seconds.

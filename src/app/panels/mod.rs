@@ -14,6 +14,7 @@ mod inspector;
 mod known_light;
 mod lights;
 mod log;
+mod masks;
 mod materials;
 pub mod menu;
 pub mod modelling;
@@ -46,6 +47,7 @@ use egui_tiles::{TileId, UiResponse};
 use super::actions::{Action, Mode, Select};
 use super::jobs::Jobs;
 use super::layout::Pane;
+use super::masking::Masking;
 use super::messages::Messages;
 use super::project::Project;
 use super::solo::Alone;
@@ -68,6 +70,7 @@ pub struct PanelState {
     inspector: inspect_sample::CropCache,
     relight: relight::RelightState,
     compare: compare::CompareState,
+    masks: masks::MasksState,
     log: log::LogState,
     speed: speed::SpeedState,
     stability: stability::StabilityState,
@@ -166,6 +169,9 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
                     state.exposure = viewport.exposure();
                     compare::compare_ui(ui, project, jobs.picture.as_ref(), state, actions);
                 }
+                Pane::Masks => {
+                    masks::masks_ui(ui, project, jobs, viewport, &mut panels.masks, actions);
+                }
                 Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
                 Pane::Speed => speed::speed_ui(ui, project, jobs, &mut panels.speed, actions),
                 Pane::Stability => {
@@ -210,6 +216,9 @@ fn viewport_action(event: ViewportEvent) -> Action {
     Action::Select(match event {
         ViewportEvent::Moved { item, name, things } => {
             return Action::Transform(things.change(name, item));
+        }
+        ViewportEvent::Masked { photograph, shape, is_left_out } => {
+            return Action::Masking(Masking::Draw { photograph, shape, is_left_out });
         }
         ViewportEvent::Kept => return Action::KeepTransform,
         ViewportEvent::LeftAsItWas => return Action::LeaveTransform,

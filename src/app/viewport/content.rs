@@ -15,7 +15,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::render::scene::Solved;
-use crate::scene::Capture;
+use crate::scene::{Capture, Shape};
 use crate::worker::Relit;
 
 /// What there is to draw; all products are shared and read-only.
@@ -71,6 +71,8 @@ pub enum ViewportEvent {
     PickAdded(Added),
     /// The added one is being moved: what becomes of it, and what undo calls that.
     Moved { item: Added, name: &'static str, things: Things },
+    /// Something was drawn over a photograph: its pixels are left out, or kept.
+    Masked { photograph: usize, shape: Shape, is_left_out: bool },
     /// It stays where it was moved to.
     Kept,
     /// It goes back to where it was before.

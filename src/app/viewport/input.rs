@@ -8,7 +8,7 @@ use crate::app::viewport::content::{Content, Shading, ViewportEvent};
 use crate::app::viewport::gizmo;
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Viewport, thumbs};
+use crate::app::viewport::{Boxing, Viewport, masks, thumbs};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -19,7 +19,8 @@ pub fn navigate(view: &mut Viewport, ui: &Ui, response: &Response, content: &Con
     let (modifiers, motion) = ui.input(|i| (i.modifiers, i.pointer.delta()));
     let drag = Vec2::new(motion.x, motion.y);
     let middle = response.dragged_by(PointerButton::Middle);
-    let alt_left = response.dragged_by(PointerButton::Primary) && modifiers.alt;
+    let is_free = !masks::is_active(view);
+    let alt_left = response.dragged_by(PointerButton::Primary) && modifiers.alt && is_free;
     if middle || alt_left {
         if modifiers.shift {
             if view.through.is_some() {
@@ -114,7 +115,7 @@ fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
         leave_photograph(view, content);
         view.camera.orthographic ^= true;
     }
-    if plain(Key::B) {
+    if !masks::is_active(view) && plain(Key::B) {
         view.boxing = Boxing::Armed;
     }
 }

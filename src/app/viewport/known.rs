@@ -120,10 +120,15 @@ pub fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
 /// Whether two captures differ in their tags at most.
 pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
     a.photographs.len() == b.photographs.len()
-        && a.photographs
-            .iter()
-            .zip(&b.photographs)
-            .all(|(a, b)| a.camera == b.camera && same(a.image.as_ref(), b.image.as_ref()))
+        && a.photographs.iter().zip(&b.photographs).all(|(a, b)| {
+            let is_same_image = match (&a.image, &b.image) {
+                // Masks come and go over the same photograph.
+                (Some(a), Some(b)) => a.has_pixels_of(b),
+                (None, None) => true,
+                _ => false,
+            };
+            a.camera == b.camera && is_same_image
+        })
         && Arc::ptr_eq(&a.mesh, &b.mesh)
 }
 

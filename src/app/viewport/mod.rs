@@ -20,6 +20,7 @@ mod input;
 mod known;
 mod legend;
 mod marks;
+mod masks;
 mod neutral;
 mod paint;
 mod palette;
@@ -48,6 +49,7 @@ pub use content::{
     Content, Hovered, PictureValue, SampleColor, Shading, ToneMapping, ViewSettings, ViewportEvent,
 };
 pub use gizmo::Mode as GizmoMode;
+pub use masks::{RADII as MASK_RADII, Tool as MaskTool};
 pub use palette::{INVALID, material_color, signed};
 
 pub use crate::app::derived::Derived;
@@ -79,6 +81,8 @@ pub struct Viewport {
     placed: bool,
     boxing: Boxing,
     pub gizmo: Gizmo,
+    /// What is drawn over the photograph that is looked through.
+    pub masking: masks::Masking,
     /// Shown without its bar and legend.
     pub is_preview: bool,
     /// The camera that the view was last seen by, where it has perspective.
@@ -121,6 +125,7 @@ impl Viewport {
             placed: false,
             boxing: Boxing::Off,
             gizmo: Gizmo::default(),
+            masking: masks::Masking::default(),
             is_preview: false,
             seen_by: None,
             scene,
@@ -164,7 +169,7 @@ impl Viewport {
         }
         self.frame(content, size);
         let projection = self.projection(size);
-        if !is_taken {
+        if !is_taken && !masks::interact(self, ui, &response, content, &projection, &mut events) {
             input::select(self, ui, &response, content, &projection, &mut events);
         }
         self.hover(&response, content, &projection);
@@ -211,6 +216,7 @@ impl Viewport {
         self.scene.clear();
         self.through = None;
         self.boxing = Boxing::Off;
+        self.masking.clear();
         self.hovered = None;
         self.value = None;
         self.selected_before = None;
@@ -220,9 +226,10 @@ impl Viewport {
         self.drawn = Drawn::default();
     }
 
-    /// Whether a box is about to be dragged or is, or something is being moved: Esc ends that.
+    /// Whether a box is about to be dragged or is, a stroke is drawn, or something is being moved: Esc
+    /// ends that.
     pub fn is_at_work(&self) -> bool {
-        self.boxing != Boxing::Off || self.gizmo.is_active()
+        self.boxing != Boxing::Off || self.gizmo.is_active() || self.masking.is_drawing()
     }
 
     /// Whether a light or an object is being moved.
@@ -365,6 +372,7 @@ impl Viewport {
             let place = egui::Align2::CENTER_BOTTOM.align_size_within_rect(line, rect);
             ui.put(place, egui::Label::new(text).selectable(false));
         }
+        masks::draw(self, ui, response, content, p);
         added::draw(self, ui, response, content, p);
         before::show(self, ui, response);
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;

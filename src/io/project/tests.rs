@@ -24,6 +24,7 @@ fn project(folder: &Path) -> ProjectFile {
         environment: Some(Environment::Open),
         options,
         relight: Relight::Stored(serde_json::json!({"original_light": 0.5})),
+        masks: Masks::from([("images/a.exr".to_owned(), mask())]),
         solution: Some(folder.join("results")),
         results: Some(folder.join("work/a.lobelia-data")),
         view: serde_json::json!({"exposure": 1.5}),
@@ -50,13 +51,13 @@ fn a_project_comes_back_and_names_its_capture_relatively() {
 fn older_versions_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.lobelia");
-    for head in ["", "\"version\": 1, ", "\"version\": 2, "] {
+    for head in ["", "\"version\": 1, ", "\"version\": 2, ", "\"version\": 3, "] {
         let text = format!("{{{head}\"capture\": \"x\", \"materials\": []}}");
         std::fs::write(&file, text).unwrap();
         let read = read(&file).unwrap();
         assert!(read.capture.ends_with("x") && read.results.is_none());
         write_over(&file, &read).unwrap();
-        assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 3"));
+        assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 4"));
     }
 }
 
@@ -65,7 +66,7 @@ fn other_versions_and_damaged_projects_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.lobelia");
     for (text, part) in [
-        (r#"{"version": 4, "capture": "x", "materials": []}"#, "version 4"),
+        (r#"{"version": 5, "capture": "x", "materials": []}"#, "version 5"),
         (
             r#"{"version": 3, "capture": "x", "materials": [], "environment": "cave"}"#,
             "\"cave\" is no light model",
@@ -85,5 +86,25 @@ fn other_versions_and_damaged_projects_are_refused() {
         std::fs::write(&file, text).unwrap();
         let message = read(&file).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");
+    }
+}
+
+fn mask() -> Arc<crate::scene::Mask> {
+    let left_out: Vec<bool> = (0..60).map(|index| index % 7 < 3).collect();
+    Arc::new(crate::scene::Mask::new((10, 6), &left_out))
+}
+
+#[test]
+fn a_mask_of_other_pixels_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.lobelia");
+    for runs in ["1 2", "60 x", "", "18446744073709551615 60"] {
+        let text = format!(
+            r#"{{"version": 4, "capture": "x", "materials": [],
+                "masks": {{"b.exr": {{"width": 10, "height": 6, "runs": "{runs}"}}}}}}"#
+        );
+        std::fs::write(&file, text).unwrap();
+        let message = read(&file).unwrap_err().to_string();
+        assert!(message.contains("masks, \"b.exr\"") && message.contains("10 x 6"), "{message}");
     }
 }

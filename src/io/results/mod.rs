@@ -27,6 +27,8 @@ pub struct Results {
     pub materials: Vec<Material>,
     /// Surfaces that the tags name and the capture lacks.
     pub absent: Absent,
+    /// That the run was made with.
+    pub masks: project::Masks,
     /// Of the run.
     pub options: Options,
     /// As it was tagged for the run.
@@ -108,7 +110,8 @@ pub fn read(folder: &Path, loaded: &Capture) -> Result<Results, Error> {
     let environment = inputs.environment.unwrap_or(loaded.environment);
     let lit = project::lit(loaded, &lights, environment);
     let resolved = project::materials(&inputs.tags, &lit);
-    let capture = project::tagged(&lit, &resolved.materials);
+    let mut capture = project::tagged(&lit, &resolved.materials);
+    project::put_masks(&mut capture, &inputs.masks, None);
     let file = folder.join(RUN);
     let bytes = read_bounded(&file, LARGEST)?;
     let mut reconstruction = run::parse(&file, &bytes, &capture, &inputs.options)?;
@@ -118,6 +121,7 @@ pub fn read(folder: &Path, loaded: &Capture) -> Result<Results, Error> {
     Ok(Results {
         materials: resolved.materials,
         absent: resolved.absent,
+        masks: inputs.masks,
         options: inputs.options,
         capture: Arc::new(capture),
         reconstruction: Arc::new(reconstruction),

@@ -1,0 +1,109 @@
+//! What stands before the known surfaces in photographs: things that were photographed and not
+//! modelled, such as cups, plants and people. Masks are suggested for them.
+//!
+//! Photographs of one point of a diffuse surface agree. Where a photograph is far from what most say
+//! of a point, beyond what photographs of that surface are usually apart (noise, gloss, a mesh that
+//! is off a little), either it saw a highlight there, or something stood before the surface
+//! (`difference`). A thing is somewhere: along the pixel's ray there is a place before the surface at
+//! which the other photographs disagree, too, and none of them sees the known surface through it
+//! (`occupied`). Highlights have no such place. Last, a thing ends where the photograph has an edge
+//! (`regions`).
+//!
+//! Photographs are compared in at most [`LONGEST_SIDE`] pixels across. The constants were set on
+//! `kitchen-coarse`, where it is known what is in the way.
+
+mod difference;
+mod islands;
+mod occupied;
+mod regions;
+mod small;
+
+use rayon::prelude::*;
+
+use crate::geometry::bvh::RayCaster;
+use crate::scene::{Capture, Views};
+use crate::watch::{Cancelled, Watch};
+
+use small::SmallView;
+
+/// Evidence from which on a pixel is masked, unless another one is asked for.
+pub const THRESHOLD: f64 = 1.0;
+/// Photographs are made smaller until no side has more pixels.
+const LONGEST_SIDE: usize = 640;
+/// Photographs of a point below which none can be told to be the odd one.
+const FEWEST: usize = 3;
+/// How much the evidence along the ray counts beside the pixel's own.
+const ALONG_RAY: f32 = 0.3;
+/// Islands and holes below this part of the photograph are not kept.
+const SMALLEST_ISLAND: f64 = 5e-4;
+
+/// A mask for one photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suggestion {
+    /// Index into `Capture::photographs`.
+    pub photograph: usize,
+    /// For each pixel, row by row from the top, whether it shows what was not modelled.
+    pub is_masked: Vec<bool>,
+}
+
+impl Suggestion {
+    /// The part of the photograph that is masked, 0 to 1.
+    pub fn share(&self) -> f64 {
+        let masked = self.is_masked.iter().filter(|&&own| own).count();
+        masked as f64 / self.is_masked.len().max(1) as f64
+    }
+}
+
+/// Masks for all photographs that are measurements. Fewer than three give empty masks: of two that
+/// disagree nobody knows which is right. Masks that the photographs have already are not heeded.
+pub fn suggest(
+    capture: &Capture,
+    threshold: f64,
+    watch: &Watch,
+) -> Result<Vec<Suggestion>, Cancelled> {
+    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
+    let views = Views::new(capture, &caster, watch)?;
+    let count = views.buffers.len();
+    watch.begin(4 * count as u64);
+    let small: Vec<SmallView> = each(count, watch, |view| SmallView::new(&views, view))?;
+    let compared = each(count, watch, |view| difference::compare(&views, &small, view))?;
+    let usual = difference::usual(&small, &compared, capture.surfaces.len());
+    let own: Vec<Vec<f32>> = std::iter::zip(&small, &compared)
+        .map(|(view, compared)| difference::evidence(view, compared, &usual))
+        .collect();
+    let extent = small::typical_distance(&small);
+    each(count, watch, |view| {
+        let occupied = occupied::along_rays(&views, &small, &own, view, extent);
+        Ok((view, occupied))
+    })?
+    .into_par_iter()
+    .map(|(index, occupied)| {
+        watch.tick()?;
+        let view = &small[index];
+        let sum = |(own, along): (&f32, &f32)| own + ALONG_RAY * along;
+        let both: Vec<f32> = own[index].iter().zip(&occupied).map(sum).collect();
+        let both = islands::median(&both, view.size(), 2);
+        let evidence = regions::joined(view, &both);
+        let mut is_masked: Vec<bool> =
+            evidence.iter().map(|&own| f64::from(own) > threshold).collect();
+        islands::tidy(&mut is_masked, view.size(), SMALLEST_ISLAND);
+        let is_masked = view.enlarged(&is_masked);
+        Ok(Suggestion { photograph: view.photograph, is_masked })
+    })
+    .collect()
+}
+
+fn each<T: Send>(
+    count: usize,
+    watch: &Watch,
+    of: impl Fn(usize) -> Result<T, Cancelled> + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    let one = |index| {
+        watch.tick()?;
+        of(index)
+    };
+    (0..count).into_par_iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests;
