@@ -29,7 +29,7 @@ PY
 start "$work/room"
 settle
 still model-fit
-xdotool mousemove 90 391   # the third thing of the list
+xdotool mousemove 90 443   # the third thing of the list
 sleep 0.5
 xdotool click 1
 sleep 3

@@ -10,6 +10,7 @@ use super::state::State;
 use super::{
     Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, modelling, panels,
 };
+use crate::io::engines::Search;
 
 /// The window.
 pub struct Studio {
@@ -30,6 +31,14 @@ impl Studio {
     /// Keeps unsaved work for recovery now rather than at the next half minute.
     pub fn autosave(&mut self) {
         keeping::autosave_now(&mut self.state);
+    }
+
+    /// How engines that find cameras are looked for and run.
+    pub fn find_cameras_by(&mut self, search: Search) {
+        if let Some(page) = &mut self.state.modelling {
+            page.finding = modelling::finding::Finding::new(search.clone());
+        }
+        self.state.engines = search;
     }
 
     /// Whether the capture is drawn with all that its photographs show.

@@ -25,6 +25,7 @@ use super::project::Project;
 use super::theme;
 use super::viewport::Viewport;
 use super::writer::Writer;
+use crate::io::engines::Search;
 use crate::io::settings::{self, LeftBehind, Recovery, Settings};
 
 pub struct State {
@@ -53,6 +54,8 @@ pub struct State {
     pub import: Option<Box<ImportPage>>,
     /// The Model page of the open capture, once it was asked for.
     pub modelling: Option<Box<ModelPage>>,
+    /// How its engines are looked for and run.
+    pub engines: Search,
     pub render: egui_wgpu::RenderState,
     /// The shipped guide.
     pub guide: Option<PathBuf>,
@@ -107,6 +110,7 @@ impl State {
             viewport: Viewport::new(render),
             import: None,
             modelling: None,
+            engines: Search::default(),
             render: render.clone(),
             example: shipped(["assets", "share/lobelia"], "examples/corner", "scene.obj"),
             guide: shipped(["assets", "share/doc/lobelia"], "guide", "SUMMARY.md")

@@ -9,6 +9,7 @@ use clap::ArgMatches;
 
 use crate::cli::Ending;
 use crate::cli::progress::Display;
+use crate::io::engines::Told;
 use crate::worker::{Command, JobEvent, Worker};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -51,6 +52,8 @@ pub(super) fn wait(
                 | JobEvent::PictureWritten { .. }
                 | JobEvent::Judged { .. } => {}
                 JobEvent::Update(update) => display.update(&update),
+                JobEvent::Told(Told::Step(name)) => display.stage(&name),
+                JobEvent::Told(Told::Line(_)) => {}
                 JobEvent::Found(found) => {
                     display.note(&format!("{}: {}", found.number, found.name));
                 }

@@ -60,7 +60,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         say_line!("written: {}", mesh.display());
     }
     let cameras = capture.join("transforms.json");
-    files::write_cameras(&cameras, &model, &solution)?;
+    files::write_cameras(&cameras, &model, &solution.cameras)?;
     say_line!("written: {}", cameras.display());
     Ok(())
 }

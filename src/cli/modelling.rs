@@ -23,6 +23,25 @@ pub(super) fn new() -> Command {
                 .num_args(1..)
                 .value_parser(value_parser!(PathBuf)),
         )
+        .arg(
+            Arg::new("cameras")
+                .long("cameras")
+                .value_name("ENGINE")
+                .help(
+                    "Find the cameras by an engine that is installed: openmvg-rs, pycolmap, colmap, \
+                     or the first of them that is there",
+                )
+                .value_parser(["auto", "openmvg-rs", "pycolmap", "colmap"]),
+        )
+        .arg(
+            Arg::new("lenses")
+                .long("lenses")
+                .value_name("WHICH")
+                .help("Whether photographs of one size share a lens, or each has one of its own")
+                .requires("cameras")
+                .default_value("shared")
+                .value_parser(["shared", "each"]),
+        )
 }
 
 pub(super) fn model(capture: Arg) -> Command {

@@ -17,6 +17,7 @@ pub mod exif_lens;
 pub mod export;
 pub mod exr;
 pub mod edits;
+pub mod engines;
 pub mod hdr;
 pub mod grouping;
 pub mod import;

@@ -87,6 +87,11 @@ pub fn state() -> Option<PathBuf> {
     user_folder("XDG_STATE_HOME", ".local/state", "LOCALAPPDATA")
 }
 
+/// The user's folder for what programs install; `None` where the system names no home.
+pub fn data() -> Option<PathBuf> {
+    user_folder("XDG_DATA_HOME", ".local/share", "LOCALAPPDATA")
+}
+
 /// A folder by the conventions of the system: of freedesktop.org a variable or a place in the
 /// home, on Windows a variable.
 fn user_folder(variable: &str, in_home: &str, on_windows: &str) -> Option<PathBuf> {

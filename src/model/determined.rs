@@ -6,6 +6,7 @@ use faer::Mat;
 use glam::DVec3;
 
 use super::adjust::{Adjusted, weight};
+use super::residuals::{self, Row};
 use super::things::Kind;
 use super::unknowns::{Owner, State, Unknowns};
 use super::{Model, ModelError};
@@ -119,6 +120,22 @@ fn unseen(model: &Model, unknowns: &Unknowns, norms: &[f64]) -> Option<ModelErro
     ))
 }
 
+/// Which changes of the whole world nothing tells: three shifts, three turns, the scale.
+pub fn untold(model: &Model, state: &State) -> [bool; 7] {
+    let unknowns = Unknowns::of(model, state);
+    let Ok(rows) = residuals::rows(model, state, &unknowns) else { return [false; 7] };
+    let mut squares = vec![0.0; unknowns.list.len()];
+    let slopes = || rows.iter().flat_map(|row| &row.slopes);
+    slopes().for_each(|&(j, slope)| squares[j] += slope * slope);
+    Movement::ALL.map(|movement| {
+        let rate = |j: usize| movement.rate(&unknowns, state, j);
+        let length: f64 = (0..squares.len()).map(|j| squares[j] * rate(j).powi(2)).sum();
+        let change = |row: &Row| row.slopes.iter().map(|&(j, slope)| slope * rate(j)).sum::<f64>();
+        let seen: f64 = rows.iter().map(|row| change(row).powi(2)).sum();
+        seen.sqrt() <= UNSEEN * length.sqrt()
+    })
+}
+
 /// What combinations of unknowns the strokes leave open.
 fn in_words(
     model: &Model,
@@ -218,6 +235,12 @@ impl Movement {
             }
             Owner::Point(index) => state.points[index].map_or(0.0, |at| velocity(at)[unknown.part]),
             Owner::Stroke(_) => f64::from(matches!(self, Self::Turn(2))),
+            Owner::Found => match (self, unknown.part) {
+                (Self::Scale, 0) => 1.0,
+                (Self::Turn(k), part @ 1..4) => f64::from(part == k + 1),
+                (_, 4..) => velocity(state.found.shift)[unknown.part - 4],
+                _ => 0.0,
+            },
             Owner::Thing(index) => {
                 let Some(values) = &state.things[index] else { return 0.0 };
                 let value = values[unknown.part];
@@ -280,6 +303,7 @@ fn place(owner: Owner) -> String {
         Owner::Thing(index) => format!("things[{index}]"),
         Owner::Point(index) => format!("points[{index}]"),
         Owner::Stroke(index) => format!("strokes[{index}]"),
+        Owner::Found => "photographs".to_owned(),
     }
 }
 
@@ -293,6 +317,7 @@ fn owner_name(model: &Model, owner: Owner) -> String {
         }
         Owner::Point(index) => format!("the point {}", model.points[index].id),
         Owner::Stroke(index) => model.stroke_name(index),
+        Owner::Found => "the photographs that were found together".to_owned(),
     }
 }
 
@@ -305,6 +330,7 @@ fn part_name(unknowns: &Unknowns, owner: Owner, part: usize) -> String {
         Owner::Photograph(_) | Owner::Point(_) => "position".into(),
         Owner::Thing(index) => unknowns.parameter_name(index, part).to_owned(),
         Owner::Stroke(_) => "angle".into(),
+        Owner::Found => "place in the world".into(),
     }
 }
 
@@ -393,6 +419,9 @@ fn distance(
         .flat_map(|stroke| stroke.places())
         .filter_map(|&place| super::conventions::at(state, corners, place))
         .collect();
+    if let (true, Some(found)) = (seen.is_empty(), model.photographs[photograph].found) {
+        return state.found.scale * found.distance;
+    }
     let sum: f64 = seen.iter().map(|at| at.distance(from)).sum();
     sum / seen.len().max(1) as f64
 }

@@ -17,9 +17,11 @@ mod check;
 mod conventions;
 pub mod determined;
 mod edit;
+pub mod found;
 pub mod jet;
 mod report;
 pub mod residuals;
+pub mod rig;
 pub mod snap;
 mod solve;
 pub mod strokes;
@@ -27,9 +29,12 @@ pub mod things;
 pub mod unknowns;
 pub mod view;
 
+use std::sync::Arc;
+
 use glam::DVec2;
 
 pub use adjust::{AdjustOptions, Stopped};
+pub use found::{FoundCameras, FoundPoint, FoundPose, Similarity};
 pub use report::{Estimate, LensReport, PhotographReport, StrokeReport, ThingReport};
 pub use solve::{Solution, solve};
 pub use strokes::{Axis, Place, Stroke};
@@ -49,6 +54,8 @@ pub struct Model {
     pub points: Vec<Point>,
     /// What places everything.
     pub strokes: Vec<Stroke>,
+    /// Points that an engine has found; they are shown and take no part.
+    pub found_points: Arc<Vec<FoundPoint>>,
 }
 
 /// A lens with its sensor, of one photograph or of several.
@@ -88,6 +95,8 @@ pub struct Photograph {
     pub lens: usize,
     /// Width and height in pixels.
     pub size: (usize, usize),
+    /// Where an engine has placed it.
+    pub found: Option<FoundPose>,
 }
 
 /// A point that belongs to no thing.

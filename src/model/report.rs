@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::adjust::Adjusted;
 use super::determined::Certainty;
+use super::residuals::{NO_STROKE, Row};
 use super::unknowns::{Owner, State};
 use super::{Model, Stroke, things};
 
@@ -64,12 +65,15 @@ pub struct ThingReport {
 /// The report of each stroke that takes part, in the strokes' order.
 pub(super) fn strokes(adjusted: &Adjusted) -> Vec<StrokeReport> {
     let chunks = adjusted.rows.chunk_by(|a, b| a.stroke == b.stroke);
-    let report = |rows: &[super::residuals::Row]| {
+    let report = |rows: &[Row]| {
+        if rows[0].stroke == NO_STROKE {
+            return None;
+        }
         let squares: f64 = rows.iter().map(|row| row.value * row.value).sum();
         let residual = (squares / rows.len() as f64).sqrt();
-        StrokeReport { stroke: rows[0].stroke, residual }
+        Some(StrokeReport { stroke: rows[0].stroke, residual })
     };
-    chunks.map(report).collect()
+    chunks.filter_map(report).collect()
 }
 
 pub(super) fn lenses(

@@ -12,12 +12,15 @@ use glam::{DVec2, DVec3};
 use super::jet::{Jet, Jet3, position, slopes};
 use super::unknowns::{State, Unknowns};
 use super::view::{Undistorted, flip, turned};
-use super::{Model, Place, Stroke, things};
+use super::{Model, Place, Stroke, rig, things};
+
+/// What [`Row::stroke`] is where the residual is of no stroke.
+pub const NO_STROKE: usize = usize::MAX;
 
 /// One residual.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
-    /// Index into `Model::strokes`.
+    /// Index into `Model::strokes`, or [`NO_STROKE`].
     pub stroke: usize,
     /// Pixels, or standard deviations.
     pub value: f64,
@@ -94,6 +97,7 @@ pub fn rows(model: &Model, state: &State, unknowns: &Unknowns) -> Result<Vec<Row
         let made = made.filter(|rows| rows.iter().all(|row: &Row| row.value.is_finite()));
         all.extend(made.ok_or(index)?.into_iter().map(|row| Row { stroke: index, ..row }));
     }
+    all.extend(rig::rows(model, state, unknowns));
     Ok(all)
 }
 

@@ -9,7 +9,7 @@ use super::things::{self, Face, Kind};
 use super::unknowns::State;
 use super::{
     LensReport, Model, ModelError, PhotographReport, Shape, Stroke, StrokeReport, Support,
-    ThingReport, calibrate, check, conventions, report,
+    ThingReport, calibrate, check, conventions, report, rig,
 };
 use crate::scene::Camera;
 
@@ -70,7 +70,8 @@ impl Solution {
 pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelError> {
     check::check(model)?;
     let (completed, mut notes) = conventions::completed(model);
-    let start = calibrate::start(&completed)?;
+    let mut start = calibrate::start(&completed)?;
+    notes.extend(rig::keep(&completed, &mut start.state));
     let adjusted = adjust::adjust(&completed, &start.state, options)?;
     let mut problems = boundless(model, &adjusted.state);
     problems.extend(inside_out(model, &adjusted.state));

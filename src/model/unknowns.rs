@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::jet::{Jet, Jet3};
 use super::things::{self, Kind, Parameter};
-use super::{Model, Optic, Place, Pose, Stroke};
+use super::{Model, Optic, Place, Pose, Similarity, Stroke};
 
 /// The values of everything.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +20,11 @@ pub struct State {
     /// By stroke: the angle about a cylinder's axis at which a rim was picked, in radians. Zero
     /// for other strokes.
     pub angles: Vec<f64>,
+    /// From the coordinates of the photographs that an engine placed to the world.
+    pub found: Similarity,
+    /// Which numbers of that are kept, since nothing tells them: the scale, the turns about the
+    /// axes of the world, the shift.
+    pub kept: [bool; 7],
 }
 
 /// Whose number an unknown is.
@@ -35,12 +40,15 @@ pub enum Owner {
     Point(usize),
     /// The angle of a rim's pick.
     Stroke(usize),
+    /// Where all that an engine placed lies in the world.
+    Found,
 }
 
 /// One unknown: parameter `part` of its owner.
 ///
 /// Parts of a lens are focal length, principal point (x, y), k1, k2; of a photograph the turn
-/// about its three axes and its position; of a thing its parameters; of a point its coordinates.
+/// about its three axes and its position; of a thing its parameters; of a point its coordinates;
+/// of what was found the logarithm of the scale, the turn about the world's axes and the shift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unknown {
     /// Whose it is.
@@ -59,6 +67,7 @@ pub struct Unknowns {
     things: Vec<Vec<Option<usize>>>,
     points: Vec<Option<usize>>,
     angles: Vec<Option<usize>>,
+    found: [Option<usize>; 7],
     parameters: Vec<Vec<Parameter>>,
 }
 
@@ -110,6 +119,9 @@ impl Unknowns {
             let column = all.add(Owner::Stroke(index), 0, is_free);
             all.angles.push(column);
         }
+        let mut placed = model.photographs.iter().zip(&state.poses);
+        let is_used = placed.any(|(own, pose)| own.found.is_some() && pose.is_some());
+        all.found = std::array::from_fn(|k| all.add(Owner::Found, k, is_used && !state.kept[k]));
         all
     }
 
@@ -133,6 +145,11 @@ impl Unknowns {
     /// The column of a rim's angle.
     pub fn angle(&self, stroke: usize) -> Option<usize> {
         self.angles[stroke]
+    }
+
+    /// The columns of what an engine found: scale, turn, shift.
+    pub fn found(&self) -> [Option<usize>; 7] {
+        self.found
     }
 
     /// What the parameter of a thing measures.
@@ -191,6 +208,8 @@ impl Unknowns {
         for (angle, column) in new.angles.iter_mut().zip(&self.angles) {
             *angle += column.map_or(0.0, |column| step[column]);
         }
+        let change = self.found.map(|column| column.map_or(0.0, |column| step[column]));
+        new.found = new.found.moved(change);
         new
     }
 }
@@ -216,6 +235,8 @@ impl State {
             things: vec![None; model.things.len()],
             points: vec![None; model.points.len()],
             angles: vec![0.0; model.strokes.len()],
+            found: Similarity::default(),
+            kept: [false; 7],
         }
     }
 

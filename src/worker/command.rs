@@ -222,7 +222,7 @@ impl Command {
                 }
                 Err(error) => JobEvent::Failed(error.to_string()),
             },
-            Self::Model(job) => match modelling::perform(job, watch) {
+            Self::Model(job) => match modelling::perform(job, watch, emit) {
                 Ok(event) => event,
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
                 Err(error) => JobEvent::Failed(error.to_string()),

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use crate::io::brackets::Found;
 use crate::io::edits::StoredEdits;
+use crate::io::engines::{Installed, Told};
 use crate::io::import::{Import, ShotCheck, Shown, Survey, Written};
 use crate::io::model::Opened;
 use crate::io::results::Results;
 use crate::io::tags::StoredLights;
 use crate::io::truth::Truth;
+use crate::model::FoundCameras;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::edits::Edits;
@@ -57,6 +59,12 @@ pub enum JobEvent {
     ModelDrawn(Arc<ModelDrawing>),
     /// Model, mesh and cameras were written into the capture.
     ModelUsed(Arc<SolvedModel>),
+    /// Which engines find cameras, and which of them are installed.
+    Engines(Vec<Installed>),
+    /// What an engine tells while it looks for cameras.
+    Told(Told),
+    /// An engine has found cameras.
+    CamerasFound(Arc<FoundCameras>),
     /// A photograph was read for the screen.
     Shown(Arc<Shown>),
     /// Cameras and mesh of other programs were read.
@@ -138,6 +146,7 @@ impl JobEvent {
                 | Self::Judged { .. }
                 | Self::Relit(_)
                 | Self::Found(_)
+                | Self::Told(_)
         )
     }
 }

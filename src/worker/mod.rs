@@ -19,6 +19,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use crate::io::engines::Told;
 use crate::io::logfile;
 use crate::reconstruct::Update;
 use crate::watch::{Progress, Watch};
@@ -152,6 +153,8 @@ fn record(job: Job, what: &JobEvent) {
             log::info!("job {job}: {}", whole.solution.brief());
             whole.warnings.iter().for_each(|warning| log::warn!("job {job}: {warning}"));
         }
+        JobEvent::Told(Told::Step(name)) => log::info!("job {job}: {name}"),
+        JobEvent::Told(Told::Line(line)) => log::debug!("job {job}: {line}"),
         JobEvent::Failed(message) => log::error!("job {job}: {message}"),
         JobEvent::Cancelled => log::info!("job {job}: cancelled"),
         _ => {}

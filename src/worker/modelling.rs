@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use crate::geometry::bvh::RayCaster;
 use crate::io;
+use crate::io::engines::{self, Places, Search, Subject};
 use crate::io::model::{self as files, NAME};
 use crate::model::{AdjustOptions, Model, ModelError, Solution, solve};
 use crate::scene::wireframe::{self, Stroke};
@@ -54,6 +55,17 @@ pub enum Modelling {
         /// The capture's folder.
         folder: PathBuf,
     },
+    /// Say which engines that find cameras are installed.
+    Engines(Places),
+    /// Find the cameras of a model's photographs by an engine.
+    FindCameras {
+        /// The capture's folder.
+        folder: PathBuf,
+        /// Its photographs, with what is known of their lenses.
+        model: Arc<Model>,
+        /// Which engine, and how.
+        search: Box<Search>,
+    },
     /// Place everything by the strokes.
     Solve(Arc<Model>),
     /// Draw what was placed as a photograph shows it.
@@ -88,13 +100,24 @@ impl std::fmt::Debug for SolvedModel {
 }
 
 /// Carries a job out; an error in the words of the terminal.
-pub(super) fn perform(job: Modelling, watch: &Watch) -> Result<JobEvent, io::Error> {
+pub(super) fn perform(
+    job: Modelling,
+    watch: &Watch,
+    emit: &(dyn Fn(JobEvent) + Sync),
+) -> Result<JobEvent, io::Error> {
     Ok(match job {
         Modelling::Begin { folder, images } => {
             files::new_capture(&folder, &images, watch)?;
             JobEvent::CaptureBegun(folder)
         }
         Modelling::Open { folder } => JobEvent::ModelOpened(Box::new(files::open(&folder)?)),
+        Modelling::Engines(places) => JobEvent::Engines(engines::look(&places)),
+        Modelling::FindCameras { folder, model, search } => {
+            let photographs = subjects(&folder, &model)?;
+            let tell = |told| emit(JobEvent::Told(told));
+            let found = engines::find(&photographs, &search, watch, &tell)?;
+            JobEvent::CamerasFound(Arc::new(found))
+        }
         Modelling::Solve(model) => JobEvent::ModelSolved(Arc::new(solved(model))),
         Modelling::Draw { of, photograph } => {
             let strokes = drawn(&of, photograph, watch)?;
@@ -105,18 +128,35 @@ pub(super) fn perform(job: Modelling, watch: &Watch) -> Result<JobEvent, io::Err
             JobEvent::ModelUsed(of)
         }
         Modelling::Show { folder, name, longest } => {
-            let file = io::inside::join(&folder, &name).ok_or_else(|| {
-                io::Error::Invalid(io::Fault::new(
-                    &folder.join(NAME),
-                    &*name,
-                    "this photograph lies outside of the capture",
-                    "Put it into the capture's folder, and correct its path",
-                ))
-            })?;
+            let file = photograph(&folder, &name)?;
             let orientation = io::model::orientation(&folder, &name)?;
             JobEvent::Shown(Arc::new(io::import::show(&file, orientation, longest)?))
         }
     })
+}
+
+/// The file of a photograph.
+fn photograph(folder: &Path, name: &str) -> Result<PathBuf, io::Error> {
+    io::inside::join(folder, name).ok_or_else(|| {
+        io::Error::Invalid(io::Fault::new(
+            &folder.join(NAME),
+            name,
+            "this photograph lies outside of the capture",
+            "Put it into the capture's folder, and correct its path",
+        ))
+    })
+}
+
+fn subjects(folder: &Path, model: &Model) -> Result<Vec<Subject>, io::Error> {
+    let subject = |own: &crate::model::Photograph| {
+        Ok(Subject {
+            file: photograph(folder, &own.name)?,
+            orientation: io::model::orientation(folder, &own.name)?,
+            size: own.size,
+            focal_px: model.lenses.get(own.lens).and_then(|lens| lens.focal_px),
+        })
+    };
+    model.photographs.iter().map(subject).collect()
 }
 
 fn solved(model: Arc<Model>) -> SolvedModel {
@@ -155,5 +195,5 @@ fn write(folder: &Path, of: &SolvedModel) -> Result<(), io::Error> {
     files::check_own(&mesh)?;
     files::save(folder, &of.model)?;
     files::write_obj(&mesh, &solution.faces)?;
-    files::write_cameras(&folder.join("transforms.json"), &of.model, solution)
+    files::write_cameras(&folder.join("transforms.json"), &of.model, &solution.cameras)
 }

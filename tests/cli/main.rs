@@ -1,5 +1,6 @@
 //! The program as a whole: arguments, messages, exit codes and files, through the binary.
 
+mod cameras; // `new --cameras` with engines that are scripts
 mod chart; // cards and charts read, refused, pinned
 mod damaged; // captures that are broken: a message that helps, or a warning
 mod determinism; // the same bytes on any number of threads

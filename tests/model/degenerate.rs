@@ -37,7 +37,8 @@ impl Eye {
 }
 
 fn model(photographs: usize, focal_px: Option<f64>) -> Model {
-    let photograph = |index| Photograph { name: format!("{index}.png"), lens: 0, size: SIZE };
+    let photograph =
+        |index| Photograph { name: format!("{index}.png"), lens: 0, size: SIZE, found: None };
     Model {
         lenses: vec![Lens {
             id: "lens".into(),

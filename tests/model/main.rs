@@ -3,6 +3,7 @@
 mod degenerate; // cases without an answer
 mod files; // model.json written, read, damaged
 mod opencv; // projections against OpenCV
+mod rig; // cameras that an engine placed, put into the world
 mod scipy; // the adjustment against SciPy's least_squares
 mod scenes; // strokes with one pixel of error on captures of known answer
 

@@ -3,6 +3,7 @@
 #![cfg(feature = "studio")]
 
 mod dropping; // files that are dropped, numbers that are typed
+mod finding; // cameras by engines that are scripts
 mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page

@@ -6,6 +6,7 @@ use super::list::{add, group, key};
 use super::{Command, Menu};
 use crate::app::actions::Action;
 use crate::app::modelling::ModelAction;
+use crate::app::modelling::finding::FindAction;
 use crate::app::modelling::tool::{Target, Tool};
 use crate::model::{Axis, Shape};
 
@@ -76,6 +77,14 @@ pub(super) fn draw(list: &mut Vec<Command>) {
         key(NONE, Key::PageUp),
         Action::Model(ModelAction::Next(false)),
         "Look at the photograph before this one",
+    );
+    group(
+        list,
+        Draw,
+        "Find cameras…",
+        None,
+        Action::Model(ModelAction::Find(FindAction::Show(true))),
+        "Let an engine that is installed place the photographs by points that they show",
     );
     group(
         list,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::tool::{Selected, Target, Tool};
-use super::{ModelAction, Placement, follow, forget_kept, open};
+use super::{ModelAction, Placement, finding, follow, forget_kept, open};
 use crate::app::gesture::Gesture;
 use crate::app::layout::Workspace;
 use crate::app::reopening;
@@ -26,6 +26,7 @@ pub fn apply(state: &mut State, what: ModelAction) {
             }
         }
         ModelAction::Use => use_model(state),
+        ModelAction::Find(what) => finding::apply(state, what),
         ModelAction::Change(name, model) => {
             let gesture = state.hand.gesture();
             change(state, name, model, gesture);
@@ -109,7 +110,7 @@ fn on_page(state: &mut State, what: ModelAction) {
             std::mem::swap(from, to);
             "turn line around".to_owned()
         }
-        ModelAction::Show | ModelAction::Use | ModelAction::Change(..) => {
+        ModelAction::Show | ModelAction::Use | ModelAction::Change(..) | ModelAction::Find(_) => {
             return;
         }
     };

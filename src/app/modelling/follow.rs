@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::ModelPage;
 use super::acting::used;
+use super::{ModelPage, finding};
 use crate::app::gesture::Gesture;
 use crate::app::state::State;
 use crate::io::model as model_files;
@@ -28,6 +28,7 @@ pub fn follow(state: &mut State) {
     for event in solver.into_iter().filter(|event| event.what.is_ending()) {
         solver_event(state, event);
     }
+    finding::follow(state);
     let Some(page) = &mut state.modelling else { return };
     page.solve_what_is_drawn();
     page.draw_what_is_shown();
@@ -130,7 +131,7 @@ impl ModelPage {
         if self.solving.is_some() || self.is_solved() {
             return;
         }
-        if model.strokes.is_empty() {
+        if model.strokes.is_empty() && !model.has_found() {
             (self.solved, self.drawing, self.tried) = (None, None, None);
             return;
         }

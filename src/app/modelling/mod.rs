@@ -8,6 +8,7 @@ mod acting;
 pub mod begin;
 mod document;
 pub mod drag;
+pub mod finding;
 mod follow;
 mod pictures;
 pub mod tool;
@@ -18,6 +19,7 @@ use std::sync::Arc;
 use eframe::egui;
 
 use super::state::State;
+use crate::io::engines::Search;
 use crate::io::model as model_files;
 use crate::model::{Model, Shape, Solution};
 use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
@@ -25,6 +27,7 @@ use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
 pub use acting::{apply, undo};
 pub use document::Document;
 use drag::Drag;
+use finding::{FindAction, Finding};
 pub use follow::{end_gesture, follow};
 pub use pictures::{Picture, Pictures};
 use tool::{Selected, Target, Tool};
@@ -53,6 +56,8 @@ pub enum ModelAction {
     Fit,
     /// Writes mesh and cameras, and opens the capture.
     Use,
+    /// About cameras that an engine finds.
+    Find(FindAction),
 }
 
 /// What is drawn over the photograph.
@@ -61,6 +66,8 @@ pub struct Overlays {
     pub strokes: bool,
     pub model: bool,
     pub hidden: bool,
+    /// Points that an engine has found.
+    pub points: bool,
 }
 
 /// Which part of the photograph is seen.
@@ -95,6 +102,7 @@ pub struct ModelPage {
     pub failure: Option<String>,
     pub drawing: Option<Arc<ModelDrawing>>,
     pub pictures: Pictures,
+    pub finding: Finding,
     solver: Worker,
     reader: Worker,
     opening: Option<Job>,
@@ -112,7 +120,7 @@ impl Default for Placement {
 }
 
 impl ModelPage {
-    fn start(folder: &Path, ctx: &egui::Context) -> std::io::Result<Self> {
+    fn start(folder: &Path, search: Search, ctx: &egui::Context) -> std::io::Result<Self> {
         let worker = || {
             let ctx = ctx.clone();
             Worker::start(move || ctx.request_repaint())
@@ -130,7 +138,8 @@ impl ModelPage {
             selected: Selected::default(),
             drag: None,
             placement: Placement::default(),
-            overlays: Overlays { strokes: true, model: true, hidden: true },
+            overlays: Overlays { strokes: true, model: true, hidden: true, points: true },
+            finding: Finding::new(search),
             snaps: true,
             wants_number: false,
             solved: None,
@@ -169,6 +178,7 @@ impl ModelPage {
             || self.drawn.is_some()
             || self.using.is_some()
             || self.pictures.is_reading()
+            || self.finding.is_busy()
     }
 
     pub fn is_solving(&self) -> bool {
@@ -198,7 +208,7 @@ impl ModelPage {
         if let Some(failure) = self.failure.as_ref().filter(|_| !self.is_solved()) {
             return Some(failure.clone());
         }
-        if model.strokes.is_empty() {
+        if model.strokes.is_empty() && !model.has_found() {
             return Some("Nothing is drawn yet.".into());
         }
         if !self.is_solved() {
@@ -249,7 +259,7 @@ impl ModelPage {
 
 /// Opens the page of a folder, without asking about what is open.
 pub fn open(state: &mut State, folder: &Path) {
-    match ModelPage::start(folder, &state.ctx) {
+    match ModelPage::start(folder, state.engines.clone(), &state.ctx) {
         Ok(page) => state.modelling = Some(Box::new(page)),
         Err(error) => {
             let text = format!("no thread can be started: {error}");

@@ -8,7 +8,7 @@ use crate::io::exif_lens::ExifLens;
 use crate::io::json::{self, Field};
 use crate::io::orientation::{self, Orientation};
 use crate::io::{Error, Fault, atomic};
-use crate::model::{Model, Solution};
+use crate::model::Model;
 use crate::scene::Camera;
 
 /// What `transforms.json` says of a photograph that has no camera yet.
@@ -101,10 +101,10 @@ pub fn orientation(folder: &Path, name: &str) -> Result<Orientation, Error> {
     Ok(Orientation::default())
 }
 
-/// Writes the cameras of a solution into a capture's camera file. Frames that are there keep what
+/// Writes the cameras of a model's photographs into a capture's camera file. Frames that are there keep what
 /// else they say; photographs that could not be placed keep their place in the file, without a
 /// camera.
-pub fn write_cameras(file: &Path, model: &Model, solution: &Solution) -> Result<(), Error> {
+pub fn write_cameras(file: &Path, model: &Model, cameras: &[Option<Camera>]) -> Result<(), Error> {
     let mut root = match file.exists() {
         true => json::read(file)?,
         false => json!({"frames": []}),
@@ -127,7 +127,7 @@ pub fn write_cameras(file: &Path, model: &Model, solution: &Solution) -> Result<
                 frame.entry(key.clone()).or_insert_with(|| value.clone());
             }
         }
-        for (photograph, camera) in model.photographs.iter().zip(&solution.cameras) {
+        for (photograph, camera) in model.photographs.iter().zip(cameras) {
             let list = frames.as_array_mut().into_iter().flatten();
             let is_own = |frame: &&mut Value| {
                 frame.get("file_path").and_then(Value::as_str) == Some(photograph.name.as_str())

@@ -26,6 +26,11 @@
 //!       "sd_m": 0.001 } ] }
 //! ```
 //!
+//! Cameras that an engine found stand at the photographs, in coordinates of the engine's own:
+//! `"found": { "rotation": [w, x, y, z], "position": [x, y, z], "distance": 3.1 }`, axes of the
+//! camera as OpenGL's. `found_points` are its points: `"x y z  0 2 5"` with the photographs that
+//! show them, counted from 0.
+//!
 //! Only `format`, `version` and `photographs` must be there. Without `lenses` all photographs share
 //! one. `w` and `h` are read from the image where they are missing, and `focal_px` from its EXIF.
 //! `fit` names what of a lens is adjusted (`focal_px` alone by default). `hold` are typed numbers,
@@ -35,6 +40,7 @@
 
 mod begin;
 mod cameras;
+mod found;
 mod mesh;
 mod open;
 mod read;

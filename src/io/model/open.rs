@@ -115,7 +115,7 @@ fn begun(folder: &Path) -> Result<Model, Error> {
             });
             model.lenses.len() - 1
         });
-        model.photographs.push(Photograph { name, lens, size });
+        model.photographs.push(Photograph { name, lens, size, found: None });
     }
     Ok(model)
 }

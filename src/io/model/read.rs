@@ -1,10 +1,12 @@
 //! Reads `model.json`.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec2;
 
 use super::cameras::orientation;
+use super::found;
 use super::strokes::{Names, no_such};
 use super::{FORMAT, VERSION};
 use crate::io::json::{self, Field};
@@ -66,6 +68,8 @@ pub fn read(file: &Path) -> Result<Model, Error> {
     let strokes =
         list(&root, "strokes")?.iter().map(|item| names.stroke(item)).collect::<Result<_, _>>()?;
     model.strokes = strokes;
+    let items = list(&root, "found_points")?;
+    model.found_points = Arc::new(found::points(items, model.photographs.len())?);
     Ok(model)
 }
 
@@ -143,7 +147,7 @@ fn photograph(item: &Field, model: &Model, folder: &Path) -> Result<Photograph, 
             }
         },
     };
-    Ok(Photograph { name, lens, size })
+    Ok(Photograph { name, lens, size, found: found::pose(item)? })
 }
 
 fn thing(item: &Field, model: &Model) -> Result<Thing, Error> {

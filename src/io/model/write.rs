@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::{FORMAT, VERSION};
+use super::{FORMAT, VERSION, found};
 use crate::io::{Error, atomic};
 use crate::model::{Model, Place, Shape, Side, Stroke, Support, Thing};
 
@@ -38,10 +38,14 @@ pub fn to_text(model: &Model) -> String {
         Value::Object(item)
     };
     let photograph = |own: &crate::model::Photograph| {
-        json!({"file_path": own.name, "lens": model.lenses.get(own.lens).map(|lens| &lens.id),
-               "w": own.size.0, "h": own.size.1})
+        let mut item = json!({"file_path": own.name, "w": own.size.0, "h": own.size.1,
+               "lens": model.lenses.get(own.lens).map(|lens| &lens.id)});
+        if let Some(pose) = &own.found {
+            item["found"] = found::pose_value(pose);
+        }
+        item
     };
-    let value = json!({
+    let mut value = json!({
         "format": FORMAT,
         "version": VERSION,
         "lenses": model.lenses.iter().map(lens).collect::<Vec<_>>(),
@@ -50,6 +54,10 @@ pub fn to_text(model: &Model) -> String {
         "points": model.points.iter().map(|own| json!({"id": own.id})).collect::<Vec<_>>(),
         "strokes": model.strokes.iter().map(|own| stroke(model, own)).collect::<Vec<_>>(),
     });
+    if !model.found_points.is_empty() {
+        let points = model.found_points.iter().map(found::point_value);
+        value["found_points"] = points.collect();
+    }
     format!("{value:#}\n")
 }
 

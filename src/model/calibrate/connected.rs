@@ -43,7 +43,15 @@ pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
             reach(&mut seen, first);
         }
         None => {
-            if let Some(first) = rotations.iter().position(Option::is_some) {
+            let is_placed = |index: &usize| rotations[*index].is_some();
+            let is_drawn = |index: &usize| {
+                let mut strokes = model.strokes.iter();
+                let is_own =
+                    |own: &Stroke| own.photograph() == Some(*index) && !own.places().is_empty();
+                strokes.any(is_own) && is_found(model, *index)
+            };
+            let all = || (0..rotations.len()).filter(is_placed);
+            if let Some(first) = all().find(is_drawn).or_else(|| all().next()) {
                 seen.photographs[first] = true;
             }
         }
@@ -51,6 +59,13 @@ pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
     let mut grows = true;
     while grows {
         grows = false;
+        // What an engine found hangs together.
+        let found = || (0..rotations.len()).filter(|index| is_found(model, *index));
+        if found().any(|index| seen.photographs[index]) {
+            for index in found().filter(|index| rotations[*index].is_some()) {
+                grows |= !std::mem::replace(&mut seen.photographs[index], true);
+            }
+        }
         for stroke in &model.strokes {
             let Some(photograph) = stroke.photograph() else { continue };
             if rotations[photograph].is_none() {
@@ -68,6 +83,10 @@ pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
         }
     }
     seen
+}
+
+fn is_found(model: &Model, photograph: usize) -> bool {
+    model.photographs[photograph].found.is_some()
 }
 
 /// A corner belongs to a thing; a point alone needs rays of two photographs, or a position.

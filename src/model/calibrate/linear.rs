@@ -29,17 +29,21 @@ pub struct Placed {
     pub corners: Vec<Vec<Option<DVec3>>>,
     /// By point, where it takes part.
     pub points: Vec<Option<DVec3>>,
+    /// Metres in the unit of what an engine found, and its shift.
+    pub found: Option<(f64, DVec3)>,
 }
 
 /// Places the photographs whose rotations are given, and the things and points that they see.
-/// `None` where the system has no finite solution, or typed numbers put the world behind cameras.
+/// `found` turns what an engine found into the world: those photographs move together. `None` where
+/// the system has no finite solution, or typed numbers put the world behind cameras.
 pub fn place(
     model: &Model,
     lenses: &[Optic],
     rotations: &[Option<DMat3>],
     seen: &Seen,
+    found: &DMat3,
 ) -> Option<Placed> {
-    let system = Relaxed::new(model, rotations, seen);
+    let system = Relaxed::new(model, rotations, seen, found);
     // A position that is known alone says where the origin lies, and nothing of the scale.
     let shift = only_position(model, seen);
     let mut rows: Vec<(Expression, f64)> = Vec::new();
@@ -91,9 +95,9 @@ pub fn place(
         expression.iter().map(|&(index, vector)| vector * (solution[index] * scale)).sum()
     };
     let scale = system.scale(model, &solution, &|place| Some(value(&system.place(place)?, 1.0)))?;
-    let cameras = system.cameras.iter().map(|first| {
-        first.map(|first| DVec3::from_slice(&solution[first..first + 3]) * scale + shift)
-    });
+    let cameras = system.cameras.iter().map(|own| Some(value(own.as_ref()?, scale) + shift));
+    let found =
+        system.found.map(|first| (solution[first] * scale, value(&free(first + 1), scale) + shift));
     let corners = |thing: usize| {
         let count = things::corner_names(&model.things[thing]).len();
         let corner =
@@ -101,6 +105,7 @@ pub fn place(
         (0..count).map(corner).collect()
     };
     Some(Placed {
+        found,
         cameras: cameras.collect(),
         corners: (0..model.things.len()).map(corners).collect(),
         points: (0..model.points.len())
@@ -136,7 +141,9 @@ pub struct Seen {
 struct Relaxed<'a> {
     model: &'a Model,
     unknowns: usize,
-    cameras: Vec<Option<usize>>,
+    cameras: Vec<Option<Expression>>,
+    /// The first of four: the scale and the shift of what an engine found.
+    found: Option<usize>,
     outlines: Vec<Option<Outline>>,
     /// The height of a thing above what it stands on: an unknown and its factor.
     heights: Vec<Option<(usize, f64)>>,
@@ -153,15 +160,25 @@ enum Outline {
 }
 
 impl<'a> Relaxed<'a> {
-    fn new(model: &'a Model, rotations: &[Option<DMat3>], seen: &Seen) -> Self {
+    fn new(model: &'a Model, rotations: &[Option<DMat3>], seen: &Seen, turn: &DMat3) -> Self {
         let mut unknowns = 1;
         let mut take = |count: usize| {
             unknowns += count;
             unknowns - count
         };
-        let cameras = (0..model.photographs.len())
-            .map(|index| (seen.photographs[index] && rotations[index].is_some()).then(|| take(3)))
-            .collect();
+        let is_in = |index: usize| seen.photographs[index] && rotations[index].is_some();
+        let pose = |index: usize| model.photographs[index].found.map(|own| own.pose);
+        let count = model.photographs.len();
+        let found = (0..count).any(|index| is_in(index) && pose(index).is_some()).then(|| take(4));
+        let mut camera = |index: usize| match (pose(index), found) {
+            (Some(pose), Some(first)) => {
+                let mut place = free(first + 1);
+                place.push((first, *turn * pose.position));
+                place
+            }
+            _ => free(take(3)),
+        };
+        let cameras = (0..count).map(|index| is_in(index).then(|| camera(index))).collect();
         let (mut outlines, mut heights) = (Vec::new(), Vec::new());
         for (index, thing) in model.things.iter().enumerate() {
             let held = |name: &str| thing.held.iter().find(|own| own.0 == name).map(|own| own.1);
@@ -199,7 +216,7 @@ impl<'a> Relaxed<'a> {
             });
         }
         let points = seen.points.iter().map(|&seen| seen.then(|| take(3))).collect();
-        Self { model, unknowns, cameras, outlines, heights, points }
+        Self { model, unknowns, cameras, found, outlines, heights, points }
     }
 
     /// A place; `None` where it takes no part, or is not linear.
@@ -248,9 +265,9 @@ impl<'a> Relaxed<'a> {
 
     /// A place as seen from a camera: the vector from one to the other.
     fn view(&self, photograph: usize, place: Place) -> Option<Expression> {
-        let first = self.cameras[photograph]?;
+        let camera = self.cameras[photograph].as_ref()?;
         let mut view = self.place(place)?;
-        view.extend(DVec3::AXES.into_iter().enumerate().map(|(k, axis)| (first + k, -axis)));
+        view.extend(camera.iter().map(|&(index, vector)| (index, -vector)));
         Some(view)
     }
 

@@ -9,6 +9,7 @@ mod connected;
 pub mod lines;
 pub mod linear;
 pub mod resect;
+mod rig;
 mod shapes;
 mod start;
 pub mod vanishing;

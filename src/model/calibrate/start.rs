@@ -7,11 +7,12 @@ use super::connected::connected;
 use super::linear;
 use super::lines::{ByAxis, Drawn};
 use super::resect::{self, Sight};
+use super::rig;
 use super::shapes;
 use super::vanishing::{self, VanishingPoint};
 use crate::model::things::parameters;
 use crate::model::unknowns::State;
-use crate::model::{Model, ModelError, Place, Pose, Shape, Stroke};
+use crate::model::{Model, ModelError, Place, Pose, Shape, Similarity, Stroke, found};
 
 /// Where everything is to begin with.
 #[derive(Clone, Debug)]
@@ -26,8 +27,11 @@ pub struct Start {
 pub fn start(model: &Model) -> Result<Start, ModelError> {
     let mut search = Search::new(model);
     search.focal_lengths();
+    search.by_found();
     for photograph in 0..model.photographs.len() {
-        search.by_axes(photograph);
+        if search.rotations[photograph].is_none() {
+            search.by_axes(photograph);
+        }
     }
     search.by_boxes();
     search.by_positions();
@@ -136,6 +140,22 @@ impl<'a> Search<'a> {
     fn set_focal(&mut self, lens: usize, focal_px: f64) {
         self.focal_px[lens] = Some(focal_px);
         self.state.lenses[lens].focal_px = focal_px;
+    }
+
+    /// The rotations of photographs that an engine placed, from what is drawn on all of them.
+    fn by_found(&mut self) {
+        let poses: Vec<_> = self.model.photographs.iter().map(|own| own.found).collect();
+        if poses.iter().all(Option::is_none) {
+            return;
+        }
+        let points: Vec<DVec3> = self.model.found_points.iter().map(|own| own.position).collect();
+        let lenses = &self.state.lenses;
+        let guess = found::guess(&poses, &points, None);
+        let rotation = rig::rotation(self.model, lenses, &guess.rotation);
+        self.state.found = found::guess(&poses, &points, Some(rotation));
+        for (own, pose) in self.rotations.iter_mut().zip(poses) {
+            *own = pose.map(|found| rotation * found.pose.world_from_camera);
+        }
     }
 
     /// A photograph's rotation from lines along two axes of the world or more, or from what is
@@ -304,9 +324,14 @@ impl<'a> Search<'a> {
         }
         let seen = connected(self.model, &self.rotations);
         let lenses = &self.state.lenses;
-        let Some(placed) = linear::place(self.model, lenses, &self.rotations, &seen) else {
+        let Some(placed) =
+            linear::place(self.model, lenses, &self.rotations, &seen, &self.state.found.rotation)
+        else {
             return;
         };
+        if let Some((scale, shift)) = placed.found.filter(|own| own.0 > 0.0) {
+            self.state.found = Similarity { scale, shift, ..self.state.found };
+        }
         for (index, position) in placed.cameras.iter().enumerate() {
             self.state.poses[index] = position
                 .zip(self.rotations[index])
@@ -320,6 +345,12 @@ impl<'a> Search<'a> {
     }
 
     fn finish(mut self) -> Result<Start, ModelError> {
+        // Where nothing is drawn, what an engine found stands by itself.
+        if self.state.poses.iter().all(Option::is_none) {
+            for (index, own) in self.model.photographs.iter().enumerate() {
+                self.state.poses[index] = own.found.map(|own| self.state.found.pose(&own.pose));
+            }
+        }
         shapes::set_angles(self.model, &mut self.state);
         let mut unplaced = Vec::new();
         for (index, pose) in self.state.poses.iter().enumerate() {

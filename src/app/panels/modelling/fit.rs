@@ -23,7 +23,7 @@ pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
     if let Some(failure) = &page.failure {
         ui.colored_label(ui.visuals().error_fg_color, failure);
     }
-    if model.strokes.is_empty() {
+    if model.strokes.is_empty() && !model.has_found() {
         ui.weak("Nothing is drawn yet. What is off will be listed here.");
         return;
     }
@@ -37,6 +37,12 @@ pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
         Err(problem) => problem_ui(ui, page, model, problem, error),
         Ok(solution) => {
             match solution.stroke_px.filter(|_| solution.is_usable()) {
+                Some(_) if model.strokes.is_empty() => {
+                    ui.horizontal(|ui| {
+                        check_mark(ui);
+                        ui.label("Solved: the cameras stand as they were found");
+                    });
+                }
                 Some(own) => {
                     ui.horizontal(|ui| {
                         check_mark(ui);
@@ -159,6 +165,7 @@ fn photographs_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
                 .solution()
                 .and_then(|own| own.photographs.iter().find(|own| own.photograph == index));
             match report {
+                Some(own) if own.strokes == 0 => (0.0, index, "found".to_owned()),
                 Some(own) => {
                     let strokes = counted(own.strokes, "stroke", "strokes");
                     (own.rms_px, index, format!("{strokes}  {:.2} px", own.rms_px))

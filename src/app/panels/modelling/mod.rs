@@ -2,6 +2,7 @@
 //! below, numbers and the fit at the right.
 
 mod diagram;
+mod find;
 mod fit;
 mod hands;
 mod overlay;
@@ -62,7 +63,10 @@ pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Actio
         .default_size(196.0)
         .size_range(160.0..=320.0)
         .show(ui, |ui| {
-            scrolled(ui, "model tools", |ui| tools::tools_ui(ui, page, &model, actions));
+            scrolled(ui, "model tools", |ui| {
+                find::cameras_ui(ui, page, &model, actions);
+                tools::tools_ui(ui, page, &model, actions);
+            });
         });
     egui::Panel::right("model numbers")
         .resizable(true)
@@ -73,8 +77,12 @@ pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Actio
             egui::Panel::bottom("model use").frame(frame).show(ui, |ui| use_ui(ui, page, actions));
             egui::CentralPanel::no_frame().show(ui, |ui| {
                 scrolled(ui, "model numbers", |ui| {
-                    let proposal = selected_ui(ui, page, &model, actions);
-                    propose(proposal, actions);
+                    if page.finding.is_shown {
+                        find::find_ui(ui, page, &model, actions);
+                    } else {
+                        let proposal = selected_ui(ui, page, &model, actions);
+                        propose(proposal, actions);
+                    }
                     fit::fit_ui(ui, page, &model);
                 });
             });

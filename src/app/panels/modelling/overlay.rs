@@ -14,6 +14,7 @@ use crate::model::{Axis, Model, Place, Stroke};
 pub const EDGE: Color32 = Color32::from_rgb(255, 150, 30);
 const MARK: Color32 = Color32::from_rgb(64, 220, 255);
 const OFF: Color32 = Color32::from_rgb(255, 80, 200);
+const POINT: Color32 = Color32::from_rgb(250, 240, 160);
 const RIM: Color32 = Color32::from_black_alpha(130);
 /// A stroke that is off by more is marked, in pixels.
 const SHOWN_PX: f64 = 1.0;
@@ -28,6 +29,9 @@ pub fn axis_color(axis: Axis) -> Color32 {
 }
 
 pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &View) {
+    if page.overlays.points {
+        points(painter, page, model, view);
+    }
     if page.overlays.model {
         solved(painter, page, view);
         corners(painter, page, model, view);
@@ -46,6 +50,18 @@ pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &Vie
     }
     known(painter, page, model, view);
     target(painter, page, model, view);
+}
+
+/// Points that an engine has found in this photograph, where its camera sees them now.
+fn points(painter: &Painter, page: &ModelPage, model: &Model, view: &View) {
+    let Some(solution) = page.solution() else { return };
+    let Some(Some(camera)) = solution.cameras.get(page.shown) else { return };
+    for point in model.found_points.iter().filter(|own| own.photographs.contains(&page.shown)) {
+        let place = solution.state.found.point(point.position);
+        if let Some((pixel, _)) = camera.project(place) {
+            painter.circle(view.at(pixel), 1.6, POINT, Line::new(0.8, RIM));
+        }
+    }
 }
 
 /// The edges of the solved things: those behind others dashed.

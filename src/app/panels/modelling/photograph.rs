@@ -20,6 +20,10 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
                  draw one as the hand does.",
             );
             let overlays = &mut page.overlays;
+            if !model.found_points.is_empty() {
+                ui.toggle_value(&mut overlays.points, "Points")
+                    .on_hover_text("Points that the engine has found, where the camera sees them");
+            }
             ui.toggle_value(&mut overlays.hidden, "Hidden")
                 .on_hover_text("Edges behind other faces, dashed");
             ui.toggle_value(&mut overlays.model, "Model")
@@ -39,7 +43,7 @@ pub fn photograph_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model) -> Prop
     if model.strokes.len() < 12 && !page.solution().is_some_and(|own| own.is_usable()) {
         ui.strong("How to begin");
         for step in [
-            "1. Draw lines along two axes of the room (X, Y, Z), two or more of each, along edges \
+            "1. Find cameras (at the left), or draw lines along two axes of the room (X, Y, Z), two or more of each, along edges \
              that converge.",
             "2. Add a room or a box (R, B) and click its corners; do the same in the other \
              photographs.",

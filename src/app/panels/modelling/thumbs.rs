@@ -51,6 +51,7 @@ fn thumb_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, index: usize
     let bar = Rect::from_min_max(pos2(rect.min.x, rect.max.y - 15.0), rect.max);
     painter.rect_filled(bar, 0.0, Color32::from_black_alpha(170));
     let text = match report {
+        Some(_) if strokes == 0 => "found".to_owned(),
         Some(off) => format!("{off:.2} px"),
         None if strokes == 0 => "nothing drawn".to_owned(),
         None => "not placed".to_owned(),

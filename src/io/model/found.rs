@@ -1,0 +1,69 @@
+//! What an engine found, in `model.json`: poses at the photographs, and points a line each.
+
+use std::fmt::Write as _;
+
+use glam::{DMat3, DQuat, DVec3};
+use serde_json::{Value, json};
+
+use crate::io::Error;
+use crate::io::json::Field;
+use crate::model::{FoundPoint, FoundPose, Pose};
+
+/// `found` of a photograph.
+pub(super) fn pose(item: &Field) -> Result<Option<FoundPose>, Error> {
+    let Some(field) = item.get("found") else { return Ok(None) };
+    let [w, x, y, z] = field.need("rotation")?.numbers::<4>()?;
+    let rotation = DQuat::from_xyzw(x, y, z, w);
+    let length = rotation.length();
+    if !(length.is_finite() && length > 1e-6) {
+        let problem = "this is no rotation: a quaternion w, x, y, z of length 1 is due";
+        return Err(field.need("rotation")?.wrong(problem));
+    }
+    let distance = field.need("distance")?.number()?;
+    if distance <= 0.0 {
+        return Err(field.need("distance")?.wrong("this must be more than 0"));
+    }
+    let world_from_camera = DMat3::from_quat(rotation * (1.0 / length));
+    let position = DVec3::from(field.need("position")?.numbers::<3>()?);
+    Ok(Some(FoundPose { pose: Pose { world_from_camera, position }, distance }))
+}
+
+/// `found_points`: position, then the photographs that show it.
+pub(super) fn points(items: Vec<Field>, photographs: usize) -> Result<Vec<FoundPoint>, Error> {
+    let point = |item: Field| {
+        let wrong = || {
+            item.wrong_with(
+                "this is no point: \"x y z\" and the numbers of photographs are due",
+                "Correct it, or leave found_points out: they are only shown",
+            )
+        };
+        let mut words = item.text()?.split_whitespace();
+        let mut number = || words.next()?.parse::<f64>().ok().filter(|own| own.is_finite());
+        let position = number().zip(number()).zip(number()).ok_or_else(wrong)?;
+        let ((x, y), z) = position;
+        let shown = words.map(|word| word.parse().ok().filter(|index| *index < photographs));
+        let photographs = shown.collect::<Option<Vec<usize>>>().ok_or_else(wrong)?;
+        Ok(FoundPoint { position: DVec3::new(x, y, z), photographs })
+    };
+    items.into_iter().map(point).collect()
+}
+
+/// As [`pose`] reads it.
+pub(super) fn pose_value(own: &FoundPose) -> Value {
+    let rotation = DQuat::from_mat3(&own.pose.world_from_camera).normalize();
+    json!({
+        "rotation": [rotation.w, rotation.x, rotation.y, rotation.z],
+        "position": own.pose.position.to_array(),
+        "distance": own.distance,
+    })
+}
+
+/// As [`points`] reads it: text, so that a point is one line of the file.
+pub(super) fn point_value(own: &FoundPoint) -> Value {
+    let DVec3 { x, y, z } = own.position;
+    let mut text = format!("{x} {y} {z} ");
+    for index in &own.photographs {
+        let _ = write!(text, " {index}");
+    }
+    Value::String(text)
+}
