@@ -60,7 +60,7 @@ macro_rules! texts {
 
 const TEXTS: &[(&str, &str)] = texts! {
     "introduction.md" "words.md" "walk.md" "building.md" "photograph.md" "brackets.md" "import.md"
-    "modelling.md" "capture.md" "tag.md" "known-lights.md" "reconstruct.md" "inspect.md" "pin.md"
+    "modelling.md" "capture.md" "tag.md" "masks.md" "known-lights.md" "reconstruct.md" "inspect.md" "pin.md"
     "relight.md" "export.md" "studies.md" "troubleshooting.md" "commands.md" "options.md" "keys.md"
     "files.md" "fields.md" "messages.md" "trust.md" "method.md" "validation.md" "tuning.md" "tried.md"
     "speed.md" "sources.md"

@@ -17,7 +17,7 @@ fn painting(folder: &Path) -> Window {
     let mut window = Window::at(&folder.join("home"), Some(&file));
     window.wait_for("Photographs (6)");
     window.wait("the view", |window| !window.harness.state().is_busy());
-    window.key(NONE, Key::P);
+    window.key(Modifiers::SHIFT, Key::P);
     assert!(window.has_part("What is hatched"), "the panel is in front");
     window
 }
@@ -92,7 +92,7 @@ fn a_stroke_is_one_step_and_is_saved_kept_and_opened_again() {
     drop(window);
     let mut window = Window::at(&folder.path().join("home"), Some(&file));
     window.wait_for("Photographs (6)");
-    window.key(NONE, Key::P);
+    window.key(Modifiers::SHIFT, Key::P);
     assert_eq!(masked(&window), third);
 }
 
@@ -169,7 +169,7 @@ fn suggested_masks_are_one_step() {
     lobelia::io::exr::write_rgb(&first, width, height, &pixels).unwrap();
     let mut window = Window::at(&folder.path().join("home"), Some(&room));
     window.wait_for("Photographs (6)");
-    window.key(NONE, Key::P);
+    window.key(Modifiers::SHIFT, Key::P);
     window.click("Suggest masks");
     window.wait("the masks", |window| window.has("Suggest masks"));
     let found = masked(&window);

@@ -111,12 +111,17 @@ fn masks(list: &mut Vec<Command>) {
     let from = list.len();
     let mut entry = |name, key, what, help| add(list, Edit, name, key, Action::Masking(what), help);
     let tool = |tool| Masking::Tool(Some(tool));
-    entry("Paint mask", key(NONE, Key::P), tool(MaskTool::Brush), MaskTool::Brush.help());
+    entry(
+        "Paint mask",
+        key(Modifiers::SHIFT, Key::P),
+        tool(MaskTool::Brush),
+        MaskTool::Brush.help(),
+    );
     entry("Draw mask with lasso", None, tool(MaskTool::Lasso), MaskTool::Lasso.help());
     entry("Draw mask with box", None, tool(MaskTool::Box), MaskTool::Box.help());
     entry("Mask surface", None, tool(MaskTool::Surface), MaskTool::Surface.help());
     let help = "Clicks and drags in the 3D view select again";
-    entry("Lay mask tool down", key(Modifiers::SHIFT, Key::P), Masking::Tool(None), help);
+    entry("Lay mask tool down", None, Masking::Tool(None), help);
     let help = "Find what stands before the known surfaces, where photographs disagree";
     entry("Suggest masks", None, Masking::Suggest, help);
     let help = "Leave nothing out of the photograph that is looked through, or selected";

@@ -92,7 +92,7 @@ pub fn masks_ui(
                 ui.label(text);
             }
             _ => {
-                ui.weak(from(index));
+                ui.label(from(index));
             }
         });
     if let Some(photograph) = clicked {
