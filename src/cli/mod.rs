@@ -92,8 +92,9 @@ pub fn main() -> ExitCode {
     match ending {
         Ok(()) => ExitCode::SUCCESS,
         Err(Ending::Failed(error)) => {
-            log::error!("{error:#}");
-            note_line!("error: {error:#}");
+            let message = once_each(error.chain().map(ToString::to_string));
+            log::error!("{message}");
+            note_line!("error: {message}");
             ExitCode::from(1)
         }
         Err(Ending::Cancelled) => {
@@ -101,4 +102,13 @@ pub fn main() -> ExitCode {
             ExitCode::from(130)
         }
     }
+}
+
+/// The messages of an error and of its causes in a line, without those that an earlier one repeats.
+fn once_each(messages: impl Iterator<Item = String>) -> String {
+    messages.fold(String::new(), |told, next| match told.as_str() {
+        "" => next,
+        _ if told.contains(&next) => told,
+        _ => format!("{told}: {next}"),
+    })
 }

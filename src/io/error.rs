@@ -8,10 +8,7 @@ use crate::watch::Cancelled;
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    #[error(
-        "{} cannot be read: {source}. Check that it exists and that you may read it.",
-        .file.display()
-    )]
+    #[error("{} cannot be read: {source}. {}", .file.display(), what_to_do(.source))]
     Read { file: PathBuf, source: std::io::Error },
     #[error(
         "{} cannot be written: {source}. Check the free space and the permissions of its folder.",
@@ -32,6 +29,14 @@ pub enum Error {
     TooLarge(Fault),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+/// What helps where a file cannot be read.
+fn what_to_do(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        std::io::ErrorKind::IsADirectory => "It is a folder: name a file in it.",
+        _ => "Check that it exists and that you may read it.",
+    }
 }
 
 /// A fault with its place and its remedy.

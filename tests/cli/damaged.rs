@@ -42,7 +42,12 @@ fn a_folder_that_is_not_there() {
     let folder = tempfile::tempdir().unwrap();
     let (lost, out) = (folder.path().join("lost"), folder.path().join("out"));
     Run::of(&mut coarse(&lost, &out)).fails(1, &["lost", "Check that it exists"]);
-    Run::of(lobelia().arg("info").arg(&lost)).fails(1, &["lost", "Check that it exists"]);
+    let told =
+        Run::of(lobelia().arg("info").arg(&lost)).fails(1, &["lost", "Check that it exists"]);
+    assert_eq!(told.err.matches("(os error").count(), 1, "{told:#?}");
+    let mut new = lobelia();
+    new.arg("new").arg(&lost).arg("--images").arg(folder.path());
+    Run::of(&mut new).fails(1, &["It is a folder: name a file in it"]);
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
     Run::of(&mut coarse(&file, &out))
