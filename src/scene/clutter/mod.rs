@@ -9,7 +9,7 @@
 //! (`occupied`). Highlights have no such place. Last, a thing ends where the photograph has an edge
 //! (`regions`).
 //!
-//! Photographs are compared in at most [`LONGEST_SIDE`] pixels across. The constants were set on
+//! Photographs are compared in at most 640 pixels across. The constants were set on
 //! `kitchen-coarse`, where it is known what is in the way.
 
 mod difference;
