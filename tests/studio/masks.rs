@@ -123,9 +123,9 @@ fn a_stroke_is_given_up_and_tools_draw_boxes_outlines_and_surfaces() {
         window.harness.run_steps(1);
         button(&mut window, middle, true, modifiers);
         button(&mut window, middle, false, modifiers);
-        window.step();
-        let is_masked = masked(&window) > 2.0;
-        assert_eq!(is_masked, modifiers == NONE, "{}", masked(&window));
+        window.wait("the pixels of the surface", |window| {
+            (masked(window) > 2.0) == (modifiers == NONE)
+        });
     }
 }
 

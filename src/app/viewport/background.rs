@@ -35,17 +35,17 @@ pub enum Done {
 }
 
 /// Passes a result on; `None` once the receiver is gone.
-type Deliver<'a> = dyn Fn(Done) -> Option<()> + 'a;
+type Deliver<'a, T> = dyn Fn(T) -> Option<()> + 'a;
 /// Whether anybody still wants the results.
 type IsWanted<'a> = dyn Fn() -> bool + Sync + 'a;
 
-/// A running thread.
-pub struct Background {
-    results: Receiver<Done>,
+/// A running thread and its results, [`Done`] or others.
+pub struct Background<T = Done> {
+    results: Receiver<T>,
     stop: Arc<AtomicBool>,
 }
 
-impl Drop for Background {
+impl<T> Drop for Background<T> {
     fn drop(&mut self) {
         self.stop.store(true, Relaxed);
     }
@@ -89,10 +89,13 @@ impl Background {
             send(Done::Picture { photograph, size, texels })
         })
     }
+}
 
-    fn run(
+impl<T: Send + 'static> Background<T> {
+    /// Does some work on a thread of its own; each result asks for a new frame.
+    pub fn run(
         ctx: egui::Context,
-        work: impl FnOnce(&Deliver, &IsWanted) -> Option<()> + Send + 'static,
+        work: impl FnOnce(&Deliver<T>, &IsWanted) -> Option<()> + Send + 'static,
     ) -> Self {
         let (sender, results) = channel();
         let stop = Arc::new(AtomicBool::new(false));
@@ -112,7 +115,7 @@ impl Background {
     }
 
     /// What has become ready since the last call.
-    pub fn ready(&self) -> impl Iterator<Item = Done> + '_ {
+    pub fn ready(&self) -> impl Iterator<Item = T> + '_ {
         self.results.try_iter()
     }
 }

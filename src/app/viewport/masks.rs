@@ -6,10 +6,11 @@ use eframe::egui::{self, Color32, Key, Modifiers, PointerButton, Pos2, Response,
 use glam::DVec2;
 
 use crate::app::viewport::Viewport;
+use crate::app::viewport::background::Background;
 use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::input::has_keys;
 use crate::app::viewport::projection::{Projection, window};
-use crate::geometry::bvh::Ray;
+use crate::scene::mask::{showing, surface_at};
 use crate::scene::{Camera, Image, Photograph, Shape};
 
 const COLOR: Color32 = Color32::from_rgb(255, 64, 129);
@@ -73,7 +74,16 @@ pub struct Masking {
     line: Vec<DVec2>,
     /// Whether the stroke under way erases.
     is_erasing: bool,
+    /// The pixels of the surface that was clicked, on their way.
+    of_surface: Option<OfSurface>,
     overlay: Option<(Arc<Image>, egui::TextureHandle)>,
+}
+
+/// A thread looks for the pixels of a surface: a large photograph has millions.
+struct OfSurface {
+    photograph: usize,
+    is_left_out: bool,
+    pixels: Background<Vec<bool>>,
 }
 
 impl Default for Masking {
@@ -84,6 +94,7 @@ impl Default for Masking {
             erases: false,
             line: Vec::new(),
             is_erasing: false,
+            of_surface: None,
             overlay: None,
         }
     }
@@ -98,6 +109,7 @@ impl Masking {
     /// Forgets what belongs to a photograph.
     pub fn clear(&mut self) {
         self.line.clear();
+        self.of_surface = None;
         self.overlay = None;
     }
 }
@@ -126,8 +138,10 @@ pub fn interact(
     let found = under(view, content);
     let (Some(tool), Some((index, photograph))) = (view.masking.tool, found) else {
         view.masking.line.clear();
+        view.masking.of_surface = None;
         return false;
     };
+    receive(&mut view.masking, index, events);
     if has_keys(ui, response) {
         for (key, factor) in [(Key::OpenBracket, 1.0 / STEP), (Key::CloseBracket, STEP)] {
             if ui.input_mut(|input| input.consume_key(Modifiers::NONE, key)) {
@@ -138,7 +152,10 @@ pub fn interact(
     }
     let modifiers = ui.input(|input| input.modifiers);
     if response.contains_pointer() {
-        ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
+        ui.ctx().set_cursor_icon(match view.masking.of_surface {
+            None => egui::CursorIcon::Crosshair,
+            Some(_) => egui::CursorIcon::Progress,
+        });
     }
     let camera = &photograph.camera;
     let place = |position: Pos2| pixel_at(camera, p, position - response.rect.min);
@@ -146,11 +163,10 @@ pub fn interact(
         let clicked = response.clicked_by(PointerButton::Primary);
         let position = response.interact_pointer_pos().filter(|_| clicked);
         if let Some(place) = position.and_then(place)
-            && let Some(meant) = of_surface(view, content, camera, place, modifiers.shift)
+            && let Some(pixels) = of_surface(view, content, index, place, modifiers.shift, ui.ctx())
         {
             let is_left_out = view.masking.erases == modifiers.alt;
-            let shape = Shape::Pixels(meant);
-            events.push(ViewportEvent::Masked { photograph: index, shape, is_left_out });
+            view.masking.of_surface = Some(OfSurface { photograph: index, is_left_out, pixels });
         }
         return true;
     }
@@ -215,26 +231,42 @@ fn drawn_at(camera: &Camera, p: &Projection, pixel: DVec2) -> Option<Vec2> {
     Some(vec2(drawn.x, drawn.y))
 }
 
-/// For each pixel whether it shows the surface below a place, or everything but it.
+/// Looks for the pixels that show the surface below a place, or everything but it.
 fn of_surface(
     view: &Viewport,
     content: &Content,
-    camera: &Camera,
+    photograph: usize,
     place: DVec2,
     all_but: bool,
-) -> Option<Vec<bool>> {
-    let (capture, caster) = (content.capture.as_ref()?, view.scene.caster.as_ref()?);
-    let surface_at = |pixel: DVec2| {
-        let origin = camera.position.as_vec3();
-        let direction = camera.direction(pixel)?.as_vec3();
-        let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-        Some(capture.mesh.surface[caster.closest(&ray)?.triangle as usize])
+    ctx: &egui::Context,
+) -> Option<Background<Vec<bool>>> {
+    let capture = content.capture.as_ref()?.clone();
+    let caster = view.scene.caster.as_ref()?.clone();
+    let camera = &capture.photographs[photograph].camera;
+    let meant = surface_at(camera, &capture.mesh, &caster, place)?;
+    Some(Background::run(ctx.clone(), move |send, is_wanted| {
+        let camera = &capture.photographs[photograph].camera;
+        let mut pixels = showing(camera, &capture.mesh, &caster, meant, is_wanted)?;
+        pixels.iter_mut().for_each(|is_meant| *is_meant ^= all_but);
+        send(pixels)
+    }))
+}
+
+/// Takes the pixels of a surface once they are there; another photograph has no use for them.
+fn receive(masking: &mut Masking, photograph: usize, events: &mut Vec<ViewportEvent>) {
+    let Some(found) = masking.of_surface.take_if(|found| found.photograph == photograph) else {
+        masking.of_surface = None;
+        return;
     };
-    let meant = surface_at(place)?;
-    let (width, height) = (camera.width, camera.height);
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let middle = |(x, y): (usize, usize)| DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-    Some(pixels.map(|pixel| (surface_at(middle(pixel)) == Some(meant)) != all_but).collect())
+    let pixels = found.pixels.ready().next();
+    match pixels {
+        Some(pixels) => events.push(ViewportEvent::Masked {
+            photograph,
+            shape: Shape::Pixels(pixels),
+            is_left_out: found.is_left_out,
+        }),
+        None => masking.of_surface = Some(found),
+    }
 }
 
 /// The mask of the photograph, the stroke under way, and the brush.

@@ -1,7 +1,11 @@
 //! Masks as a person makes them: which pixels of a photograph are left out, and how strokes, boxes
 //! and outlines change that.
 
+mod surface;
+
 use glam::DVec2;
+
+pub use surface::{showing, surface_at};
 
 /// Which pixels of a photograph are left out. Stored as the lengths of runs, since hundreds of
 /// states are kept for undo: row by row from the top, first those that are kept, then in turn.

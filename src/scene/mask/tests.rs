@@ -1,4 +1,9 @@
+use glam::{DMat3, DVec3, Vec3};
+
 use super::*;
+use crate::geometry::bvh::RayCaster;
+use crate::geometry::mesh::Mesh;
+use crate::scene::{Camera, Distortion};
 
 const SIZE: (usize, usize) = (40, 30);
 
@@ -63,4 +68,33 @@ fn runs_that_do_not_fill_the_photograph_are_refused() {
     for runs in [vec![], vec![600], vec![600, 601], vec![u32::MAX; 9]] {
         assert_eq!(Mask::from_runs(SIZE, runs), None);
     }
+}
+
+/// A square of 1 m, 2 m before the camera, and a wall of two triangles 3 m before it.
+#[test]
+fn a_surface_is_where_nothing_stands_before_it() {
+    let square = |half: f32, z: f32| {
+        [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+            .map(|[x, y]: [i8; 2]| Vec3::new(half * f32::from(x), half * f32::from(y), -z))
+    };
+    let mesh = Mesh {
+        positions: [square(0.5, 2.0), square(2.0, 3.0)].concat(),
+        triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+        surface: vec![3, 3, 7, 7],
+        polygon: vec![0, 0, 1, 1],
+        ..Mesh::default()
+    };
+    let caster = RayCaster::build(&mesh.positions, &mesh.triangles);
+    let (focal, principal) = (DVec2::splat(20.0), DVec2::new(20.0, 15.0));
+    let camera =
+        Camera::new(SIZE, focal, principal, Distortion::default(), DMat3::IDENTITY, DVec3::ZERO);
+    // 20 pixels a metre at 1 m: 5 to each side for the square, 13.3 for the wall.
+    let within = |p: DVec2, half: f64| (p - principal).abs().max_element() < half;
+    let of = |surface| showing(&camera, &mesh, &caster, surface, &|| true).unwrap();
+    is_inside(&Mask::new(SIZE, &of(3)), |p| within(p, 5.0));
+    is_inside(&Mask::new(SIZE, &of(7)), |p| within(p, 40.0 / 3.0) && !within(p, 5.0));
+    assert!(of(0).iter().all(|shown| !shown));
+    assert_eq!(surface_at(&camera, &mesh, &caster, principal), Some(3));
+    assert_eq!(surface_at(&camera, &mesh, &caster, DVec2::new(1.0, 15.0)), None);
+    assert_eq!(showing(&camera, &mesh, &caster, 3, &|| false), None);
 }
