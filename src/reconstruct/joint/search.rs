@@ -139,7 +139,8 @@ struct Lit<'a> {
 }
 
 /// The lights of a room, of the open sky, or of the sky that photographs show. A room with its lamps
-/// is taken in place of a sky only where it predicts better. `known` tells which of them it is, and its
+/// is taken in place of a sky without lamps only where it predicts better beyond doubt, and in place
+/// of a sky with lamps where it predicts better at all. `known` tells which of them it is, and its
 /// sun, where that was found before.
 fn lights<'a>(
     problem: &Problem<'a>,
@@ -209,8 +210,11 @@ fn lights<'a>(
     let mut best = match (best, of_room) {
         (Some(sky), Some(room)) => {
             let cv = compare(problem, &sky.step.best, &room.step.best);
-            trials.push(cv.trial(TrialPart::Room));
-            if cv.is_better() { room } else { sky }
+            // Of two with lamps neither is the simpler.
+            let is_simpler = sky.step.best.fitted.model.lamps() == 0;
+            let is_taken = if is_simpler { cv.is_better() } else { cv.change < 0.0 };
+            trials.push(Trial { supported: is_taken, ..cv.trial(TrialPart::Room) });
+            if is_taken { room } else { sky }
         }
         (Some(only), None) | (None, Some(only)) => only,
         (None, None) => unreachable!("a room, a sky or either is always looked for"),
