@@ -59,6 +59,10 @@ const PARALLEL: [(&str, &str); 1] = [(
     "2026-11-22: photographs are resampled for upload on a background thread",
 )];
 
+/// Controls that are off while the work goes on that is told beside them.
+const OFF_WHILE_AT_WORK: [&str; 2] =
+    ["ui.add_enabled_ui(!is_copying, |ui| {", "ui.add_enabled_ui(!own.is_running(), |ui| {"];
+
 /// Words that were replaced by the field's own, and what stands in their place.
 const BANNED: [(&str, &str); 26] = [
     ("PixelMap", "VisibilityBuffer: it is what rendering calls a visibility buffer"),
@@ -327,6 +331,27 @@ fn the_window_leaves_parallel_work_to_the_worker() {
             && !PARALLEL.iter().any(|(path, _)| *path == source.path)
     });
     none(wrong.map(|source| source.path).collect(), "rayon in src/app");
+}
+
+#[test]
+fn what_is_disabled_says_why() {
+    /// Lines within which the reason follows.
+    const NEAR: usize = 24;
+    let mut wrong = Vec::new();
+    for source in sources().iter().filter(|source| source.path.starts_with("src/app/")) {
+        let lines: Vec<&str> = source.text.lines().collect();
+        for (at, line) in lines.iter().enumerate() {
+            let is_control = line.contains(".add_enabled(") || line.contains(".add_enabled_ui(");
+            if !is_control || OFF_WHILE_AT_WORK.contains(&line.trim()) {
+                continue;
+            }
+            let near = &lines[at..lines.len().min(at + NEAR)];
+            if !near.iter().any(|line| line.contains(".on_disabled_hover_text(")) {
+                wrong.push(format!("{}:{}: {}", source.path, at + 1, line.trim()));
+            }
+        }
+    }
+    none(wrong, "give these controls on_disabled_hover_text");
 }
 
 #[test]

@@ -35,6 +35,8 @@ pub enum Action {
     Open(PathBuf),
     OpenExample,
     CancelOpening,
+    /// Takes photographs for radiance by the curve of sRGB.
+    TakeAsSrgb,
     Locate(PathBuf),
     Save,
     /// `replace` where another file of that name may go.
@@ -201,11 +203,10 @@ pub fn apply(state: &mut State, action: Action) {
             }
         }
         Action::CancelOpening => state.jobs.cancel_opening(),
+        Action::TakeAsSrgb => state.jobs.take_as_srgb(state.project.as_ref()),
         Action::Locate(folder) => files::located(state, &folder),
         Action::Save if state.is_modelling() => drop(modelling::save(state)),
-        Action::Save => {
-            files::save(state);
-        }
+        Action::Save => drop(files::save(state)),
         Action::SaveTo { file, replace } => {
             if files::save_to(state, &file, replace)
                 && let Some(then) = state.dialogs.unsaved.take()
@@ -361,9 +362,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::SavePlot(of, kind, path, replace) => plots::save(state, of, kind, path, replace),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
         Action::ShowShortcuts => state.dialogs.shortcuts = true,
-        Action::ShowGuide => {
-            state.dialogs.guide.get_or_insert_default();
-        }
+        Action::ShowGuide => drop(state.dialogs.guide.get_or_insert_default()),
         Action::ShowAbout => state.dialogs.about = true,
         Action::ShowReport => state.dialogs.report = Some(report::of(state)),
         Action::Copy(text) => state.ctx.copy_text(text),

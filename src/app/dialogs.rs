@@ -96,6 +96,8 @@ pub struct Dialogs {
     /// What would be replaced, and by what.
     pub replace: Option<(PathRequest, PathBuf)>,
     pub locate: Option<Locate>,
+    /// A capture that has cameras and no mesh.
+    pub meshless: Option<PathBuf>,
     /// A capture that is begun of photographs.
     pub begin: Option<NewCapture>,
     /// The recovered scene for other programs.
@@ -134,6 +136,7 @@ impl Dialogs {
             || self.unsaved.is_some()
             || self.replace.is_some()
             || self.locate.is_some()
+            || self.meshless.is_some()
             || self.begin.is_some()
             || self.scene_export.is_some()
             || self.pictures.is_some()
@@ -359,7 +362,8 @@ fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str
 fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
     let recent =
         || state.settings.recent.first().and_then(|path| path.parent()).map(|path| path.join(""));
-    let project = state.project.as_ref();
+    let (project, dialogs) = (state.project.as_ref(), &state.dialogs);
+    let typed = |folder: Option<&String>| folder.map(PathBuf::from).unwrap_or_default();
     if let (Some(field), Some(page)) = (asked.field(), &state.import) {
         return page.suggestion(field);
     }
@@ -372,9 +376,7 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::OpenCapture | PathRequest::OpenProject | PathRequest::NewPhotographs => {
             recent().unwrap_or_default()
         }
-        PathRequest::NewFolder => {
-            state.dialogs.begin.as_ref().map_or_else(PathBuf::new, |own| own.folder.clone().into())
-        }
+        PathRequest::NewFolder => typed(dialogs.begin.as_ref().map(|own| &own.folder)),
         PathRequest::SaveAs => project.map_or_else(PathBuf::new, |project| match &project.file {
             Some(file) => file.clone(),
             None => beside(&project.folder, &format!("{}.{EXTENSION}", project.loaded.name)),
@@ -391,16 +393,8 @@ fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::SaveEdits => project.map_or_else(PathBuf::new, |project| {
             beside(&project.folder, &format!("{}-edits.json", project.name()))
         }),
-        PathRequest::RenderTo => state
-            .dialogs
-            .pictures
-            .as_ref()
-            .map_or_else(PathBuf::new, |own| own.folder.clone().into()),
-        PathRequest::SceneFolder => state
-            .dialogs
-            .scene_export
-            .as_ref()
-            .map_or_else(PathBuf::new, |own| own.folder.clone().into()),
+        PathRequest::RenderTo => typed(dialogs.pictures.as_ref().map(|own| &own.folder)),
+        PathRequest::SceneFolder => typed(dialogs.scene_export.as_ref().map(|own| &own.folder)),
         PathRequest::Find(index) => {
             project.and_then(|project| project.edit().unread.get(index)?.file()).unwrap_or_default()
         }

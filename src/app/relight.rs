@@ -1,6 +1,8 @@
 //! What a user changes to relight a scene, as whole states: every function gives the edits as
 //! they become, so that each of them can be undone.
 
+use std::f32::consts::TAU;
+
 use glam::{DAffine3, DQuat, DVec3, Quat, Vec3};
 
 use crate::math::blackbody::blackbody;
@@ -180,12 +182,16 @@ pub fn exists(edits: &Edits, item: Added) -> bool {
     }
 }
 
-/// The point that something is turned about and drawn at; of a light at infinity a point over
-/// the scene; `None` for a dome, which is everywhere.
+/// The point that something is turned about and drawn at; of what is infinitely far away a point over
+/// the scene.
 pub fn middle(edits: &Edits, item: Added, bounds: (Vec3, Vec3)) -> Option<Vec3> {
     match item {
         Added::Light(index) => match &edits.lights.get(index)?.shape {
-            Shape::Dome(_) => None,
+            Shape::Dome(_) => {
+                let (low, high) = bounds;
+                let height = high.z + 0.25 * (high - low).length();
+                Some((0.5 * (low + high)).with_z(height))
+            }
             Shape::Emitter(Emitter::Sun { direction, .. }) => {
                 let (low, high) = bounds;
                 Some(0.5 * (low + high) - *direction * 0.4 * (high - low).length())
@@ -215,11 +221,9 @@ pub fn reach_m(edits: &Edits, item: Added, normal: Vec3) -> f32 {
             }
             _ => 0.02,
         },
-        Added::Object(index) => edits.objects.get(index).map_or(0.0, |object| {
-            let placed = object.placed();
-            let away = |corner: &Vec3| (middle - *corner).dot(normal);
-            placed.positions.iter().map(away).fold(0.0, f32::max)
-        }),
+        Added::Object(index) => {
+            edits.objects.get(index).map_or(0.0, |object| object.reach_m(middle, normal))
+        }
         Added::Known(_) => 0.0,
     }
 }
@@ -239,10 +243,14 @@ pub fn moved(edits: &Edits, item: Added, motion: Motion) -> Edits {
     };
     let factor = if let Motion::Scale(factor) = motion { factor } else { 1.0 };
     match item {
-        Added::Light(index) => {
-            if let Some(AddedLight { shape: Shape::Emitter(emitter), .. }) =
-                edits.lights.get_mut(index)
-            {
+        Added::Light(index) => match edits.lights.get_mut(index) {
+            Some(AddedLight { shape: Shape::Dome(dome), emission, .. }) => {
+                if let Motion::Turn(turn) = motion {
+                    dome.turn = (dome.turn + about_z(turn)).rem_euclid(TAU);
+                }
+                *emission = emission.map(|value| value * f64::from(factor));
+            }
+            Some(AddedLight { shape: Shape::Emitter(emitter), .. }) => {
                 *emitter = match *emitter {
                     Emitter::Rectangle { corners, normal } => {
                         Emitter::Rectangle { corners: corners.map(place), normal: turned(normal) }
@@ -261,7 +269,8 @@ pub fn moved(edits: &Edits, item: Added, motion: Motion) -> Edits {
                     }
                 };
             }
-        }
+            None => {}
+        },
         Added::Object(index) => {
             if let Some(object) = edits.objects.get_mut(index) {
                 let about = |inner: DAffine3| {
@@ -286,6 +295,11 @@ pub fn moved(edits: &Edits, item: Added, motion: Motion) -> Edits {
     edits
 }
 
+/// The part of a rotation that is about z: the only one that a dome can make.
+fn about_z(turn: Quat) -> f32 {
+    2.0 * turn.z.atan2(turn.w)
+}
+
 /// A light's strength, its largest channel, and its colour relative to that.
 pub fn strength_and_colour(emission: Rgb) -> (f64, Rgb) {
     let strength = emission.into_iter().fold(0.0, f64::max);
@@ -299,6 +313,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::mesh::Mesh;
+    use crate::geometry::solid::Solid;
     use crate::render::edits::Object;
     use crate::scene::Image;
 
@@ -306,13 +321,13 @@ mod tests {
         Object {
             name: "cube".into(),
             file: Default::default(),
-            mesh: Arc::new(Mesh {
+            mesh: Arc::new(Solid::from(Mesh {
                 positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 2.0)],
                 triangles: vec![[0, 1, 2], [1, 2, 3]],
                 surface: vec![0, 0],
                 polygon: vec![0, 1],
                 texcoords: Vec::new(),
-            }),
+            })),
             surfaces: Vec::new(),
             world_from_object: DAffine3::IDENTITY,
         }
@@ -377,13 +392,28 @@ mod tests {
     }
 
     #[test]
-    fn a_dome_has_no_place() {
+    fn a_dome_is_turned_about_the_vertical_and_scaled_in_brightness() {
         let image = Arc::new(Image::new(2, 1, vec![[1.0; 3]; 2], None));
         let shape = Shape::Dome(crate::scene::Dome::new(image, 1.0));
         let sky = AddedLight { name: "sky".into(), shape, emission: [1.0; 3], is_on: true };
         let edits = Edits { lights: vec![sky], ..Edits::default() };
-        assert_eq!(middle(&edits, Added::Light(0), Default::default()), None);
-        assert_eq!(moved(&edits, Added::Light(0), Motion::Move(Vec3::X)), edits);
+        let (item, bounds) = (Added::Light(0), (-Vec3::ONE, Vec3::ONE));
+        assert!(middle(&edits, item, bounds).unwrap().z > 1.0);
+        assert_eq!(moved(&edits, item, Motion::Move(Vec3::X)), edits);
+        let dome = |edits: &Edits| match &edits.lights[0].shape {
+            Shape::Dome(dome) => dome.clone(),
+            Shape::Emitter(_) => panic!("a dome"),
+        };
+        let by = |angle: f32| Motion::Turn(Quat::from_rotation_z(angle));
+        let turned = moved(&edits, item, by(0.5));
+        assert!((dome(&turned).turn - 0.5).abs() < 1e-6);
+        // What shone from −y shines from there turned.
+        let towards = Quat::from_rotation_z(0.5) * -Vec3::Y;
+        assert!((dome(&turned).middle() - towards).length() < 1e-6);
+        let back = moved(&turned, item, by(-0.7));
+        assert!((dome(&back).turn - (std::f32::consts::TAU - 0.2)).abs() < 1e-5);
+        let scaled = moved(&edits, item, Motion::Scale(2.0));
+        assert_eq!((scaled.lights[0].emission, dome(&scaled)), ([2.0; 3], dome(&edits)));
         assert_eq!(with_edits(&edits, &edits).lights[1].name, "sky 1");
     }
 }

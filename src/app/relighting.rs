@@ -164,7 +164,7 @@ pub fn edits_read(state: &mut State, reading: Reading, edits: Arc<Edits>, warnin
     let now = project.edit().relight.clone();
     match reading {
         Reading::Found(index) => found(state, index, &edits),
-        Reading::Sky | Reading::FoundLight(_) => {}
+        Reading::Sky | Reading::FoundLight(_) | Reading::Cameras => {}
         Reading::File => {
             change(state, "load edits", None, relight::with_edits(&now, &edits));
             state.messages.notice("Edits loaded");

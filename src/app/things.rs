@@ -9,7 +9,7 @@ use super::change::Change;
 use super::given::GivenLight;
 use super::relight::{self, Added, Motion};
 use crate::render::edits::{AddedLight, Edits, Shape};
-use crate::scene::KnownLight;
+use crate::scene::{Dome, KnownLight};
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Things {
@@ -30,6 +30,21 @@ impl Things {
         match item {
             Added::Known(index) => relight::middle(&self.lone(index)?, Added::Light(0), bounds),
             _ => relight::middle(&self.edits, item, bounds),
+        }
+    }
+
+    /// The dome that something is.
+    pub fn dome(&self, item: Added) -> Option<&Dome> {
+        match item {
+            Added::Light(index) => match &self.edits.lights.get(index)?.shape {
+                Shape::Dome(dome) => Some(dome),
+                Shape::Emitter(_) => None,
+            },
+            Added::Known(index) => match self.given.lights.get(index)? {
+                KnownLight::Dome { dome, .. } => Some(dome),
+                _ => None,
+            },
+            Added::Object(_) => None,
         }
     }
 
@@ -55,12 +70,16 @@ impl Things {
 
     fn known_moved(&self, index: usize, motion: Motion) -> Self {
         let mut given = (*self.given).clone();
-        if let (Some(edits), Some(KnownLight::Shape { emitter, .. })) =
-            (self.lone(index), given.lights.get_mut(index))
-            && let Shape::Emitter(moved) =
-                relight::moved(&edits, Added::Light(0), motion).lights[0].shape
-        {
-            *emitter = moved;
+        if let (Some(edits), Some(light)) = (self.lone(index), given.lights.get_mut(index)) {
+            let moved = relight::moved(&edits, Added::Light(0), motion).lights.remove(0);
+            match (light, moved.shape) {
+                (KnownLight::Shape { emitter, .. }, Shape::Emitter(moved)) => *emitter = moved,
+                (KnownLight::Dome { dome, .. }, Shape::Dome(turned)) => {
+                    let scale = dome.scale * moved.emission[0] as f32;
+                    *dome = Dome { scale: scale.clamp(1e-9, 1e9), ..turned };
+                }
+                _ => {}
+            }
         }
         Self { given: Arc::new(given), ..self.clone() }
     }
@@ -76,11 +95,14 @@ impl Things {
 
     /// A known light as the only one of edits: it is moved as those are.
     fn lone(&self, index: usize) -> Option<Edits> {
-        let KnownLight::Shape { name, emitter, .. } = self.given.lights.get(index)? else {
-            return None;
+        let light = self.given.lights.get(index)?;
+        let shape = match light {
+            KnownLight::Shape { emitter, .. } => Shape::Emitter(*emitter),
+            KnownLight::Dome { dome, .. } => Shape::Dome(dome.clone()),
+            KnownLight::Visible { .. } => return None,
         };
-        let shape = Shape::Emitter(*emitter);
-        let light = AddedLight { name: name.clone(), shape, emission: [1.0; 3], is_on: true };
+        let name = light.name().to_owned();
+        let light = AddedLight { name, shape, emission: [1.0; 3], is_on: true };
         Some(Edits { lights: vec![light], ..Edits::default() })
     }
 }

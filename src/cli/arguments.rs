@@ -285,6 +285,7 @@ fn import() -> Command {
         .arg(switch("undo-applied-transform", "Take back nerfstudio's applied_transform"))
         .arg(switch("link", "Link the photographs instead of copying them"))
         .arg(switch("series", "Merge photographs that are exposures of one view to radiance"))
+        .arg(switch("srgb", "Take single JPEG, PNG and TIFF for radiance by the sRGB curve"))
         .arg(times("Exposure times of series without EXIF: a list (1/8,1,8), or a table"))
         .arg(quiet());
     with_flags(command, &MergeOptions::default().declarations())

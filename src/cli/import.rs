@@ -9,7 +9,7 @@ use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job};
 use crate::exposures::MergeOptions;
-use crate::io::import::{self, Axis, Copying, Options, Surfaces, Unit, Writing};
+use crate::io::import::{self, Axis, Copying, Options, Shot, Surfaces, Unit, Writing};
 use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -35,7 +35,8 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     display.stage("write");
     let copying = if matches.get_flag("link") { Copying::Link } else { Copying::Copy };
-    let writing = Box::new(Writing { copying, replace: false, merge });
+    let as_srgb = matches.get_flag("srgb");
+    let writing = Box::new(Writing { copying, replace: false, merge, as_srgb });
     let command = Command::WriteCapture { import: import.clone(), folder: folder.clone(), writing };
     let written = match job::wait(&mut worker, command, &mut display)? {
         JobEvent::CaptureWritten(_, written) => written,
@@ -51,7 +52,8 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     let measured = import.shots.iter().any(|shot| shot.is_measurement);
     let found = import.shots.iter().any(|shot| shot.image.is_some());
-    if found && !measured && written.found.is_none() {
+    let is_taken = as_srgb && import.shots.iter().any(Shot::is_single_code);
+    if found && !measured && written.found.is_none() && !is_taken {
         note_line!("warning: {}", import::NOTHING_MEASURED);
     }
     say_line!("written to {}", folder.display());

@@ -145,7 +145,11 @@ fn print(capture: &Capture) {
             }
             KnownLight::Dome { name, dome } => {
                 let (width, height) = (dome.image.width(), dome.image.height());
-                say_line!("  {name}  dome, {width}×{height} pixels, scale {}", dome.scale);
+                let turn = match dome.turn {
+                    0.0 => String::new(),
+                    turn => format!(", turned by {:.1}°", turn.to_degrees()),
+                };
+                say_line!("  {name}  dome, {width}×{height} pixels, scale {}{turn}", dome.scale);
             }
         }
     }

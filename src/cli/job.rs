@@ -57,7 +57,9 @@ pub(super) fn wait(
                 JobEvent::Found(found) => {
                     display.note(&format!("{}: {}", found.number, found.name));
                 }
-                JobEvent::Failed(message) | JobEvent::Begun(_, message) => {
+                JobEvent::Failed(message)
+                | JobEvent::Begun(_, message)
+                | JobEvent::Meshless(_, message) => {
                     display.clear();
                     return Err(Ending::Failed(anyhow!(message)));
                 }

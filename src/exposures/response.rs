@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::options::{MergeOptions, Weights};
 use super::samples::Readings;
 use super::{FULL_SCALE, KNOTS};
-use crate::math::rgb::CHANNELS;
+use crate::math::rgb::{CHANNELS, srgb_to_linear};
 
 /// The code whose exposure is 1 in every channel.
 const MIDDLE: usize = 128;
@@ -75,11 +75,6 @@ impl Response {
             }
         }
     }
-}
-
-/// Linear intensity of an sRGB value, both at most 1.
-fn srgb_to_linear(value: f64) -> f64 {
-    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The triangle of Debevec and Malik (Eq. 4), 1 to 128, for a code in 255ths of full scale.

@@ -2,4 +2,5 @@
 
 pub mod bvh;
 pub mod mesh;
+pub mod solid;
 pub mod spaced;

@@ -13,7 +13,7 @@ use super::transforms::{self, Cameras, Frame, Images, Vignetting};
 use super::{Error, Fault, brackets, exr, masks, mesh, photograph, raw, single, tags};
 use crate::exposures::options::DARKEST_CORNER;
 use crate::exposures::{MergeOptions, Merged};
-use crate::scene::{Camera, Capture, Image, Photograph, charts};
+use crate::scene::{Camera, Capture, Display, Image, Photograph, charts};
 use crate::watch::Watch;
 
 const GEOMETRY: &str = "scene.obj";
@@ -59,10 +59,12 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
     };
     let images = load_images(&camera_file, &cameras, &sensor, watch, &mut warnings)?;
     let photographs = std::iter::zip(cameras.frames, images)
-        .map(|(frame, image)| Photograph {
-            name: frame.name,
-            camera: frame.camera,
-            image: image.map(Arc::new),
+        .map(|(frame, image)| {
+            let orientation = frame.orientation.exif();
+            let display = frame.image.map(|file| Display { file, orientation });
+            let display = display.filter(|_| image.is_none());
+            let image = image.map(Arc::new);
+            Photograph { name: frame.name, camera: frame.camera, image, display }
         })
         .collect();
     let mut capture = Capture {
@@ -127,7 +129,8 @@ pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
             folder,
             "",
             "there is no geometry in this folder",
-            "Put the mesh there as scene.obj, beside transforms.json and the photographs",
+            "Put the mesh there as scene.obj, beside transforms.json and the photographs, or draw it \
+             on them in the studio",
         ))),
         several => {
             let named = |path: &&&PathBuf| path.file_stem().is_some_and(|stem| stem == "scene");

@@ -3,6 +3,7 @@
 //! Fields may stand at the top or in a frame, where they win. Unknown fields are ignored.
 
 mod frames;
+mod srgb;
 
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,8 @@ use super::{Error, Fault, inside, single};
 use crate::exposures::Response;
 pub use crate::exposures::Vignetting;
 use crate::scene::Camera;
+
+pub use srgb::take_as_srgb;
 
 /// What a `file_path` without extension may mean, in the order in which it is tried.
 const EXTENSIONS: [&str; 5] = ["exr", "hdr", "png", "jpg", "jpeg"];

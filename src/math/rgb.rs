@@ -25,3 +25,8 @@ pub fn srgb(linear: f32) -> f32 {
 pub fn srgb_code(linear: f32) -> u8 {
     (255.0 * srgb(linear)).round() as u8
 }
+
+/// Linear intensity of an sRGB value, both at most 1.
+pub fn srgb_to_linear(value: f64) -> f64 {
+    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}

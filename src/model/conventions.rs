@@ -20,7 +20,8 @@ pub fn completed(model: &Model) -> (Model, Vec<String>) {
     let held_kinds: Vec<Kind> = model.things.iter().flat_map(held_kinds).collect();
     let holds = |kind: Kind| held_kinds.contains(&kind);
     let is_lengthless = !model.strokes.iter().any(|s| matches!(s, Stroke::Length { .. }));
-    let is_scaleless = is_lengthless && positions < 2 && !holds(Kind::Length);
+    let is_scaleless =
+        is_lengthless && positions < 2 && !holds(Kind::Length) && !model.scale_is_found();
     let runs_level = |s: &Stroke| matches!(s, Stroke::Line { axis: Axis::X | Axis::Y, .. });
     let is_turned = positions > 1
         || holds(Kind::Yaw)

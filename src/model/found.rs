@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-use super::{Fit, Lens, Model, Pose};
+use super::things::{self, Kind};
+use super::{Fit, Lens, Model, Pose, Stroke, Thing};
 use crate::scene::Camera;
 
 /// How far what is photographed is taken to be, in metres, where no length is known.
@@ -28,6 +29,8 @@ pub struct FoundCameras {
     pub points: Vec<FoundPoint>,
     /// How far points are from where the photographs show them: the median, in pixels.
     pub error_px: Option<f64>,
+    /// Its unit is the metre.
+    pub in_metres: bool,
 }
 
 /// A point of an engine.
@@ -120,6 +123,7 @@ impl Model {
             photograph.found = pose;
         }
         self.found_points = Arc::new(found.points.clone());
+        self.found_in_metres = found.in_metres;
         let mut taken: Vec<(usize, &Camera)> = Vec::new();
         for (index, camera) in found.cameras.iter().enumerate() {
             let (Some(camera), true) = (camera, index < self.photographs.len()) else { continue };
@@ -158,7 +162,25 @@ impl Model {
         }
         if !self.has_found() {
             self.found_points = Arc::default();
+            self.found_in_metres = false;
         }
+    }
+
+    /// Whether the unit of what was found is all that tells how large the world is: it is in metres,
+    /// and no length is given.
+    pub fn scale_is_found(&self) -> bool {
+        let tells = |stroke: &Stroke| match stroke {
+            Stroke::Length { .. } => 2,
+            Stroke::Position { .. } => 1,
+            _ => 0,
+        };
+        let told: usize = self.strokes.iter().map(tells).sum();
+        let is_length = |thing: &Thing, name: &String| {
+            let all = things::parameters(thing);
+            all.iter().any(|own| own.name == *name && own.kind == Kind::Length)
+        };
+        let is_held = |thing: &Thing| thing.held.iter().any(|(name, _)| is_length(thing, name));
+        self.found_in_metres && self.has_found() && told < 2 && !self.things.iter().any(is_held)
     }
 
     /// A lens of its own, like another; its index.
@@ -178,12 +200,17 @@ fn is_one_lens(a: &Camera, b: &Camera) -> bool {
 
 /// A place in the world for what an engine has found, where nothing is said: up is as the
 /// photographs were held, what they show is two metres away, its lowest points lie on the floor,
-/// and the origin is below its middle. The rotation may be known.
-pub fn guess(poses: &[Option<FoundPose>], points: &[DVec3], rotation: Option<DMat3>) -> Similarity {
+/// and the origin is below its middle. The rotation may be known, and the scale.
+pub fn guess(
+    poses: &[Option<FoundPose>],
+    points: &[DVec3],
+    rotation: Option<DMat3>,
+    scale: Option<f64>,
+) -> Similarity {
     let placed: Vec<&FoundPose> = poses.iter().flatten().collect();
     let rotation = rotation.unwrap_or_else(|| level(&placed));
     let far = median(placed.iter().map(|own| own.distance).collect()).unwrap_or(1.0);
-    let scale = ORDINARY_M / far.max(1e-12);
+    let scale = scale.unwrap_or(ORDINARY_M / far.max(1e-12));
     let turned = Similarity { scale, rotation, shift: DVec3::ZERO };
     let cameras = || placed.iter().map(|own| turned.point(own.pose.position));
     let mut points: Vec<DVec3> = points.iter().map(|own| turned.point(*own)).collect();

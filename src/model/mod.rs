@@ -56,6 +56,8 @@ pub struct Model {
     pub strokes: Vec<Stroke>,
     /// Points that an engine has found; they are shown and take no part.
     pub found_points: Arc<Vec<FoundPoint>>,
+    /// The unit of [`Photograph::found`] is the metre: where no length is given, that is kept.
+    pub found_in_metres: bool,
 }
 
 /// A lens with its sensor, of one photograph or of several.

@@ -95,14 +95,16 @@ pub fn keep(model: &Model, state: &mut State) -> Vec<String> {
         return Vec::new();
     }
     let [x, y, z, tilt, roll, yaw, scale] = determined::untold(model, state);
-    state.kept = [scale, tilt, roll, yaw, x, y, z];
+    // What nothing contradicts holds exactly: 1 is the metre of what was found.
+    let is_metric = model.scale_is_found();
+    state.kept = [scale || is_metric, tilt, roll, yaw, x, y, z];
     let mut notes = Vec::new();
     if tilt || roll {
         let text = "Which way is up is guessed from how the photographs were held: draw upright \
                     lines (Z), or show what stands on the floor.";
         notes.push(text.to_owned());
     }
-    if scale {
+    if scale && !is_metric {
         let text = "No length is known: what the photographs show is taken to be 2 m away. Give \
                     one (K).";
         notes.push(text.to_owned());

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, Vec3};
 
+use crate::geometry::bvh::Ray;
 use crate::geometry::mesh::Mesh;
+use crate::geometry::solid::Solid;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::scene::Brdf;
 use crate::scene::{Dome, Emitter};
@@ -72,7 +74,7 @@ pub struct Object {
     /// Where its mesh was read from; empty for one that is in no file.
     pub file: PathBuf,
     /// In its own coordinates.
-    pub mesh: Arc<Mesh>,
+    pub mesh: Arc<Solid>,
     /// Names and reflectances of its mesh's surfaces.
     pub surfaces: Vec<(String, Brdf)>,
     /// Invertible.
@@ -82,7 +84,7 @@ pub struct Object {
 impl Object {
     /// Its mesh in the capture's coordinates.
     pub fn placed(&self) -> Mesh {
-        let mut mesh = (*self.mesh).clone();
+        let mut mesh = Mesh::clone(&self.mesh);
         for position in &mut mesh.positions {
             *position = self.world_from_object.transform_point3(position.as_dvec3()).as_vec3();
         }
@@ -93,6 +95,42 @@ impl Object {
             }
         }
         mesh
+    }
+}
+
+impl Object {
+    /// How far along a ray in the capture it is met, in metres: its mesh, or as long as that is not
+    /// [prepared](Solid::prepare), the box around it.
+    pub fn met_m(&self, ray: &Ray) -> Option<f32> {
+        let inverse = self.world_from_object.inverse();
+        let origin = inverse.transform_point3(ray.origin.as_dvec3()).as_vec3();
+        let along = inverse.transform_vector3(ray.direction.as_dvec3()).as_vec3();
+        let unit = along.length();
+        let direction = along / unit;
+        let (t_min, t_max) = (ray.t_min * unit, ray.t_max * unit);
+        let t = match self.mesh.caster() {
+            Some(caster) => caster.closest(&Ray { origin, direction, t_min, t_max })?.t,
+            None => {
+                let (low, high) = self.mesh.bounds()?;
+                let (a, b) = ((low - origin) / direction, (high - origin) / direction);
+                let enters = a.min(b).max_element().max(t_min);
+                (enters <= a.max(b).min_element().min(t_max)).then_some(enters)?
+            }
+        };
+        Some(t / unit)
+    }
+
+    /// How far it reaches from a point of the capture against a direction, 0 or more.
+    pub fn reach_m(&self, from: Vec3, normal: Vec3) -> f32 {
+        let DAffine3 { matrix3, translation } = self.world_from_object;
+        let normal = normal.as_dvec3();
+        // The same in the object's coordinates: no corner has to be placed.
+        let (across, offset) =
+            (matrix3.transpose() * normal, (from.as_dvec3() - translation).dot(normal));
+        let positions = self.mesh.positions.iter();
+        let reach =
+            positions.map(|place| offset - place.as_dvec3().dot(across)).fold(0.0, f64::max);
+        reach as f32
     }
 }
 

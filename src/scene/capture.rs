@@ -1,5 +1,6 @@
 //! A capture: everything a reconstruction starts from.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::geometry::mesh::Mesh;
@@ -63,6 +64,16 @@ pub struct Photograph {
     /// Linear radiance, or `None` where the photograph is no measurement (`"hdr": false`,
     /// `"use": "geometry"`).
     pub image: Option<Arc<Image>>,
+    /// What is shown of one that is no measurement.
+    pub display: Option<Display>,
+}
+
+/// A picture that is shown and measures nothing, such as a JPEG file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Display {
+    pub file: PathBuf,
+    /// EXIF's orientation: how its pixels are turned before they are those of the camera.
+    pub orientation: u32,
 }
 
 /// One reflectance to be estimated, shared by the surfaces tagged with it.

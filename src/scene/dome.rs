@@ -10,7 +10,7 @@ use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, square_to_uniform_cone};
 use crate::scene::Image;
 
-/// A light probe in latitude and longitude, z up.
+/// A light probe in latitude and longitude, z up; as follows where it is not turned.
 ///
 /// The top edge of the image is straight up, the bottom edge straight down, and rows are evenly
 /// spaced in the angle from the zenith. The left edge looks along +y; to the right the view turns
@@ -23,21 +23,28 @@ pub struct Dome {
     pub image: Arc<Image>,
     /// Factor that brings the image's values to the capture's unit of radiance.
     pub scale: f32,
+    /// The angle by which it is turned about z, counter-clockwise seen from above, in radians.
+    pub turn: f32,
 }
 
 impl PartialEq for Dome {
     fn eq(&self, other: &Self) -> bool {
         // Most often it is the same image, whose pixels then need no look.
         self.file == other.file
-            && self.scale == other.scale
+            && (self.scale, self.turn) == (other.scale, other.turn)
             && (Arc::ptr_eq(&self.image, &other.image) || self.image == other.image)
     }
 }
 
 impl Dome {
-    /// A dome whose image is in no file.
+    /// A dome whose image is in no file, not turned.
     pub fn new(image: Arc<Image>, scale: f32) -> Self {
-        Self { file: PathBuf::new(), image, scale }
+        Self { file: PathBuf::new(), image, scale, turn: 0.0 }
+    }
+
+    /// Where the middle of the image lies.
+    pub fn middle(&self) -> Vec3 {
+        Vec3::new(self.turn.sin(), -self.turn.cos(), 0.0)
     }
 
     /// Radiance that arrives from a unit direction (away from the scene), interpolated between
@@ -47,7 +54,8 @@ impl Dome {
         if width == 0 || height == 0 {
             return [0.0; CHANNELS];
         }
-        let azimuth = direction.x.atan2(direction.y);
+        // Clockwise from +y, as the image's columns run.
+        let azimuth = direction.x.atan2(direction.y) + self.turn;
         // The angle from the zenith; acos would lose half the digits near the poles.
         let polar = direction.truncate().length().atan2(direction.z);
         let (left, across) = cell(azimuth / TAU * width as f32 - 0.5);

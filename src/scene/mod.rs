@@ -20,7 +20,7 @@ pub use agreement::{agreed, agreeing};
 pub use brdf::Brdf;
 pub use camera::{Camera, Distortion};
 pub use capture::{
-    Capture, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,
+    Capture, Display, Environment, KnownLight, Material, MaterialKind, Photograph, Role, Surface,
 };
 pub use dome::Dome;
 pub use emitter::Emitter;

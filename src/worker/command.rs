@@ -31,6 +31,11 @@ pub enum Command {
         /// The folder.
         path: PathBuf,
     },
+    /// Take a capture's JPEG, PNG and TIFF photographs for radiance by the curve of sRGB.
+    TakeAsSrgb {
+        /// Of the capture; its camera file is changed.
+        folder: PathBuf,
+    },
     /// Read cameras and mesh of other programs; nothing is written.
     Import {
         /// A file or folder of cameras.
@@ -220,8 +225,17 @@ impl Command {
                 Err(error) if io::model::is_begun(&path) => {
                     JobEvent::Begun(path, error.to_string())
                 }
+                Err(error) if io::model::lacks_mesh(&path) => {
+                    JobEvent::Meshless(path, error.to_string())
+                }
                 Err(error) => JobEvent::Failed(error.to_string()),
             },
+            Self::TakeAsSrgb { folder } => {
+                match io::transforms::take_as_srgb(&folder.join("transforms.json")) {
+                    Ok(_) => JobEvent::CamerasChanged(folder),
+                    Err(error) => JobEvent::Failed(error.to_string()),
+                }
+            }
             Self::Model(job) => match modelling::perform(job, watch, emit) {
                 Ok(event) => event,
                 Err(io::Error::Cancelled(_)) => JobEvent::Cancelled,
@@ -319,13 +333,19 @@ impl Command {
                     }
                 };
                 match read {
-                    Ok((edits, warnings)) => JobEvent::Edits(Arc::new(edits), warnings),
+                    Ok((edits, warnings)) => {
+                        edits.objects.iter().for_each(|object| object.mesh.prepare());
+                        JobEvent::Edits(Arc::new(edits), warnings)
+                    }
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }
             Self::ReadStoredEdits { capture, file, value } => {
                 match io::edits::stored(&file, &value, &capture) {
-                    Ok(stored) => JobEvent::StoredEdits(Box::new(stored)),
+                    Ok(stored) => {
+                        stored.edits.objects.iter().for_each(|object| object.mesh.prepare());
+                        JobEvent::StoredEdits(Box::new(stored))
+                    }
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
             }

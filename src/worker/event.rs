@@ -49,6 +49,10 @@ pub enum JobEvent {
     Loaded(Arc<Capture>),
     /// A folder's cameras or mesh are still to be made of its photographs; what is missing.
     Begun(PathBuf, String),
+    /// A folder has photographs with cameras, and no mesh; what is missing.
+    Meshless(PathBuf, String),
+    /// The camera file of this folder was changed.
+    CamerasChanged(PathBuf),
     /// A capture of photographs alone was written.
     CaptureBegun(PathBuf),
     /// The model of a capture was read.

@@ -272,3 +272,104 @@ fn renders_are_scored_beside_true_pictures() {
     exr::write_rgb(&truth.join("b.exr"), 4, 4, &[[1.0; 3]; 16]).unwrap();
     score(&folders).fails(1, &["b.exr", "32 x 24", "4 x 4", "camera"]);
 }
+
+/// A ball of radius 1 about the origin, as OBJ.
+fn ball() -> String {
+    let (rows, columns) = (24, 48);
+    let mut text = String::new();
+    for row in 0..=rows {
+        let polar = std::f64::consts::PI * f64::from(row) / f64::from(rows);
+        for column in 0..columns {
+            let around = std::f64::consts::TAU * f64::from(column) / f64::from(columns);
+            let across = polar.sin();
+            let (x, y, z) = (across * around.cos(), across * around.sin(), polar.cos());
+            text += &format!("v {x} {y} {z}\n");
+        }
+    }
+    text += "usemtl ball\n";
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |row: i32, column: i32| row * columns + column % columns + 1;
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
+            text += &format!("f {a} {d} {c} {b}\n");
+        }
+    }
+    text
+}
+
+/// How many pixels that objects cover in part stand out: brighter, or darker, by a tenth than all
+/// near them that objects cover wholly or not at all.
+fn outliers(pixels: &[[f32; 3]], object: &[f32], (width, height): (usize, usize)) -> usize {
+    let luminance = |at: usize| pixels[at].iter().sum::<f32>();
+    let stands_out = |x: usize, y: usize| {
+        let own = y * width + x;
+        let near = (y - 2..=y + 2).flat_map(|v| (x - 2..=x + 2).map(move |u| v * width + u));
+        let whole: Vec<usize> = near.filter(|at| [0.0, 1.0].contains(&object[*at])).collect();
+        let has = |part: f32| whole.iter().any(|at| object[*at] == part);
+        if [0.0, 1.0].contains(&object[own]) || !has(0.0) || !has(1.0) {
+            return false;
+        }
+        let values = whole.iter().map(|at| luminance(*at));
+        let (low, high) = values
+            .fold((f32::INFINITY, 0.0f32), |(low, high), value| (low.min(value), high.max(value)));
+        luminance(own) > 1.1 * high || 1.1 * luminance(own) < low
+    };
+    let places = (2..height - 2).flat_map(|y| (2..width - 2).map(move |x| (x, y)));
+    places.filter(|(x, y)| stands_out(*x, *y)).count()
+}
+
+#[test]
+fn silhouettes_of_a_composite_are_as_smooth_as_those_of_the_plain_picture() {
+    let (pictures, copy) = (Pictures::new(), Copy::new());
+    copy.edit("transforms.json", |cameras| cameras["frames"].as_array_mut().unwrap().truncate(1));
+    let (capture, solution) = (copy.capture(), pictures.at("solution"));
+    // A photograph that the model does not explain shows what is taken from which of the two.
+    let file = capture.join("images/000.exr");
+    let mut photograph = exr::read(&file).unwrap();
+    photograph.pixels.iter_mut().flatten().for_each(|value| *value *= 3.0);
+    exr::write_rgb(&file, photograph.width, photograph.height, &photograph.pixels).unwrap();
+    fs::write(pictures.at("ball.obj"), ball()).unwrap();
+    // Their rims cross walls, floor and box.
+    let objects: Vec<serde_json::Value> = [(1.6, 0.9, 0.35), (0.8, 1.5, 1.1), (1.3, 1.9, 0.3)]
+        .iter()
+        .map(|(x, y, z)| {
+            object!({"mesh": "ball.obj",
+                "world_from_object":
+                    [[0.3, 0, 0, x], [0, 0.3, 0, y], [0, 0, 0.3, z], [0, 0, 0, 1]],
+                "materials": {"ball": {"diffuse": [0.9, 0.9, 0.9]}}})
+        })
+        .collect();
+    let edits = pictures.put("balls.json", object!({ "objects": objects }));
+    let render = |out: &str, more: &[&str]| {
+        let mut command = lobelia();
+        command.arg("render").arg(&capture).arg("--solution").arg(&solution);
+        command.arg("--out").arg(pictures.at(out)).args(more);
+        Run::of(command.args(["--spp", "24", "-q"])).succeeds();
+    };
+    render("with", &["--edits", text(&edits), "--composite"]);
+    render("without", &[]);
+    let read = |file: &str| exr::read(&pictures.at(file)).unwrap();
+    let plain = read("with/000.exr");
+    let object = channel(&pictures.at("with/000.exr"), "object.A");
+    let count = |pixels: &[[f32; 3]]| outliers(pixels, &object, (plain.width, plain.height));
+    let rims = object.iter().filter(|part| **part > 0.0 && **part < 1.0).count();
+    assert!(rims > 200, "{rims} pixels that balls cover in part");
+    let (composed, rendered) =
+        (count(&read("with/000-composite.exr").pixels), count(&plain.pixels));
+    // Without coverage, each pixel is the object's or the background's.
+    let without = read("without/000.exr").pixels;
+    let all_or_nothing = |most: f32| {
+        let pixel = |at: usize| match object[at] > most {
+            true => plain.pixels[at],
+            false => std::array::from_fn(|c| {
+                (photograph.pixels[at][c] + plain.pixels[at][c] - without[at][c]).max(0.0)
+            }),
+        };
+        count(&(0..object.len()).map(pixel).collect::<Vec<_>>())
+    };
+    let dotted = [0.0, 0.5].map(all_or_nothing);
+    println!("of {rims}: {composed} composed, {rendered} rendered, {dotted:?} without coverage");
+    assert!(composed <= rendered + rims / 50, "{composed} stand out, {rendered} in the rendering");
+    assert!(dotted.iter().all(|dotted| *dotted > rendered + rims / 10), "{dotted:?}");
+}

@@ -124,8 +124,12 @@ fn cloud(
         });
     }
     let camera = example().photographs[0].camera;
-    let photograph =
-        |index: usize| Photograph { name: format!("{index}.exr"), camera, image: None };
+    let photograph = |index: usize| Photograph {
+        name: format!("{index}.exr"),
+        camera,
+        image: None,
+        display: None,
+    };
     let material = Material {
         name: "wall".into(),
         kind,

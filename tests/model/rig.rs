@@ -156,6 +156,31 @@ fn strokes_put_the_cameras_into_the_world() {
 }
 
 #[test]
+fn metres_that_were_found_are_kept_until_a_length_is_given() {
+    let (mut model, truth, _) = scene();
+    let apart = |model: &Model| {
+        let solution = solve(model, &AdjustOptions::default()).unwrap();
+        assert!(solution.is_usable(), "{:?}", solution.problems);
+        let place = |index: usize| solution.cameras[index].as_ref().unwrap().position;
+        (place(0).distance(place(2)), solution.notes)
+    };
+    let true_apart = truth[0].position.distance(truth[2].position);
+    let found_apart = ENGINE * true_apart;
+    model.found_in_metres = true;
+    let (distance, notes) = apart(&model);
+    assert!((distance - found_apart).abs() < 1e-9, "{distance} {found_apart}");
+    assert!(!notes.iter().any(|note| note.contains("length")), "{notes:?}");
+    strokes(&mut model, &truth);
+    let (distance, notes) = apart(&model);
+    assert!((distance - found_apart).abs() < 1e-6, "{distance} {found_apart}");
+    assert!(!notes.iter().any(|note| note.contains("length")), "{notes:?}");
+    let between = [0, 1].map(Place::Point);
+    model.strokes.push(Stroke::Length { between, length_m: 1.0, sd_m: 1e-3 });
+    let (distance, _) = apart(&model);
+    assert!((distance - true_apart).abs() < 1e-5, "{distance} {true_apart}");
+}
+
+#[test]
 fn a_photograph_that_was_not_found_is_placed_by_what_the_others_show() {
     let (mut model, truth, _) = scene();
     strokes(&mut model, &truth);
@@ -197,10 +222,12 @@ fn what_was_found_is_written_and_read_again_and_damage_is_told() {
     };
     model.found_points = Arc::new(vec![point(0.1, &[0, 3]), point(2.0, &[1, 2, 3])]);
     model.photographs[1].found = None;
+    model.found_in_metres = true;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("model.json");
     lobelia::io::model::write(&file, &model).unwrap();
     let read = lobelia::io::model::read(&file).unwrap();
+    assert!(read.found_in_metres);
     assert_eq!(read.found_points, model.found_points);
     assert!(read.photographs[1].found.is_none());
     for (own, before) in read.photographs.iter().zip(&model.photographs) {

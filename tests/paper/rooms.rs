@@ -140,6 +140,7 @@ impl Room {
             name: format!("photograph {}", self.capture.photographs.len()),
             camera,
             image: Some(Arc::new(image)),
+            display: None,
         });
     }
 

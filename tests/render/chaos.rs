@@ -101,7 +101,7 @@ impl Chance {
         Object {
             name: "object".into(),
             file: Default::default(),
-            mesh: Arc::new(mesh),
+            mesh: Arc::new(mesh.into()),
             surfaces: vec![("surface".into(), self.reflectance())],
             world_from_object: DAffine3::IDENTITY,
         }

@@ -137,7 +137,7 @@ fn sheet() -> Object {
     Object {
         name: "sheet".into(),
         file: Default::default(),
-        mesh: Arc::new(mesh),
+        mesh: Arc::new(mesh.into()),
         surfaces: vec![named("black", 0.0), named("light", 0.8)],
         world_from_object: DAffine3::IDENTITY,
     }
@@ -183,7 +183,7 @@ fn photographed() -> (Stage, Camera) {
     let view = camera((40, 30), 1.5, DVec3::new(0.0, -0.5, 2.0), DVec3::ZERO);
     let image = Image::new(40, 30, vec![[0.5, 1.0, 2.0]; 1200], None);
     let image = Some(Arc::new(image));
-    let photograph = Photograph { name: "p".into(), camera: view, image };
+    let photograph = Photograph { name: "p".into(), camera: view, image, display: None };
     room.capture.photographs.push(photograph);
     (Stage::new(room, &[]), view)
 }

@@ -85,7 +85,7 @@ fn a_closed_room_does_not_see_them() {
 #[test]
 fn photographs_are_taken_within_them() {
     let mut stage = within(open(), Surroundings::Albedo(0.5));
-    let photograph = Photograph { name: "p".into(), camera: view(), image: None };
+    let photograph = Photograph { name: "p".into(), camera: view(), image: None, display: None };
     stage.room.capture.photographs.push(photograph);
     let inner = camera((24, 18), 0.9, DVec3::new(0.9, -0.9, 0.6), DVec3::ZERO);
     let [among, _] = stage.films(&[inner, view()]).try_into().unwrap();

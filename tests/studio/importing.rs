@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{self, Key, Modifiers};
 use egui_kittest::kittest::NodeT;
 use image::RgbImage;
 use lobelia::io::exr;
@@ -89,6 +89,112 @@ fn a_colmap_model_is_checked_and_becomes_an_open_capture() {
     window.wait_for("Photographs (6)");
     assert!(out.join("transforms.json").is_file() && out.join("scene.obj").is_file());
     assert!(!window.has("Write capture and open"));
+}
+
+#[test]
+fn a_capture_without_a_mesh_leads_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photos, out) = (folder.path().join("photos"), folder.path().join("made"));
+    photographs(&photos);
+    let mut window = Window::importing();
+    window.choose("Image folder", &photos);
+    window.choose("New capture", &out);
+    // A mesh alone is no capture, and the button says why.
+    window.choose("Mesh file", &data("boxes_binary.stl"));
+    window.wait("the mesh", |window| window.has_part("24 triangles"));
+    assert!(window.node("Write capture and open").accesskit_node().is_disabled());
+    window.node("Mesh file").focus();
+    window.step();
+    window.key(Modifiers::COMMAND, Key::A);
+    window.key(Modifiers::NONE, Key::Backspace);
+    window.key(Modifiers::NONE, Key::Enter);
+    window.choose("Cameras", &data("colmap_text"));
+    window.wait("the cameras", |window| window.has_part("COLMAP: 6 cameras"));
+    window.write_capture();
+    window.wait_for("This capture has no mesh");
+    assert!(out.join("transforms.json").is_file() && !out.join("scene.obj").exists());
+    // On to another file, with the cameras as they are.
+    window.click("Import a mesh…");
+    window.write("Path", data("boxes_binary.stl").to_str().unwrap());
+    window.click("Choose");
+    window.wait("mesh and cameras", |window| {
+        window.has_part("transforms.json: 6 cameras") && window.has_part("24 triangles")
+    });
+    // Or on to drawing, with the cameras and their metres.
+    let mut window = Window::at(&folder.path().join("home"), Some(&out));
+    window.wait_for("This capture has no mesh");
+    window.click("Draw it on the photographs");
+    window.wait("the Model page", |window| window.has_part("the cameras stand as they were found"));
+    let model = lobelia::io::model::open(&out).unwrap().model;
+    assert!(model.found_in_metres);
+    let cameras = lobelia::io::transforms::read(
+        &out.join("transforms.json"),
+        lobelia::io::transforms::Images::Needed,
+    );
+    for (photograph, frame) in model.photographs.iter().zip(cameras.unwrap().frames) {
+        let found = photograph.found.expect("placed as its camera is");
+        assert!(found.pose.position.distance(frame.camera.position) < 1e-12);
+    }
+}
+
+#[test]
+fn a_length_that_is_measured_sets_the_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    let (photos, out) = (folder.path().join("photos"), folder.path().join("made"));
+    photographs(&photos);
+    let mut window = with_model(&photos, &out);
+    window.click("Photographs");
+    window.wait("the points", |window| window.has_part("12 points: median residual"));
+    window.click("Measure");
+    assert!(window.has_part("Click a place"));
+    let length = |window: &Window| -> Option<f64> {
+        let text = window.labels("Measured: ").pop()?;
+        text.trim_start_matches("Measured: ").trim_end_matches(" m").parse().ok()
+    };
+    let picture = window.node("Photograph with the mesh over it").rect();
+    let at = |window: &mut Window, x: f32, y: f32| {
+        let place = picture.min + egui::vec2(x, y) * picture.size();
+        window.harness.hover_at(place);
+        for pressed in [true, false] {
+            let button = egui::PointerButton::Primary;
+            let modifiers = Modifiers::NONE;
+            window.harness.event(egui::Event::PointerButton {
+                pos: place,
+                button,
+                pressed,
+                modifiers,
+            });
+            window.step();
+        }
+    };
+    at(&mut window, 0.001, 0.001);
+    assert!(window.has_part("neither a point nor the mesh"));
+    at(&mut window, 0.4, 0.6);
+    assert!(window.has_part("Click the other end"));
+    at(&mut window, 0.6, 0.7);
+    let before = length(&window).expect("a length");
+    assert!(window.node("Set the scale").accesskit_node().is_disabled());
+    window.write("in truth", &format!("{} cm", 250.0 * before));
+    window.key(Modifiers::NONE, Key::Enter);
+    window.click("Set the scale");
+    window.wait("the new scale", |window| {
+        length(window).is_some_and(|now| (now / before - 2.5).abs() < 0.02)
+    });
+    window.wait("the points again", |window| window.has_part("12 points: median residual"));
+    window.write_capture();
+    window.wait_for("Photographs (6)");
+    let cameras = |file: &Path| {
+        let images = lobelia::io::transforms::Images::Needed;
+        let read = lobelia::io::transforms::read(file, images).unwrap();
+        read.frames.iter().map(|own| own.camera.position).collect::<Vec<_>>()
+    };
+    let scaled = cameras(&out.join("transforms.json"));
+    let options = lobelia::io::import::Options { images: vec![photos], ..Default::default() };
+    let watch = lobelia::watch::Watch::new();
+    let plain = lobelia::io::import::read(&data("colmap_text"), &options, &watch).unwrap();
+    for (scaled, shot) in scaled.iter().zip(&plain.shots) {
+        assert!((*scaled - 2.5 * shot.camera.position).length() < 0.02 * scaled.length());
+    }
 }
 
 #[test]

@@ -142,3 +142,57 @@ fn a_missing_sky_is_kept_told_and_found_again() {
     let stored = json_of(&file)["lights"].clone();
     assert_eq!((&stored[1]["image"], &stored[1]["scale"]), (&json!("found.hdr"), &json!(2.0)));
 }
+
+#[test]
+fn a_sky_is_turned_and_scaled_by_numbers_keys_and_the_mouse() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
+    bytes.extend([128u8, 128, 128, 129].repeat(8));
+    fs::write(folder.path().join("sky.hdr"), bytes).unwrap();
+    let sky = json!({"name": "noon", "kind": "dome", "image": "sky.hdr", "scale": 2.0});
+    let file = project(folder.path(), &json!([sky]));
+    let mut window = open(folder.path(), &file);
+    window.key(NONE, egui::Key::F2);
+    window.click("Known light");
+    window.click("noon  (dome)");
+    let stored = |window: &mut Window, key: &str| {
+        save(window);
+        json_of(&file)["lights"][0][key].as_f64().unwrap_or(0.0)
+    };
+    let degrees = |window: &mut Window| stored(window, "turn").to_degrees();
+    let typed = |window: &mut Window, text: &str| {
+        window.harness.event(egui::Event::Text(text.to_owned()));
+        window.step();
+        window.key(NONE, egui::Key::Enter);
+    };
+    window.click("Turn of the dome");
+    window.key(egui::Modifiers::COMMAND, egui::Key::A);
+    typed(&mut window, "30");
+    assert!((degrees(&mut window) - 30.0).abs() < 1e-3);
+    undo(&mut window);
+    assert_eq!(degrees(&mut window), 0.0);
+    // Over the 3D view: R turns about the vertical whatever the axis, S makes it brighter.
+    let middle = window.node("Viewport").rect().center();
+    window.harness.hover_at(middle);
+    window.step();
+    window.key(NONE, egui::Key::R);
+    typed(&mut window, "45");
+    assert!((degrees(&mut window) - 45.0).abs() < 1e-3);
+    window.key(NONE, egui::Key::S);
+    typed(&mut window, "2");
+    assert!((stored(&mut window, "scale") - 4.0).abs() < 1e-6);
+    assert!((degrees(&mut window) - 45.0).abs() < 1e-3);
+    // By the mouse, and a click keeps it; one step of undo.
+    window.key(NONE, egui::Key::R);
+    for step in 1..=4 {
+        window.harness.hover_at(middle + egui::vec2(30.0 * step as f32, 10.0 * step as f32));
+        window.step();
+    }
+    window.key(NONE, egui::Key::Enter);
+    assert!((degrees(&mut window) - 45.0).abs() > 1.0);
+    undo(&mut window);
+    assert!((degrees(&mut window) - 45.0).abs() < 1e-3);
+    undo(&mut window);
+    undo(&mut window);
+    assert_eq!((degrees(&mut window), stored(&mut window, "scale")), (0.0, 2.0));
+}

@@ -2,8 +2,10 @@
 //! whatever adapter the machine has; a software one will do.
 #![cfg(feature = "studio")]
 
+mod display; // photographs of 8 bits
 mod dropping; // files that are dropped, numbers that are typed
 mod finding; // cameras by engines that are scripts
+mod frames; // what a frame takes in a large scene
 mod gestures; // each movement of the hand is one step of undo
 mod hand; // mouse and keys in the 3D view
 mod importing; // the import page

@@ -10,7 +10,11 @@ use crate::relighting::relit;
 const NONE: egui::Modifiers = egui::Modifiers::NONE;
 
 /// Mean code of each channel over the middle of a picture, a part of its sides long.
-fn middle(picture: &image::RgbImage, (x, y): (f32, f32), (width, height): (f32, f32)) -> [f64; 3] {
+pub fn middle(
+    picture: &image::RgbImage,
+    (x, y): (f32, f32),
+    (width, height): (f32, f32),
+) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let (columns, rows) = (width as u32, height as u32);
     for row in 0..rows {

@@ -3,6 +3,7 @@
 mod draw;
 mod file;
 mod list;
+mod reasons;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 

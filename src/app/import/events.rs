@@ -46,6 +46,7 @@ impl ImportPage {
             JobEvent::Imported(import) => {
                 let before = self.import.take();
                 self.lose_import();
+                self.measuring.follow();
                 // Another source: the one that is looked at may be none of it.
                 let is_same = before.is_some_and(|before| before.shots.len() == import.shots.len());
                 if !is_same {

@@ -6,6 +6,7 @@
 
 mod events;
 mod follow;
+mod measuring;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +26,7 @@ use crate::watch::Progress;
 use crate::worker::{Command, Job, Worker};
 
 pub use follow::follow;
+pub use measuring::{Measuring, REACH};
 
 /// What can be done about the page from elsewhere.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,9 +94,12 @@ pub struct ImportPage {
     /// Exposure series are merged.
     pub merge: bool,
     pub merging: MergeOptions,
+    /// Single photographs are taken for radiance by the curve of sRGB.
+    pub as_srgb: bool,
     pub view: View,
     pub shot: usize,
     pub overlays: Overlays,
+    pub measuring: Measuring,
     pub viewport: Viewport,
     /// The picture of the photograph on the screen.
     pub texture: Option<(Arc<ShotCheck>, egui::TextureHandle)>,
@@ -138,9 +143,11 @@ impl ImportPage {
             options: import::Options::default(),
             merge: false,
             merging: MergeOptions::default(),
+            as_srgb: false,
             view: View::default(),
             shot: 0,
             overlays: Overlays { edges: true, hidden: false, points: true },
+            measuring: Measuring::default(),
             viewport,
             texture: None,
             reader: worker()?,
@@ -176,6 +183,9 @@ impl ImportPage {
         match (self.path(field), field) {
             (Some(path), _) => path,
             (None, Field::Out) => source().map_or_else(PathBuf::new, |path| {
+                // A capture's own camera file stands for its folder.
+                let is_own = path.ends_with("transforms.json");
+                let path = path.parent().filter(|_| is_own).unwrap_or(&path);
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 path.with_file_name(format!("{stem}-capture"))
             }),
@@ -215,8 +225,14 @@ impl ImportPage {
         if self.reading.is_some() || self.waiting.is_some() {
             return Some("The sources are still being read.");
         }
-        if self.import.is_none() {
+        let Some(import) = &self.import else {
             return Some("Choose cameras, or a mesh, first.");
+        };
+        if import.shots.is_empty() {
+            return Some(
+                "There are no cameras in what was chosen, and a capture needs some. Choose them \
+                 above, or begin with photographs alone (File, New from photographs).",
+            );
         }
         if self.path(Field::Out).is_none() {
             return Some("Choose the folder for the capture first.");
@@ -295,7 +311,8 @@ fn write(state: &mut State, replace: bool) {
         page.question = None;
     }
     let merge = merge.then(|| page.merging.clone());
-    let writing = Box::new(Writing { replace, merge, ..Writing::default() });
+    let as_srgb = page.as_srgb;
+    let writing = Box::new(Writing { replace, merge, as_srgb, ..Writing::default() });
     page.writing = Some(page.reader.send(Command::WriteCapture { import, folder, writing }));
 }
 

@@ -113,11 +113,13 @@ fn loader_event(state: &mut State, event: Event) {
                 relighting::edits_read(state, reading, edits, warnings);
             }
             JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
+            JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
             JobEvent::Failed(text) => {
                 let title = match reading {
                     Reading::File => "These edits cannot be used",
                     Reading::Object => "This object cannot be added",
                     Reading::Dome | Reading::Sky => "This image cannot be used",
+                    Reading::Cameras => "The camera file cannot be changed",
                     Reading::Found(_) | Reading::FoundLight(_) => "This file cannot take its place",
                 };
                 state.messages.error(title, text);
@@ -152,6 +154,7 @@ fn loader_event(state: &mut State, event: Event) {
             read_on(state, Opening { edits: Some(edits), ..opening });
         }
         JobEvent::Begun(folder, _) => reopening::begun(state, &opening, folder),
+        JobEvent::Meshless(folder, _) => state.dialogs.meshless = Some(folder),
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}
     }

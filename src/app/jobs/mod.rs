@@ -66,6 +66,8 @@ pub enum Reading {
     Sky,
     /// A known light that could not be read, by its index, from another file.
     FoundLight(usize),
+    /// The camera file is being changed.
+    Cameras,
 }
 
 /// The relit scene in the viewport.

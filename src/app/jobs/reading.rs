@@ -36,6 +36,13 @@ impl Jobs {
         None
     }
 
+    /// Takes the photographs for radiance by the curve of sRGB; the capture is then read anew.
+    pub fn take_as_srgb(&mut self, project: Option<&Project>) {
+        let Some(project) = project else { return };
+        let command = Command::TakeAsSrgb { folder: project.folder.clone() };
+        self.reading.push((self.loader.send(command), Reading::Cameras));
+    }
+
     /// Reads known lights for the open project.
     pub fn read_lights(&mut self, project: Option<&Project>, reading: Reading, values: Vec<Value>) {
         let Some(project) = project else { return };

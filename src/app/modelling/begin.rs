@@ -18,6 +18,8 @@ pub enum NewAction {
     /// The folder for the capture.
     Folder(PathBuf),
     Create,
+    /// Opens the Model page of a capture that is there.
+    Model(PathBuf),
     /// Stops the copying, or leaves the question.
     Leave,
 }
@@ -103,6 +105,7 @@ pub fn apply(state: &mut State, what: NewAction) {
                 own.job = Some(state.jobs.begin(folder, own.photographs.clone()));
             }
         }
+        NewAction::Model(folder) => leave(state, AfterPrompt::Model(folder)),
         NewAction::Leave => match begin {
             Some(NewCapture { job: Some(job), .. }) => state.jobs.stop_beginning(*job),
             _ => *begin = None,

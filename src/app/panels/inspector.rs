@@ -6,6 +6,7 @@ use super::inspect_light::light_ui;
 use super::inspect_sample::{CropCache, sample_ui};
 use super::inspect_texture::{TextureCache, textures_ui};
 use super::materials::{found, identified_ui, interval_bar};
+use super::no_radiance::no_radiance_ui;
 use super::numbers::{
     count, counted, empty, list_color, outdated, reflectance_color, rgb, short, swatch,
 };
@@ -28,7 +29,7 @@ pub fn inspector_ui(
         outdated(ui, project);
         let selection = &project.selection;
         match selection.focus {
-            Focus::Nothing => overview(ui, project),
+            Focus::Nothing => overview(ui, project, actions),
             Focus::Surfaces => surfaces(ui, project, crops, actions),
             Focus::Material => {
                 if let Some(index) = selection.material {
@@ -72,7 +73,7 @@ pub fn facts(ui: &mut egui::Ui, id: &str, rows: &[(&str, String)]) {
     });
 }
 
-fn overview(ui: &mut egui::Ui, project: &Project) {
+fn overview(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
     let capture = &project.capture;
     ui.heading(capture.name.as_str());
     let mut rows = vec![
@@ -89,6 +90,8 @@ fn overview(ui: &mut egui::Ui, project: &Project) {
         rows.insert(1, ("Size", format!("{:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)));
     }
     facts(ui, "overview", &rows);
+    ui.add_space(6.0);
+    no_radiance_ui(ui, project, actions);
     if !capture.warnings.is_empty() {
         ui.add_space(6.0);
         let color = ui.visuals().warn_fg_color;
@@ -197,6 +200,7 @@ fn photograph(
     let Some(photograph) = project.loaded.photographs.get(index) else { return };
     ui.heading(photograph.name.as_str());
     ui.label(use_of(photograph));
+    no_radiance_ui(ui, project, actions);
     let camera = &photograph.camera;
     let p = camera.position;
     let across = 2.0 * (0.5 * camera.width as f64 / camera.focal_px.x).atan().to_degrees();

@@ -7,7 +7,7 @@ use eframe::egui::{self, Button, Color32, DragValue, RichText};
 
 use super::fields::triple;
 use super::numbers::{cut, emission_color, left, named, swatch};
-use super::relight_added::{capital, emission_ui, emitter_ui, name_ui};
+use super::relight_added::{capital, emission_ui, emitter_ui, name_ui, turn_ui};
 use crate::app::actions::{Action, Relight, Select};
 use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
@@ -217,6 +217,10 @@ fn light_ui(
                 let help = "Brings the image's values to the unit of the photographs";
                 if entry::number(ui, field, Unit::Plain).on_hover_text(help).changed() {
                     change = Some("brightness of sky");
+                }
+                ui.weak("Turn");
+                if turn_ui(ui, dome) {
+                    change = Some("rotate");
                 }
             });
             let file = dome.file.file_name().unwrap_or_default().to_string_lossy();

@@ -86,8 +86,10 @@ fn entries_ui(ui: &mut egui::Ui, state: &State, part: &[&Command], actions: &mut
         if let Some(key) = &command.key {
             button = button.shortcut_text(ui.ctx().format_shortcut(key));
         }
-        let response =
-            ui.add_enabled(command.is_enabled(state), button).on_hover_text(command.help);
+        let response = ui
+            .add_enabled(command.is_enabled(state), button)
+            .on_hover_text(command.help)
+            .on_disabled_hover_text(command.obstacle(state));
         if response.clicked() {
             actions.push(command.action.clone());
             ui.close();

@@ -16,6 +16,8 @@ mod lights;
 mod log;
 mod masks;
 mod materials;
+mod meshless;
+mod no_radiance;
 pub mod menu;
 pub mod modelling;
 pub mod numbers;

@@ -86,7 +86,7 @@ fn photographs(
             let through = viewport.is_looking_through() == Some(index);
             let mut text = photograph.name.clone();
             if photograph.image.is_none() {
-                text.push_str("  (not used)");
+                text.push_str("  (shown only)");
             }
             if through {
                 text.push_str("  (looking through)");
@@ -115,7 +115,11 @@ pub fn use_of(photograph: &Photograph) -> String {
             count(image.invalid_count()),
             count(image.masked_count())
         ),
-        None => "Not used: it holds values for display, or is marked as geometry only".to_owned(),
+        None => {
+            "Measures nothing: it holds values for display, or is marked as geometry only; shown \
+                 as it is"
+                .to_owned()
+        }
     }
 }
 

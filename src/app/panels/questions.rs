@@ -32,6 +32,8 @@ pub fn questions_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Ac
         beside_study_ui(ctx, state, actions);
     } else if state.dialogs.locate.is_some() {
         locate_ui(ctx, state, actions);
+    } else if state.dialogs.meshless.is_some() {
+        super::meshless::meshless_ui(ctx, state, actions);
     } else if state.dialogs.assign {
         assign_ui(ctx, state, actions);
     }
@@ -158,7 +160,8 @@ pub(super) fn buttons(
     ui.horizontal(|ui| {
         let text = egui::RichText::new(accept).color(egui::Color32::WHITE);
         let button = egui::Button::new(text).fill(crate::app::theme::ACCENT);
-        let accepted = ui.add_enabled(enabled, button).on_hover_text(help).clicked();
+        let accepted = ui.add_enabled(enabled, button).on_hover_text(help);
+        let accepted = accepted.on_disabled_hover_text("Fill in the fields above first.").clicked();
         let refused = ui.button("Cancel").on_hover_text("Leave it as it is (Esc)").clicked();
         if refused { Some(false) } else { (accepted || entered && enabled).then_some(true) }
     })

@@ -13,8 +13,7 @@ use crate::app::relight::{self, Added, Motion, strength_and_colour};
 use crate::math::blackbody::blackbody;
 use crate::math::rgb::Rgb;
 use crate::render::edits::{AddedLight, Edits, Object, Shape};
-use crate::scene::Brdf;
-use crate::scene::Emitter;
+use crate::scene::{Brdf, Dome, Emitter};
 
 /// The selected one's numbers.
 pub fn added_ui(
@@ -107,6 +106,11 @@ fn light_ui(
                     change = Some("brightness of light");
                 }
                 ui.end_row();
+                ui.weak("Turn");
+                if turn_ui(ui, dome) {
+                    change = Some("rotate");
+                }
+                ui.end_row();
                 ui.weak("Image");
                 let file = dome.file.file_name().unwrap_or_default().to_string_lossy();
                 super::numbers::cut(ui, file.as_ref())
@@ -126,6 +130,20 @@ fn light_ui(
         }
     });
     change
+}
+
+/// The angle by which a dome is turned about the vertical; whether it was changed.
+pub(super) fn turn_ui(ui: &mut egui::Ui, dome: &mut Dome) -> bool {
+    // Without what single precision leaves behind the tenth of a degree.
+    let mut degrees = (1e3 * f64::from(dome.turn.to_degrees())).round() / 1e3;
+    let field = DragValue::new(&mut degrees).speed(0.5).max_decimals(1).suffix("°");
+    let response = entry::number(ui, field, Unit::Angle)
+        .accessible_name("Turn of the dome")
+        .on_hover_text("About the vertical, counter-clockwise seen from above; R in the 3D view");
+    if response.changed() {
+        dome.turn = (degrees.to_radians() as f32).rem_euclid(std::f32::consts::TAU);
+    }
+    response.changed()
 }
 
 /// The units of what tells a light's strength; radiance is in the photographs' own unit, here U.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::no_radiance::no_radiance_ui;
 use super::numbers::{check_mark, count, cut, duration, named, rgb};
 use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
@@ -46,6 +47,7 @@ pub fn run_ui(
     match &project.run {
         Some(run) => running(ui, run),
         None => {
+            no_radiance_ui(ui, project, actions);
             finished(ui, project);
             next(ui, project, state, actions);
         }
@@ -60,6 +62,7 @@ pub fn run_ui(
         ui.checkbox(&mut state.changed_only, "Changed only")
             .on_hover_text("Show only options that differ from their defaults");
         let reset = ui.add_enabled(any_changed, egui::Button::new("Reset all").small());
+        let reset = reset.on_disabled_hover_text("Every option is at its default.");
         if reset.on_hover_text("Put every option back to its default").clicked() {
             actions.push(Action::Change(Change::DefaultOptions));
         }

@@ -159,6 +159,7 @@ impl StabilityState {
                 [("All", "Switch everything on", true), ("None", "Switch everything off", false)]
             {
                 let button = ui.add_enabled(on || any, egui::Button::new(name).small());
+                let button = button.on_disabled_hover_text("Everything is off already.");
                 if button.on_hover_text(help).clicked() {
                     self.degradations.iter_mut().for_each(|(is_on, _)| *is_on = on);
                 }

@@ -196,13 +196,16 @@ fn properties(
                 }
             })
             .response
-            .on_hover_text("Give all its surfaces to another material");
+            .on_hover_text("Give all its surfaces to another material")
+            .on_disabled_hover_text("There is no other material to merge into.");
         });
         if ui.button("Delete").on_hover_text("Its surfaces become unassigned").clicked() {
             change(Change::Delete { material: index });
         }
         let own: BTreeSet<usize> = material.surfaces.iter().copied().collect();
-        let select = ui.add_enabled(!own.is_empty(), Button::new("Select surfaces"));
+        let select = ui
+            .add_enabled(!own.is_empty(), Button::new("Select surfaces"))
+            .on_disabled_hover_text("No surface has this material.");
         if select.on_hover_text("Select the surfaces of this material").clicked() {
             actions.push(Action::Select(Select::Surfaces { surfaces: own, add: false }));
         }

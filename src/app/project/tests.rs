@@ -47,8 +47,12 @@ fn masks_come_and_go_and_photographs_that_have_none_stay() {
         glam::DMat3::IDENTITY,
         glam::DVec3::ZERO,
     );
-    let photograph =
-        |name: &str| crate::scene::Photograph { name: name.into(), camera, image: image() };
+    let photograph = |name: &str| crate::scene::Photograph {
+        name: name.into(),
+        camera,
+        image: image(),
+        display: None,
+    };
     let photographs = vec![photograph("a.exr"), photograph("b.exr")];
     let loaded = Arc::new(Capture { photographs, ..Capture::default() });
     let mut project = Project::new(PathBuf::new(), loaded.clone(), 0.0);

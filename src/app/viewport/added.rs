@@ -10,8 +10,9 @@ use crate::app::viewport::Viewport;
 use crate::app::viewport::content::{Content, Shading};
 use crate::app::viewport::gizmo::{AXES, Mode, tips};
 use crate::app::viewport::projection::Projection;
+use crate::app::viewport::ring;
 use crate::render::edits::Shape;
-use crate::scene::{Emitter, KnownLight};
+use crate::scene::{Dome, Emitter, KnownLight};
 
 const COLORS: [Color32; 3] = [
     Color32::from_rgb(230, 84, 84),
@@ -58,9 +59,19 @@ pub fn draw(view: &Viewport, ui: &Ui, response: &Response, content: &Content, p:
             }
         }
     }
+    let domes = (0..edits.lights.len()).map(Added::Light);
+    for item in domes.chain((0..given.lights.len()).map(Added::Known)) {
+        let middle = content.things.middle(item, view.scene.bounds);
+        if let Some((dome, middle)) = content.things.dome(item).zip(middle) {
+            marks.dome(dome, middle, content.selected_added == Some(item));
+        }
+    }
     let Some(item) = content.selected_added else { return };
     let Some(middle) = content.things.middle(item, view.scene.bounds) else { return };
     let Some(center) = p.project(middle) else { return };
+    if content.things.dome(item).is_some() {
+        return;
+    }
     let (mode, held) = view.gizmo.held();
     for (axis, tip) in tips(p, middle).into_iter().enumerate() {
         let Some(tip) = tip else { continue };
@@ -146,6 +157,37 @@ impl Marks<'_> {
         if let Some(center) = self.projection.project(middle) {
             let at = self.at(center);
             self.painter.circle(at, 4.0, color, Stroke::new(1.0, Color32::from_black_alpha(160)));
+        }
+    }
+
+    /// A dome: half a ball above the scene, and where the middle of its image lies; of the selected
+    /// one also the ring by which it is turned.
+    fn dome(&self, dome: &Dome, middle: Vec3, is_selected: bool) {
+        let Some(center) = self.projection.project(middle) else { return };
+        let at = self.at(center);
+        let color = if is_selected { ACCENT } else { Color32::WHITE };
+        let under = Color32::from_black_alpha(160);
+        let arc: Vec<egui::Pos2> = (0..=16)
+            .map(|k| {
+                let angle = k as f32 / 16.0 * std::f32::consts::PI;
+                at + 9.0 * egui::vec2(angle.cos(), -angle.sin())
+            })
+            .chain([at + egui::vec2(9.0, 0.0)])
+            .collect();
+        self.painter.line(arc.clone(), Stroke::new(4.0, under));
+        self.painter.line(arc, Stroke::new(2.0, color));
+        if !is_selected {
+            return;
+        }
+        let places = ring::places(self.projection, middle, dome);
+        let ring: Vec<egui::Pos2> = places.map(|place| self.at(place)).collect();
+        let closed: Vec<egui::Pos2> = ring.iter().chain(ring.first()).copied().collect();
+        self.painter.line(closed.clone(), Stroke::new(4.0, under));
+        self.painter.line(closed, Stroke::new(2.5, COLORS[2]));
+        if let Some(front) = ring.first() {
+            self.painter.line_segment([at, *front], Stroke::new(3.5, under));
+            self.painter.line_segment([at, *front], Stroke::new(2.0, color));
+            self.painter.circle(*front, 6.0, COLORS[2], Stroke::new(1.5, Color32::WHITE));
         }
     }
 

@@ -12,7 +12,7 @@ use crate::app::viewport::content::{Content, ViewportEvent};
 use crate::app::viewport::input::{self, has_keys};
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::Projection;
-use crate::geometry::bvh::RayCaster;
+use crate::app::viewport::ring::{self, UP};
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
@@ -107,10 +107,12 @@ pub fn interact(
         return false;
     };
     let Some(middle) = content.things.middle(item, view.scene.bounds) else { return false };
-    let begin = |mode, axis, start, is_drag| Transform {
+    // A dome is everywhere: it turns about the vertical, and that is all that handles can do to it.
+    let is_dome = content.things.dome(item).is_some();
+    let begin = |mode: Mode, axis: Option<usize>, start, is_drag| Transform {
         item,
-        mode,
-        axis,
+        mode: if is_dome && mode == Mode::Move { Mode::Turn } else { mode },
+        axis: if is_dome { Some(UP) } else { axis },
         base: content.things.clone(),
         middle,
         start,
@@ -133,13 +135,19 @@ pub fn interact(
     {
         let press = input::local(origin, press);
         let Some(center) = projection.project(middle) else { return false };
-        let held = tips(projection, middle)
-            .into_iter()
-            .enumerate()
-            .filter_map(|(axis, tip)| Some((tip?.distance(press), Some(axis))))
-            .chain([(center.distance(press), None)])
-            .filter(|(away, _)| *away <= GRIP)
-            .min_by(|a, b| a.0.total_cmp(&b.0));
+        let near: Vec<(f32, Option<usize>)> = match content.things.dome(item) {
+            Some(dome) => ring::places(projection, middle, dome)
+                .map(|place| (place.distance(press), Some(UP)))
+                .collect(),
+            None => tips(projection, middle)
+                .into_iter()
+                .enumerate()
+                .filter_map(|(axis, tip)| Some((tip?.distance(press), Some(axis))))
+                .chain([(center.distance(press), None)])
+                .collect(),
+        };
+        let held = near.into_iter().filter(|(away, _)| *away <= GRIP);
+        let held = held.min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, axis)) = held {
             view.gizmo.active = Some(begin(view.gizmo.mode, axis, press, true));
             return true;
@@ -329,9 +337,8 @@ pub fn under(
     }
     let ray = projection.ray(position);
     let hit = edits.objects.iter().enumerate().filter_map(|(index, object)| {
-        let mesh = object.placed();
-        let hit = RayCaster::build(&mesh.positions, &mesh.triangles).closest(&ray)?;
-        (hit.t < scene_t).then_some((hit.t, Added::Object(index)))
+        let t = object.met_m(&ray)?;
+        (t < scene_t).then_some((t, Added::Object(index)))
     });
     hit.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, object)| object)
 }

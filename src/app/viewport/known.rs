@@ -124,7 +124,7 @@ pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
             let is_same_image = match (&a.image, &b.image) {
                 // Masks come and go over the same photograph.
                 (Some(a), Some(b)) => a.has_pixels_of(b),
-                (None, None) => true,
+                (None, None) => a.display == b.display,
                 _ => false,
             };
             a.camera == b.camera && is_same_image

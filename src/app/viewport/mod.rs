@@ -28,6 +28,7 @@ mod photographs;
 mod picking;
 mod pipeline;
 mod projection;
+mod ring;
 mod samples;
 mod scene;
 mod surfaces;
@@ -65,9 +66,6 @@ use paint::Drawn;
 use projection::{Placement, Projection};
 use scene::Scene;
 use targets::Targets;
-
-/// Of the radiance that nine tenths of the pixels stay below, what part of white it becomes.
-const BRIGHT_PART: f32 = 0.7;
 
 /// The viewport with its view; one per window.
 pub struct Viewport {
@@ -281,7 +279,7 @@ impl Viewport {
 
     /// The factor that brings radiance to the screen's 0 to 1, for pictures beside the viewport.
     pub fn exposure(&self) -> f32 {
-        self.settings.exposure_ev.exp2() * BRIGHT_PART / self.scene.bright
+        self.settings.exposure_ev.exp2() * texels::BRIGHT_PART / self.scene.bright
     }
 
     /// How pictures are developed to look as they do here.
@@ -365,8 +363,12 @@ impl Viewport {
             painter.rect_stroke(dragged, 0.0, stroke, egui::StrokeKind::Inside);
         }
         let shown = self.through.and_then(|index| content.capture.as_ref()?.photographs.get(index));
-        if shown.is_some_and(|photograph| photograph.image.is_none()) {
-            let text = egui::RichText::new("Not shown: this photograph holds no radiance")
+        if let Some(photograph) = shown.filter(|photograph| photograph.image.is_none()) {
+            let text = match photograph.display {
+                Some(_) => "Shown as it is displayed: this photograph measures no radiance",
+                None => "Not shown: this photograph holds no radiance",
+            };
+            let text = egui::RichText::new(text)
                 .background_color(ui.visuals().window_fill.gamma_multiply(0.88));
             let line = egui::vec2(rect.width(), 24.0);
             let place = egui::Align2::CENTER_BOTTOM.align_size_within_rect(line, rect);

@@ -35,7 +35,12 @@ pub struct Layers {
 
 impl Layers {
     pub fn new(device: &wgpu::Device, capture: &Capture) -> Self {
-        let all: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
+        let mut all: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
+        // Where nothing measures radiance, the geometry wears what there is to display.
+        if all.is_empty() {
+            let is_displayed = |index: &usize| capture.photographs[*index].display.is_some();
+            all = (0..capture.photographs.len()).filter(is_displayed).collect();
+        }
         let step = all.len().div_ceil(MOST_LAYERS).max(1);
         let photographs: Vec<usize> = all.into_iter().step_by(step).collect();
         let shape = photographs.first().map_or([1, 1], |index| {

@@ -1,12 +1,20 @@
 //! Photographs as textures: half precision, without the lens's distortion.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 use half::f16;
 use rayon::prelude::*;
 
 use crate::app::viewport::projection::window;
-use crate::math::rgb::{CHANNELS, Radiance};
-use crate::scene::{Camera, Capture, Image, Photograph};
+use crate::io::import;
+use crate::io::orientation::Orientation;
+use crate::math::rgb::{CHANNELS, Radiance, srgb_to_linear};
+use crate::scene::{Camera, Capture, Display, Image, Photograph};
+
+/// Of the radiance that nine tenths of the pixels stay below, what part of white it becomes at an
+/// exposure of 0.
+pub const BRIGHT_PART: f32 = 0.7;
 
 /// What the fourth channel says of a texel.
 const UNSEEN: f32 = 0.0;
@@ -59,32 +67,65 @@ pub fn within([width, height]: [usize; 2], limit: usize) -> [usize; 2] {
     [width, height].map(|side| (side * limit / longest).max(1))
 }
 
+/// What a photograph is drawn from: radiance, or a picture in fewer pixels.
+struct Source {
+    image: Arc<Image>,
+    /// Pixels of the photograph along a side of one of these.
+    step: f64,
+    /// Its values that are 1 in the texture.
+    unit: f32,
+}
+
+impl Source {
+    /// The source for a texture of a size in units of `bright`; `None` where it cannot be read.
+    fn of(photograph: &Photograph, size: [usize; 2], bright: f32) -> Option<Self> {
+        if let Some(image) = &photograph.image {
+            return Some(Self { image: image.clone(), step: 1.0, unit: bright });
+        }
+        let Display { file, orientation } = photograph.display.as_ref()?;
+        let orientation = Orientation::of(*orientation).unwrap_or_default();
+        // What cannot be read was told when the capture was opened.
+        let shown = import::show(file, orientation, 2 * size[0].max(size[1])).ok()?;
+        let linear: [f32; 256] =
+            std::array::from_fn(|code| srgb_to_linear(code as f64 / 255.0) as f32);
+        let pixels = shown.pixels.iter().map(|pixel| pixel.map(|code| linear[usize::from(code)]));
+        let image = Arc::new(Image::new(shown.width, shown.height, pixels.collect(), None));
+        // At an exposure of 0 it is seen as it is.
+        Some(Self { image, step: shown.step as f64, unit: BRIGHT_PART })
+    }
+}
+
 /// The photograph's [`window`] as its camera would see without distortion, in units of `bright`,
-/// resampled to a size: four half floats a texel. Empty where it is no measurement; `None` once it is no longer
-/// wanted, which is asked for every row.
+/// resampled to a size: four half floats a texel. One that is no measurement is as it is displayed,
+/// and empty where there is nothing to display; `None` once it is no longer wanted, which is asked
+/// for every row.
 pub fn of(
     photograph: &Photograph,
     [width, height]: [usize; 2],
     bright: f32,
     is_wanted: &(dyn Fn() -> bool + Sync),
 ) -> Option<Vec<u16>> {
-    let Some(image) = &photograph.image else { return Some(Vec::new()) };
+    if photograph.image.is_none() && photograph.display.is_none() {
+        return Some(Vec::new());
+    }
+    let mut texels = vec![0; 4 * width * height];
+    let Some(source) = Source::of(photograph, [width, height], bright) else { return Some(texels) };
+    let (image, unit) = (&source.image, source.unit);
     let camera = &photograph.camera;
     let (low, high) = window(camera);
     let scale = (high - low) / DVec2::new(width as f64, height as f64);
     // Where the texture is smaller than the photograph, each texel is a mean.
-    let taps = (scale.max_element().ceil() as usize).clamp(1, 8);
-    let exact = scale == DVec2::ONE && camera.distortion.is_none();
-    let mut texels = vec![0; 4 * width * height];
+    let taps = ((scale.max_element() / source.step).ceil() as usize).clamp(1, 8);
+    let exact = scale == DVec2::ONE && source.step == 1.0 && camera.distortion.is_none();
     texels.par_chunks_exact_mut(4 * width).enumerate().try_for_each(|(y, row)| {
         for (x, texel) in row.chunks_exact_mut(4).enumerate() {
             let [r, g, b, seen] = if exact {
                 pixel(image, x as i64, y as i64)
             } else {
                 let corner = low + DVec2::new(x as f64, y as f64) * scale;
-                mean(image, camera, corner, scale, taps)
+                mean(&source, camera, corner, scale, taps)
             };
-            texel.copy_from_slice(&[r / bright, g / bright, b / bright, seen].map(half));
+            texel.copy_from_slice(&[r / unit, g / unit, b / unit, seen].map(half));
         }
         is_wanted().then_some(())
     })?;
@@ -100,13 +141,13 @@ fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
 }
 
 /// The mean over a texel, from its upper left corner on.
-fn mean(image: &Image, camera: &Camera, corner: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
+fn mean(source: &Source, camera: &Camera, corner: DVec2, scale: DVec2, taps: usize) -> [f32; 4] {
     let mut sum: Radiance = [0.0; CHANNELS];
     let (mut seen, mut valid) = (0, true);
     for tap in 0..taps * taps {
         let inside = DVec2::new((tap % taps) as f64 + 0.5, (tap / taps) as f64 + 0.5) / taps as f64;
         let Some(place) = distorted(camera, corner + inside * scale) else { continue };
-        let [r, g, b, alpha] = interpolated(image, place);
+        let [r, g, b, alpha] = interpolated(&source.image, place / source.step);
         for (sum, value) in sum.iter_mut().zip([r, g, b]) {
             *sum += value;
         }
@@ -208,7 +249,7 @@ mod tests {
             .map(|i| [(i % width) as f32 + 0.5, (i / width) as f32 + 0.5, 1.0])
             .collect();
         let image = Some(Arc::new(Image::new(width, height, pixels, None)));
-        let photograph = Photograph { name: String::new(), camera, image };
+        let photograph = Photograph { name: String::new(), camera, image, display: None };
         let texels = of(&photograph, [width, height], 64.0, &|| true).unwrap();
         assert!(of(&photograph, [width, height], 64.0, &|| false).is_none());
         let (low, high) = window(&camera);
@@ -241,7 +282,8 @@ mod tests {
         let value = |i: usize| if (i % width).is_multiple_of(20) { 0.1 } else { 5.0 };
         let pixels = (0..width * height).map(|i| [value(i); 3]).collect();
         let image = Some(Arc::new(Image::new(width, height, pixels, None)));
-        let photograph = Photograph { name: String::new(), camera: pinhole(width, height), image };
+        let camera = pinhole(width, height);
+        let photograph = Photograph { name: String::new(), camera, image, display: None };
         let capture = Capture { photographs: vec![photograph], ..Capture::default() };
         assert_eq!(bright(&capture), 5.0);
         assert_eq!(bright(&Capture::default()), 1.0);

@@ -70,7 +70,8 @@ fn capture() -> Capture {
         DVec3::new(5.0, 5.0, 8.0),
     );
     let image = Image::new(width, height, vec![[0.5; 3]; width * height], None);
-    let photograph = Photograph { name: "down".into(), camera, image: Some(Arc::new(image)) };
+    let image = Some(Arc::new(image));
+    let photograph = Photograph { name: "down".into(), camera, image, display: None };
     let surface = Surface { name: "ground".into(), role: Role::Untagged, has_texcoords: false };
     Capture {
         mesh: Arc::new(mesh),

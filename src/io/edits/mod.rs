@@ -16,6 +16,7 @@ use super::paths::absolute;
 use super::tags::lights::{dome, emitter, emitter_kinds, not_negative};
 use super::{Error, Fault, mesh};
 use crate::geometry::mesh::Mesh;
+use crate::geometry::solid::Solid;
 use crate::math::rgb::Rgb;
 use crate::render::edits::{AddedLight, Edits, GREY, Object, Override, Shape, Surroundings};
 use crate::scene::Brdf;
@@ -229,7 +230,7 @@ fn object(item: &Field, index: usize, warnings: &mut Vec<String>) -> Result<Obje
     if given.is_none() {
         warnings.extend(geometry.image_notes);
     }
-    let mesh = Arc::new(geometry.mesh);
+    let mesh = Arc::new(Solid::from(geometry.mesh));
     Ok(Object { name, file, mesh, surfaces, world_from_object })
 }
 

@@ -61,10 +61,11 @@ fn light(light: &AddedLight, folder: &Path) -> Value {
             let [scale, ..] = light.emission;
             // Its colour is the image's: one factor is all that there is.
             let scale = scale * short(dome.scale);
-            return with_switch(
-                json!({ "name": name, "kind": "dome", "image": image, "scale": scale }),
-                light.is_on,
-            );
+            let mut value = json!({ "name": name, "kind": "dome", "image": image, "scale": scale });
+            if dome.turn != 0.0 {
+                value["turn"] = json!(short(dome.turn));
+            }
+            return with_switch(value, light.is_on);
         }
     };
     let mut value = emitter_value(emitter);

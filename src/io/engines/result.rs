@@ -128,5 +128,6 @@ fn taken(
     points.sort_by_key(|own| std::cmp::Reverse(own.photographs.len()));
     points.truncate(MOST_POINTS);
     let error_px = import.reprojection.as_ref().map(|own| own.median_px);
-    Ok(FoundCameras { engine: engine.name().to_owned(), cameras, points, error_px })
+    let engine = engine.name().to_owned();
+    Ok(FoundCameras { engine, cameras, points, error_px, in_metres: false })
 }

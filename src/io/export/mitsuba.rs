@@ -67,7 +67,7 @@ pub fn write(folder: &Path, model: &Model, reflections: usize, watch: &Watch) ->
             match &light.shape {
                 Shape::Dome(dome) => {
                     write_dome(&folder.join(format!("textures/dome-{index}.exr")), dome)?;
-                    text += &dome_text(index, light);
+                    text += &dome_text(index, light, dome);
                 }
                 Shape::Emitter(emitter) => match emitter_text(emitter, light) {
                     Some(shape) => text += &shape,
@@ -353,11 +353,15 @@ fn write_dome(file: &Path, dome: &Dome) -> Result<(), Error> {
 }
 
 /// Of the same axes, with y up instead of z.
-fn dome_text(index: usize, light: &AddedLight) -> String {
+fn dome_text(index: usize, light: &AddedLight, dome: &Dome) -> String {
+    let turn = match dome.turn {
+        0.0 => String::new(),
+        turn => format!("<rotate z=\"1\" angle=\"{}\"/>", turn.to_degrees()),
+    };
     format!(
         "  <emitter type=\"envmap\"><string name=\"filename\" value=\"textures/dome-{index}.exr\"/>\
          <float name=\"scale\" value=\"{}\"/>\
-         <transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/></transform></emitter>\n",
+         <transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/>{turn}</transform></emitter>\n",
         light.emission[0]
     )
 }

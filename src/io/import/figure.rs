@@ -67,6 +67,8 @@ pub(super) fn scene(import: &Import) -> Capture {
         name: shot.name.clone(),
         camera: shot.camera,
         image: None,
+        // All of them would be read for a view that is about the mesh.
+        display: None,
     });
     Capture {
         photographs: photographs.collect(),

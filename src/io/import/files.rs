@@ -47,14 +47,16 @@ pub(super) fn names(shots: &[Shot]) -> Vec<String> {
         .collect()
 }
 
-pub(super) fn cameras(shots: &[Shot], names: &[String]) -> Value {
+/// The camera file. With `as_srgb` it says that single photographs are radiance by that curve.
+pub(super) fn cameras(shots: &[Shot], names: &[String], as_srgb: bool) -> Value {
     let first = lens(&shots[0].camera);
     let is_shared = shots.iter().all(|shot| lens(&shot.camera) == first);
     let mut root = if is_shared { first } else { Map::new() };
     let frames = shots.iter().zip(names).map(|(shot, name)| {
         let mut frame = if is_shared { Map::new() } else { lens(&shot.camera) };
         frame.insert("file_path".into(), json!(name));
-        let is_shown = shot.image.is_some() && !shot.is_measurement;
+        let is_taken = as_srgb && shot.is_single_code();
+        let is_shown = shot.image.is_some() && !shot.is_measurement && !is_taken;
         let looks_shown = shot.image.is_none()
             && !name.to_lowercase().ends_with(".exr")
             && !name.to_lowercase().ends_with(".hdr");
@@ -77,6 +79,9 @@ pub(super) fn cameras(shots: &[Shot], names: &[String]) -> Value {
         Value::Object(frame)
     });
     root.insert("frames".into(), frames.collect());
+    if as_srgb && shots.iter().any(Shot::is_single_code) {
+        root.insert("response".into(), json!("srgb"));
+    }
     Value::Object(root)
 }
 

@@ -32,6 +32,7 @@ mod figure;
 mod files;
 mod fit;
 mod geometry;
+mod measure;
 pub mod metashape;
 mod notes;
 pub mod opensfm;
@@ -60,6 +61,7 @@ use crate::scene::{Camera, Distortion};
 
 pub use check::{Mark, ShotCheck, Survey, check_shot, survey};
 pub use geometry::Tidied;
+pub use measure::{Picked, place_at};
 pub use options::{Axis, Options, Surfaces, Unit};
 pub use photographs::is_photograph;
 pub use read::read;
@@ -70,7 +72,8 @@ pub use write::{Copying, Holds, Writing, Written, check_folder, holds, write};
 
 /// What is to be said where no photograph measures anything.
 pub const NOTHING_MEASURED: &str = "no photograph is linear radiance (OpenEXR or .hdr), so nothing \
-                                    can be reconstructed from this capture yet";
+                                    can be reconstructed from this capture yet; --srgb takes \
+                                    single JPEG, PNG and TIFF for it";
 
 /// What an import has read, before anything is written.
 #[derive(Clone, Debug, Default)]
@@ -117,6 +120,14 @@ pub struct ShotSeries {
     pub others: Vec<usize>,
     /// Its reference is the camera's photograph.
     pub series: Series,
+}
+
+impl Shot {
+    /// Whether its photograph is a JPEG, PNG or TIFF that is no radiance.
+    pub fn is_single_code(&self) -> bool {
+        let is_raw = self.image.as_deref().is_some_and(super::raw::is_raw);
+        self.image.is_some() && !self.is_measurement && !is_raw
+    }
 }
 
 impl Import {

@@ -35,6 +35,8 @@ pub struct Writing {
     pub replace: bool,
     /// Merge exposure series to images of radiance.
     pub merge: Option<MergeOptions>,
+    /// Single photographs in JPEG, PNG and TIFF stand for radiance by the curve of sRGB.
+    pub as_srgb: bool,
 }
 
 /// What was found out while a capture was written.
@@ -135,7 +137,7 @@ pub fn write(
         files::write_mesh(made.path(), geometry)?;
     }
     if !shots.is_empty() {
-        let text = serde_json::to_string_pretty(&files::cameras(&shots, &names));
+        let text = serde_json::to_string_pretty(&files::cameras(&shots, &names, writing.as_srgb));
         let text = text.map_err(|failure| failed(folder)(failure.into()))? + "\n";
         atomic::write_bytes(&made.path().join("transforms.json"), text.as_bytes())?;
     }

@@ -29,7 +29,8 @@
 //! Cameras that an engine found stand at the photographs, in coordinates of the engine's own:
 //! `"found": { "rotation": [w, x, y, z], "position": [x, y, z], "distance": 3.1 }`, axes of the
 //! camera as OpenGL's. `found_points` are its points: `"x y z  0 2 5"` with the photographs that
-//! show them, counted from 0.
+//! show them, counted from 0. `found_in_metres` says that the unit is the metre, which is then kept
+//! where no length is given.
 //!
 //! Only `format`, `version` and `photographs` must be there. Without `lenses` all photographs share
 //! one. `w` and `h` are read from the image where they are missing, and `focal_px` from its EXIF.
@@ -50,7 +51,7 @@ mod write;
 pub use begin::new_capture;
 pub use cameras::{Unplaced, orientation, unplaced, write_cameras};
 pub use mesh::{check_own, geometry, write_glb, write_obj};
-pub use open::{Opened, forget, is_begun, keep, open, save};
+pub use open::{Opened, forget, is_begun, keep, lacks_mesh, open, save};
 pub use read::read;
 pub use write::{to_text, write};
 

@@ -6,8 +6,12 @@ use glam::DVec2;
 
 use super::{NAME, UNSAVED, read, unplaced, write};
 use crate::io::json::{self, Field};
+use crate::io::transforms::{self, Frame, Images};
 use crate::io::{Error, capture, exif_lens, inside, orientation, photograph, picture};
-use crate::model::{Fit, Lens, Model, Photograph};
+use crate::model::{Fit, FoundCameras, Lens, Model, Photograph};
+use crate::scene::{Camera, Distortion};
+
+const CAMERAS: &str = "transforms.json";
 
 /// A capture's model.
 #[derive(Clone, Debug)]
@@ -24,7 +28,7 @@ pub struct Opened {
 
 /// Whether a folder holds photographs whose cameras or mesh are still to be made here.
 pub fn is_begun(folder: &Path) -> bool {
-    let (count, open) = match unplaced(&folder.join("transforms.json")) {
+    let (count, open) = match unplaced(&folder.join(CAMERAS)) {
         Ok((count, names)) => (count, names.len()),
         Err(_) => (0, 0),
     };
@@ -32,12 +36,18 @@ pub fn is_begun(folder: &Path) -> bool {
     !is_whole && (open > 0 || folder.join(NAME).is_file())
 }
 
+/// Whether a folder holds photographs with cameras, and no mesh.
+pub fn lacks_mesh(folder: &Path) -> bool {
+    let has_cameras = || matches!(unplaced(&folder.join(CAMERAS)), Ok((count, _)) if count > 0);
+    matches!(capture::find_geometry(folder), Err(Error::Missing(_))) && has_cameras()
+}
+
 /// Reads the model of a capture, or begins one.
 pub fn open(folder: &Path) -> Result<Opened, Error> {
     let (file, kept) = (folder.join(NAME), folder.join(UNSAVED));
     let is_saved = file.is_file();
-    let model = if is_saved { read(&file)? } else { begun(folder)? };
     let mut warnings = Vec::new();
+    let model = if is_saved { read(&file)? } else { begun(folder, &mut warnings)? };
     let unsaved = match kept.is_file().then(|| read(&kept)) {
         Some(Ok(own)) if own != model => Some(own),
         Some(Err(error)) => {
@@ -65,10 +75,10 @@ pub fn save(folder: &Path, model: &Model) -> Result<(), Error> {
     write(&folder.join(NAME), model)
 }
 
-/// A model of the photographs that a camera file names, and nothing else. Photographs of one size
-/// and one focal length share a lens.
-fn begun(folder: &Path) -> Result<Model, Error> {
-    let file = folder.join("transforms.json");
+/// A model of the photographs that a camera file names, with the cameras that they have. Photographs
+/// of one size and one focal length share a lens.
+fn begun(folder: &Path, warnings: &mut Vec<String>) -> Result<Model, Error> {
+    let file = folder.join(CAMERAS);
     let value = json::read(&file)?;
     let root = Field::root(&file, &value)?;
     let mut model = Model::default();
@@ -117,7 +127,43 @@ fn begun(folder: &Path) -> Result<Model, Error> {
         });
         model.photographs.push(Photograph { name, lens, size, found: None });
     }
+    take_cameras(&mut model, &file, &value, warnings);
     Ok(model)
+}
+
+/// Photographs that have cameras stand towards each other as these say, and in metres.
+fn take_cameras(
+    model: &mut Model,
+    file: &Path,
+    value: &serde_json::Value,
+    warnings: &mut Vec<String>,
+) {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let find = |name: &str| transforms::find_below(folder, name);
+    // Without cameras nothing is lost: the photographs can be drawn on all the same.
+    let Ok(read) = transforms::interpret(file, value, Images::Optional, &find) else { return };
+    let camera = |own: &Photograph| {
+        let is_own = |frame: &&Frame| frame.name == own.name;
+        let camera = read.frames.iter().find(is_own).map(|frame| frame.camera);
+        camera.filter(|camera| (camera.width, camera.height) == own.size)
+    };
+    let cameras: Vec<_> = model.photographs.iter().map(camera).collect();
+    if cameras.iter().all(Option::is_none) {
+        return;
+    }
+    let is_simplified = |camera: &Camera| {
+        let Distortion { radial, tangential, denominator } = camera.distortion;
+        radial[2..] != [0.0; 2] || tangential != [0.0; 2] || denominator != [0.0; 3]
+    };
+    if cameras.iter().flatten().any(is_simplified) {
+        warnings.push(format!(
+            "{}: a model has k1 and k2 of a lens alone. The other terms of these cameras are left \
+             out, and lost once the model is used: undistort the photographs before.",
+            file.display()
+        ));
+    }
+    let engine = CAMERAS.to_owned();
+    model.take_found(&FoundCameras { engine, cameras, in_metres: true, ..Default::default() });
 }
 
 #[cfg(test)]

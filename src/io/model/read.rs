@@ -70,6 +70,7 @@ pub fn read(file: &Path) -> Result<Model, Error> {
     model.strokes = strokes;
     let items = list(&root, "found_points")?;
     model.found_points = Arc::new(found::points(items, model.photographs.len())?);
+    model.found_in_metres = root.get("found_in_metres").map_or(Ok(false), |own| own.truth())?;
     Ok(model)
 }
 

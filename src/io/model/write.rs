@@ -58,6 +58,9 @@ pub fn to_text(model: &Model) -> String {
         let points = model.found_points.iter().map(found::point_value);
         value["found_points"] = points.collect();
     }
+    if model.found_in_metres {
+        value["found_in_metres"] = json!(true);
+    }
     format!("{value:#}\n")
 }
 

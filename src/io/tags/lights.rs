@@ -123,7 +123,9 @@ pub(in crate::io) fn dome(
             width * height
         ));
     }
-    Ok(Dome { file, image: Arc::new(image), scale })
+    let turn = item.get("turn").map_or(Ok(0.0), |field| field.number())?;
+    let turn = turn.rem_euclid(std::f64::consts::TAU) as f32;
+    Ok(Dome { file, image: Arc::new(image), scale, turn })
 }
 
 /// A file of the folder that the JSON file is in: a tag file from elsewhere must not have others opened.

@@ -88,7 +88,11 @@ fn light_value(light: &KnownLight, capture: &Capture) -> Value {
         }
         KnownLight::Dome { dome, .. } => {
             let image = absolute(&dome.file).display().to_string();
-            json!({ "kind": "dome", "image": image, "scale": short(dome.scale) })
+            let mut value = json!({ "kind": "dome", "image": image, "scale": short(dome.scale) });
+            if dome.turn != 0.0 {
+                value["turn"] = json!(short(dome.turn));
+            }
+            value
         }
         KnownLight::Shape { emitter, emission, color, .. } => {
             let mut value = emitter_value(emitter);
@@ -158,7 +162,7 @@ mod tests {
             KnownLight::Visible { name: "lamp".into(), surfaces: vec![1] },
             KnownLight::Dome {
                 name: "sky".into(),
-                dome: Dome { file: image, image: Arc::new(sky), scale: 2.5 },
+                dome: Dome { file: image, image: Arc::new(sky), scale: 2.5, turn: 0.75 },
             },
         ];
         let values = light_values(&lights, &[], &capture());

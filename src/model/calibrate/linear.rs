@@ -94,7 +94,10 @@ pub fn place(
     let value = |expression: &Expression, scale: f64| -> DVec3 {
         expression.iter().map(|&(index, vector)| vector * (solution[index] * scale)).sum()
     };
-    let scale = system.scale(model, &solution, &|place| Some(value(&system.place(place)?, 1.0)))?;
+    let scale = match system.found.filter(|_| model.scale_is_found()) {
+        Some(first) => (solution[first] > 1e-9).then(|| 1.0 / solution[first])?,
+        None => system.scale(model, &solution, &|place| Some(value(&system.place(place)?, 1.0)))?,
+    };
     let cameras = system.cameras.iter().map(|own| Some(value(own.as_ref()?, scale) + shift));
     let found =
         system.found.map(|first| (solution[first] * scale, value(&free(first + 1), scale) + shift));

@@ -150,9 +150,10 @@ impl<'a> Search<'a> {
         }
         let points: Vec<DVec3> = self.model.found_points.iter().map(|own| own.position).collect();
         let lenses = &self.state.lenses;
-        let guess = found::guess(&poses, &points, None);
+        let scale = self.model.found_in_metres.then_some(1.0);
+        let guess = found::guess(&poses, &points, None, scale);
         let rotation = rig::rotation(self.model, lenses, &guess.rotation);
-        self.state.found = found::guess(&poses, &points, Some(rotation));
+        self.state.found = found::guess(&poses, &points, Some(rotation), scale);
         for (own, pose) in self.rotations.iter_mut().zip(poses) {
             *own = pose.map(|found| rotation * found.pose.world_from_camera);
         }

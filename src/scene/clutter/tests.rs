@@ -61,7 +61,7 @@ fn scene(has_ball: bool, highlight: f32) -> (Capture, Vec<Vec<bool>>) {
             pixels.push([print + gloss, 0.9 * print + gloss, 0.7 * print + gloss]);
         }
         let image = Some(Arc::new(Image::new(WIDTH, HEIGHT, pixels, None)));
-        photographs.push(Photograph { name: format!("{index}.exr"), camera, image });
+        photographs.push(Photograph { name: format!("{index}.exr"), camera, image, display: None });
         balls.push(ball);
     }
     let surface = Surface { name: "floor".into(), role: Role::Untagged, has_texcoords: false };

@@ -9,7 +9,7 @@ use crate::app::entry;
 use crate::app::import::{Field, ImportPage};
 use crate::app::panels::numbers::counted;
 use crate::app::panels::options::choice_row;
-use crate::io::import::{Axis, Surfaces, Unit};
+use crate::io::import::{Axis, Shot, Surfaces, Unit};
 use crate::options::OptionGroup;
 
 /// A button that asks for a path: its text, what it asks, its help.
@@ -25,7 +25,7 @@ pub fn fields_ui(ui: &mut egui::Ui, page: &mut ImportPage, actions: &mut Vec<Act
     files(ui, page, actions);
     section(ui, "Units and axes", |ui| units(ui, page));
     section(ui, "Surfaces", |ui| mesh(ui, page));
-    section(ui, "Exposure series", |ui| series(ui, page));
+    section(ui, "Radiance", |ui| series(ui, page));
     ui.add_space(8.0);
 }
 
@@ -257,6 +257,18 @@ fn series(ui: &mut egui::Ui, page: &mut ImportPage) {
             .on_disabled_hover_text(
                 "No photograph of a camera is one of several exposures by its EXIF data. Where \
                  there are no such data, give the times below.",
+            );
+    });
+    let single = page.import.as_ref().is_some_and(|own| own.shots.iter().any(Shot::is_single_code));
+    ui.add_enabled_ui(single, |ui| {
+        ui.checkbox(&mut page.as_srgb, "Take single photographs for radiance (sRGB)")
+            .on_hover_text(
+                "JPEG, PNG and TIFF photographs become radiance by the curve of sRGB, an \
+                 approximation: exposure series and RAW are better. Without it they are shown and \
+                 measure nothing (--srgb)",
+            )
+            .on_disabled_hover_text(
+                "No photograph is a JPEG, PNG or TIFF that could be taken for radiance.",
             );
     });
     row(

@@ -4,7 +4,7 @@ use eframe::egui;
 
 use crate::app::actions::Action;
 use crate::app::import::{ImportAction, ImportPage};
-use crate::io::import::NOTHING_MEASURED;
+use crate::io::import::{NOTHING_MEASURED, Shot};
 
 pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {
     ui.add_space(2.0);
@@ -44,7 +44,8 @@ pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>)
         let measured = import.shots.iter().any(|shot| shot.is_measurement);
         let found = import.shots.iter().any(|shot| shot.image.is_some());
         let merged = page.merge && !import.series.is_empty();
-        let nothing = (found && !measured && !merged).then_some(NOTHING_MEASURED);
+        let taken = page.as_srgb && import.shots.iter().any(Shot::is_single_code);
+        let nothing = (found && !measured && !merged && !taken).then_some(NOTHING_MEASURED);
         for warning in nothing.into_iter().chain(import.warnings.iter().map(String::as_str)) {
             let text = egui::RichText::new(format!("Warning: {warning}")).color(color);
             ui.add(egui::Label::new(text).wrap().selectable(true));

@@ -3,6 +3,7 @@
 mod exposures;
 mod fields;
 mod found;
+mod measure;
 mod path;
 mod photographs;
 
@@ -97,9 +98,16 @@ fn buttons(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {
             (text, ui.visuals().widgets.inactive.weak_bg_fill)
         };
         let button = egui::Button::new(text).fill(fill).min_size(egui::vec2(0.0, 26.0));
+        let is_meshless = page.import.as_ref().is_some_and(|own| own.geometry.is_none());
+        let help = if is_meshless {
+            "Write photographs and cameras into the folder, whole or not at all, and go on with the \
+             mesh: drawn on the photographs, or of another file"
+        } else {
+            "Write the capture into its folder, whole or not at all, and open it"
+        };
         let response = ui
             .add_enabled(enabled, button)
-            .on_hover_text("Write the capture into its folder, whole or not at all, and open it")
+            .on_hover_text(help)
             .on_disabled_hover_text(obstacle.unwrap_or_default());
         if response.clicked() {
             actions.push(Action::Import(ImportAction::Write { replace: false }));

@@ -7,6 +7,7 @@ use eframe::egui::{
     self, Color32, ColorImage, ComboBox, Key, Modifiers, Pos2, Rect, Sense, Stroke, pos2, vec2,
 };
 
+use super::measure;
 use crate::app::import::ImportPage;
 use crate::app::panels::numbers::counted;
 use crate::io::import::ShotCheck;
@@ -74,7 +75,14 @@ pub fn photographs_ui(ui: &mut egui::Ui, page: &mut ImportPage) {
                  imported camera puts it",
             );
         }
+        ui.toggle_value(&mut page.measuring.is_on, "Measure").on_hover_text(
+            "Measure between two places that are clicked, and set the scale by what that is in \
+             truth",
+        );
     });
+    if page.measuring.is_on {
+        measure::measure_ui(ui, page);
+    }
     let Some(check) = page.check.clone().filter(|check| check.shot == page.shot) else {
         ui.centered_and_justified(|ui| ui.weak("Reading the photograph…"));
         return;
@@ -105,7 +113,7 @@ fn draw(ui: &mut egui::Ui, page: &mut ImportPage, check: &Arc<ShotCheck>) {
     let size = vec2(camera.width as f32, camera.height as f32);
     let scale = (room.width() / size.x).min(room.height() / size.y).max(1e-3);
     let rect = Rect::from_center_size(room.center(), size * scale);
-    let response = ui.allocate_rect(rect, Sense::hover());
+    let response = ui.allocate_rect(rect, Sense::click());
     let name = "Photograph with the mesh over it";
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
     let painter = ui.painter_at(rect);
@@ -139,6 +147,7 @@ fn draw(ui: &mut egui::Ui, page: &mut ImportPage, check: &Arc<ShotCheck>) {
             ui.put(rect.shrink2(vec2(0.2, 0.4) * rect.size()), label);
         }
     }
+    measure::click(ui, page, &response, (rect, scale));
     let at = |p: glam::Vec2| rect.min + vec2(p.x, p.y) * scale;
     let line = |points: &[glam::Vec2]| points.iter().map(|p| at(*p)).collect::<Vec<Pos2>>();
     let overlays = page.overlays;
@@ -172,4 +181,5 @@ fn draw(ui: &mut egui::Ui, page: &mut ImportPage, check: &Arc<ShotCheck>) {
             }
         }
     }
+    measure::draw(&painter, page, &camera, (rect, scale));
 }

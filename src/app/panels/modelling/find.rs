@@ -79,7 +79,10 @@ pub fn find_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model, actions: &mut
         let help = "Take back where the engine placed the photograph that is looked at; lines and \
                     corners place it then";
         let by_hand = egui::Button::new("Place this one by hand").small();
-        if ui.add_enabled(shown, by_hand).on_hover_text(help).clicked() {
+        let by_hand = ui.add_enabled(shown, by_hand).on_hover_text(help);
+        let why =
+            "The photograph that is looked at stands by no engine: lines and corners place it.";
+        if by_hand.on_disabled_hover_text(why).clicked() {
             ask(actions, FindAction::Forget(Some(page.shown)));
         }
         let help = "Take back where the engine placed the photographs; strokes stay";

@@ -1,0 +1,180 @@
+//! What the window's own work takes of a frame in a large scene: 20 objects of 200,000 triangles set
+//! into a capture of 24 photographs. No test asserts a time, so this one is run by hand:
+//! `cargo nextest run --release --test studio --run-ignored only frames --no-capture`.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use eframe::egui::{self, Key, Modifiers, PointerButton};
+
+use crate::{Dropped, Window, example};
+
+const OBJECTS: usize = 20;
+const NONE: Modifiers = Modifiers::NONE;
+
+/// A ball of 200,000 triangles, as binary PLY.
+fn ball(file: &Path) {
+    const COLUMNS: u32 = 500;
+    const ROWS: u32 = 200;
+    let mut out = std::io::BufWriter::new(fs::File::create(file).unwrap());
+    write!(
+        out,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n\
+         property float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n",
+        COLUMNS * (ROWS + 1),
+        2 * COLUMNS * ROWS
+    )
+    .unwrap();
+    for row in 0..=ROWS {
+        let polar = std::f32::consts::PI * row as f32 / ROWS as f32;
+        for column in 0..COLUMNS {
+            let around = std::f32::consts::TAU * column as f32 / COLUMNS as f32;
+            let place = [polar.sin() * around.cos(), polar.sin() * around.sin(), polar.cos()];
+            place.iter().for_each(|value| out.write_all(&value.to_le_bytes()).unwrap());
+        }
+    }
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            let at = |row: u32, column: u32| (row * COLUMNS + column % COLUMNS) as i32;
+            let [a, b] = [at(row, column), at(row, column + 1)];
+            let [c, d] = [at(row + 1, column + 1), at(row + 1, column)];
+            for triangle in [[a, d, c], [a, c, b]] {
+                out.write_all(&[3]).unwrap();
+                triangle.iter().for_each(|index| out.write_all(&index.to_le_bytes()).unwrap());
+            }
+        }
+    }
+}
+
+/// The example with 24 photographs, and edits that set the objects into it.
+fn scene(folder: &Path) {
+    fs::create_dir_all(folder.join("images")).unwrap();
+    for file in ["scene.obj", "scene.mtl", "tags.json"] {
+        fs::copy(example().join(file), folder.join(file)).unwrap();
+    }
+    let text = fs::read_to_string(example().join("transforms.json")).unwrap();
+    let mut cameras: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let frames = cameras["frames"].as_array().unwrap().clone();
+    let mut all = Vec::new();
+    for index in 0..24 {
+        let from = example().join(format!("images/00{}.exr", index % 6));
+        let name = format!("images/{index:03}.exr");
+        fs::copy(from, folder.join(&name)).unwrap();
+        let mut frame = frames[index % 6].clone();
+        frame["file_path"] = name.into();
+        all.push(frame);
+    }
+    cameras["frames"] = all.into();
+    fs::write(folder.join("transforms.json"), cameras.to_string()).unwrap();
+    let objects: Vec<serde_json::Value> = (0..OBJECTS)
+        .map(|index| {
+            ball(&folder.join(format!("ball{index}.ply")));
+            let (x, y) = (0.4 + 0.6 * (index % 5) as f64, 0.5 + 0.7 * (index / 5) as f64);
+            serde_json::json!({"mesh": format!("ball{index}.ply"), "name": format!("ball {index}"),
+                "world_from_object": [[0.2, 0, 0, x], [0, 0.2, 0, y], [0, 0, 0.2, 1.0], [0, 0, 0, 1]]})
+        })
+        .collect();
+    let edits = serde_json::json!({ "objects": objects });
+    fs::write(folder.join("edits.json"), edits.to_string()).unwrap();
+}
+
+/// Runs frames and tells how long each took at most, and in the median.
+struct Timed(Vec<f64>);
+
+impl Timed {
+    fn frame(&mut self, window: &mut Window) {
+        let began = Instant::now();
+        window.harness.run_steps(1);
+        self.0.push(1e3 * began.elapsed().as_secs_f64());
+    }
+
+    fn tell(mut self, what: &str) {
+        self.0.sort_by(f64::total_cmp);
+        let (middle, most) = (self.0[self.0.len() / 2], self.0[self.0.len() - 1]);
+        println!(
+            "{what:28} {:4} frames, median {middle:6.2} ms, longest {most:6.2} ms",
+            self.0.len()
+        );
+    }
+}
+
+#[test]
+#[ignore = "tells times, by hand"]
+fn frames_of_a_large_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    scene(&folder.path().join("large"));
+    let mut window = Window::at(&folder.path().join("home"), Some(&folder.path().join("large")));
+    window.wait_for("Photographs (24)");
+    window.key(NONE, Key::F5);
+    for _ in 0..40 {
+        window.harness.run_steps(1);
+        window.harness.render().expect("a picture");
+    }
+    let edits = folder.path().join("large/edits.json");
+    window.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(edits)));
+    let mut loading = Timed(Vec::new());
+    for _ in 0..100_000 {
+        loading.frame(&mut window);
+        if window.has_part("ball 19") {
+            break;
+        }
+    }
+    loading.tell("while the objects are read");
+    for _ in 0..200 {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        window.harness.run_steps(1);
+    }
+    let view = window.node("Viewport").rect();
+    let at = |part: f32| view.lerp_inside(egui::vec2(0.3 + 0.4 * part, 0.6 - 0.2 * part));
+    let mut timed = Timed(Vec::new());
+    for step in 0..60 {
+        window.harness.hover_at(at(step as f32 / 60.0));
+        timed.frame(&mut window);
+    }
+    timed.tell("hover");
+    let mut timed = Timed(Vec::new());
+    for step in 0..20 {
+        let pos = at(step as f32 / 20.0);
+        for pressed in [true, false] {
+            let button = PointerButton::Primary;
+            window.harness.hover_at(pos);
+            window.harness.event(egui::Event::PointerButton {
+                pos,
+                button,
+                pressed,
+                modifiers: NONE,
+            });
+            timed.frame(&mut window);
+        }
+        timed.frame(&mut window);
+    }
+    timed.tell("click");
+    let name = window.labels("ball 7").first().expect("listed").clone();
+    window.click(&name);
+    for (what, modifiers) in [("drag (G)", NONE), ("drag with Ctrl (snap)", Modifiers::COMMAND)] {
+        let mut timed = Timed(Vec::new());
+        window.harness.hover_at(at(0.0));
+        window.harness.run_steps(2);
+        window.harness.key_press(Key::G);
+        timed.frame(&mut window);
+        window.harness.event(egui::Event::ModifiersChanged(modifiers));
+        for step in 0..60 {
+            window.harness.hover_at(at(step as f32 / 60.0));
+            timed.frame(&mut window);
+        }
+        window.harness.event(egui::Event::ModifiersChanged(NONE));
+        window.harness.key_press(Key::Enter);
+        timed.frame(&mut window);
+        timed.tell(what);
+    }
+    let mut timed = Timed(Vec::new());
+    for _ in 0..10 {
+        window.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        timed.frame(&mut window);
+        timed.frame(&mut window);
+    }
+    timed.tell("undo");
+}
