@@ -1,11 +1,14 @@
 # Sourced by walk.sh and model.sh, which set `walk` to their own names: a screen that nobody sees,
 # the studio on it, keys, and pictures. $1 is the theme, $2 the folder of the pictures.
 #
-# Nothing of the user's settings is read or written. LOBELIA names another program.
+# Nothing of the user's settings is read or written. LOBELIA names another program, WALK_SCREEN another
+# size of the screen (1280x720), WALK_SCALE another size of text (1).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 theme=${1:-dark}
+WALK_SCREEN=${WALK_SCREEN:-1280x720}
+WALK_SCALE=${WALK_SCALE:-1}
 out=$(mkdir -p "${2:-out/$walk-$theme}" && cd "${2:-out/$walk-$theme}" && pwd)
 program=${LOBELIA:-$PWD/target/release/lobelia}
 for tool in Xvfb xdotool import compare python3 "$program"; do
@@ -16,8 +19,8 @@ work=$(mktemp -d)
 export XDG_CONFIG_HOME=$work/config XDG_STATE_HOME=$work/state XDG_RUNTIME_DIR=$work/run DISPLAY=:${WALK_DISPLAY:-87}
 mkdir -p "$XDG_CONFIG_HOME/lobelia" "$XDG_RUNTIME_DIR"
 chmod 700 "$XDG_RUNTIME_DIR"
-echo "{\"theme\": \"$theme\"}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
-Xvfb "$DISPLAY" -screen 0 1280x720x24 >/dev/null 2>&1 &
+echo "{\"theme\": \"$theme\", \"scale\": $WALK_SCALE, \"window\": [${WALK_SCREEN/x/, }]}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
+Xvfb "$DISPLAY" -screen 0 "${WALK_SCREEN}x24" >/dev/null 2>&1 &
 server=$!
 window=
 trap 'kill $window $server 2>/dev/null || true; rm -rf "$work"' EXIT

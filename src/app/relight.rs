@@ -189,8 +189,8 @@ pub fn middle(edits: &Edits, item: Added, bounds: (Vec3, Vec3)) -> Option<Vec3> 
         Added::Light(index) => match &edits.lights.get(index)?.shape {
             Shape::Dome(_) => {
                 let (low, high) = bounds;
-                let height = high.z + 0.25 * (high - low).length();
-                Some((0.5 * (low + high)).with_z(height))
+                // On top of the scene, so that it is seen wherever that is.
+                Some((0.5 * (low + high)).with_z(high.z))
             }
             Shape::Emitter(Emitter::Sun { direction, .. }) => {
                 let (low, high) = bounds;
@@ -398,7 +398,7 @@ mod tests {
         let sky = AddedLight { name: "sky".into(), shape, emission: [1.0; 3], is_on: true };
         let edits = Edits { lights: vec![sky], ..Edits::default() };
         let (item, bounds) = (Added::Light(0), (-Vec3::ONE, Vec3::ONE));
-        assert!(middle(&edits, item, bounds).unwrap().z > 1.0);
+        assert_eq!(middle(&edits, item, bounds), Some(Vec3::Z));
         assert_eq!(moved(&edits, item, Motion::Move(Vec3::X)), edits);
         let dome = |edits: &Edits| match &edits.lights[0].shape {
             Shape::Dome(dome) => dome.clone(),

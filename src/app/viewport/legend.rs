@@ -121,8 +121,17 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
     let Some(capture) = &content.capture else { return Vec::new() };
     let mut entries = Vec::new();
     let shows_samples = settings.samples && content.samples.is_some();
-    let shows_radiance = settings.shading == Shading::Photograph
-        || view.is_looking_through().is_some()
+    // A photograph that is only displayed has no unit.
+    let is_measured = match view.is_looking_through() {
+        Some(index) => capture.photographs.get(index).is_some_and(|own| own.image.is_some()),
+        None => {
+            capture.photographs.iter().all(|own| own.display.is_none())
+                || capture.measurements().next().is_some()
+        }
+    };
+    let shows_photographs =
+        settings.shading == Shading::Photograph || view.is_looking_through().is_some();
+    let shows_radiance = shows_photographs && is_measured
         || (shows_samples && settings.sample_color == SampleColor::Radiance);
     let patch = |name: &str, color| Entry::Patch { name: name.to_owned(), color };
     let names = |capture: &Capture| -> Vec<String> {

@@ -33,7 +33,8 @@ pub fn place_at(
         Some((seen.pixel.as_dvec2().distance(pixel), place, Picked::Point))
     });
     let hit = |towards: DVec3| {
-        let (origin, direction) = (camera.position.as_vec3(), towards.as_vec3().normalize());
+        let (origin, direction) =
+            (camera.position.as_vec3(), towards.as_vec3().normalize_or_zero());
         let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         survey.caster.as_ref()?.closest(&ray).map(|hit| f64::from(hit.t))
     };
