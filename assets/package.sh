@@ -96,7 +96,7 @@ Architecture: $architecture
 Maintainer: The lobelia developers <lobelia@localhost>
 Installed-Size: $(du -sk "$root/usr" | cut -f1)
 Depends: libc6 (>= $libc), libgcc-s1
-Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-icd, libgl1-mesa-dri, libegl1, libx11-6, libx11-xcb1, libxcb1, libxcursor1, libxi6, libxrender1, libxkbcommon0, libxkbcommon-x11-0, libwayland-client0, libdbus-1-3
+Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-icd, libgl1-mesa-dri, libegl1, libx11-6, libx11-xcb1, libxcb1, libxcursor1, libxi6, libxrender1, libxkbcommon0, libxkbcommon-x11-0, libwayland-client0, libdbus-1-3, libfontconfig1
 Suggests: xdg-desktop-portal
 Section: graphics
 Priority: optional
