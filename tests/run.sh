@@ -27,8 +27,8 @@ cargo clippy --release --locked --all-targets -- -D warnings
 step "The library without the window"
 cargo check --release --locked --lib --no-default-features
 tree=$(cargo tree --locked -e normal --no-default-features --prefix none --format '{p}')
-# The first word is the name; rfd and egui also come as families (egui_extras, wgpu-core).
-if window=$(grep -E '^(egui|eframe|wgpu|winit|rfd)([-_ ]|$)' <<<"$tree"); then
+# The first word is the name; egui and wgpu also come as families (egui_extras, wgpu-core).
+if window=$(grep -E '^(egui|eframe|epaint|wgpu|winit|rfd)([-_ ]|$)' <<<"$tree"); then
     fail "these crates of the window are needed without it, too:
 $window"
 fi
