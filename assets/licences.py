@@ -73,10 +73,12 @@ if len(sys.argv) < 2:
 texts = {}
 for crate in crates:
     folder = pathlib.Path(crate["manifest_path"]).parent
-    for file in sorted(folder.iterdir()):
-        if file.is_file() and re.match(r"(?i)(licen[cs]e|copying|notice|copyright|unlicense)", file.name):
-            text = file.read_text(errors="replace").strip().replace("\r\n", "\n")
-            texts.setdefault(text, []).append(f"{crate['name']} {crate['version']}")
+    licences = [file for file in folder.iterdir() if file.is_file()
+                and re.match(r"(?i)(licen[cs]e|copying|notice|copyright|unlicense)", file.name)]
+    # Those of fonts lie beside the fonts.
+    for file in sorted(licences + list(folder.glob("fonts/*.txt"))):
+        text = file.read_text(errors="replace").strip().replace("\r\n", "\n")
+        texts.setdefault(text, []).append(f"{crate['name']} {crate['version']}")
 with open(sys.argv[1], "w") as out:
     out.write("lobelia is under the MIT licence. It is built on these crates:\n\n")
     for crate in crates:

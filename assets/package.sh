@@ -62,6 +62,8 @@ gzip -9n "$tree/share/doc/lobelia/LICENCES-of-crates.txt"
     cat LICENSE
     printf '\nThe photographs building-*.jpg in the guide are under another licence:\n\n'
     cat assets/guide/pictures/building-NOTICE.txt
+    printf '\nThe letters of charts are Ubuntu Light, under the Ubuntu Font Licence:\n\n'
+    cat assets/fonts/UFL.txt
 } >"$work/copyright"
 put "$work/copyright" share/doc/lobelia/copyright
 put CHANGELOG.md share/doc/lobelia/CHANGELOG.md
@@ -96,8 +98,8 @@ Architecture: $architecture
 Maintainer: The lobelia developers <lobelia@localhost>
 Installed-Size: $(du -sk "$root/usr" | cut -f1)
 Depends: libc6 (>= $libc), libgcc-s1
-Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-icd, libgl1-mesa-dri, libegl1, libx11-6, libx11-xcb1, libxcb1, libxcursor1, libxi6, libxrender1, libxkbcommon0, libxkbcommon-x11-0, libwayland-client0, libdbus-1-3
-Suggests: xdg-desktop-portal
+Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-icd, libgl1-mesa-dri, libegl1, libx11-6, libx11-xcb1, libxcb1, libxcursor1, libxi6, libxrender1, libxkbcommon0, libxkbcommon-x11-0, libwayland-client0, libdbus-1-3, libfontconfig1
+Suggests: xdg-desktop-portal, fonts-noto-cjk
 Section: graphics
 Priority: optional
 Description: photometric reconstruction from photographs and partial geometry

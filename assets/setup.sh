@@ -29,6 +29,7 @@ need libxcb.so.1 libxcb1
 need libwayland-client.so.0 libwayland-client0
 need libEGL.so.1 libegl1
 need libdbus-1.so.3 libdbus-1-3
+need libfontconfig.so.1 libfontconfig1
 compgen -G '/usr/share/vulkan/icd.d/*.json' >/dev/null ||
     compgen -G '/etc/vulkan/icd.d/*.json' >/dev/null ||
     window+=(mesa-vulkan-drivers libgl1-mesa-dri)

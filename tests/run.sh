@@ -27,14 +27,18 @@ cargo clippy --release --locked --all-targets -- -D warnings
 step "The library without the window"
 cargo check --release --locked --lib --no-default-features
 tree=$(cargo tree --locked -e normal --no-default-features --prefix none --format '{p}')
-# The first word is the name; rfd and egui also come as families (egui_extras, wgpu-core).
-if window=$(grep -E '^(egui|eframe|wgpu|winit|rfd)([-_ ]|$)' <<<"$tree"); then
+# The first word is the name; egui and wgpu also come as families (egui_extras, wgpu-core).
+if window=$(grep -E '^(egui|eframe|epaint|wgpu|winit|rfd)([-_ ]|$)' <<<"$tree"); then
     fail "these crates of the window are needed without it, too:
 $window"
 fi
 grep -q '^lobelia ' <<<"$tree" || fail "cargo tree does not name the program itself"
 
 step "Tests"
+# Checks that need something that is not here say so in this file.
+LOBELIA_SKIPPED=$(mktemp)
+export LOBELIA_SKIPPED
+trap 'rm -f "$LOBELIA_SKIPPED"' EXIT
 if cargo nextest --version >/dev/null 2>&1; then
     cargo nextest run --release --locked
 else
@@ -48,4 +52,8 @@ RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
 step "Benches can be built"
 cargo bench --locked --no-run
 
+if [ -s "$LOBELIA_SKIPPED" ]; then
+    step "$(wc -l <"$LOBELIA_SKIPPED") checks were skipped"
+    sort "$LOBELIA_SKIPPED"
+fi
 step "All checks passed"

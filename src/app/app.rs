@@ -8,7 +8,8 @@ use super::actions::{self, Action};
 use super::gesture::Gesture;
 use super::state::State;
 use super::{
-    Launch, commands, dialogs, dropping, entry, files, import, jobs, keeping, modelling, panels,
+    Launch, commands, dialogs, dropping, entry, file_dialog, files, import, jobs, keeping,
+    modelling, panels,
 };
 use crate::io::engines::Search;
 
@@ -57,7 +58,7 @@ impl Studio {
 }
 
 impl eframe::App for Studio {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let began = Instant::now();
         let state = &mut self.state;
         let ctx = ui.ctx().clone();
@@ -103,6 +104,7 @@ impl eframe::App for Studio {
         for action in actions.into_iter().chain(last) {
             actions::apply(state, action);
         }
+        file_dialog::open_wanted(state, frame);
         end_gesture(state);
         modelling::end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);

@@ -5,11 +5,8 @@
 //! then the window shows a field for the path instead.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
-
-use pollster::block_on;
-use rfd::AsyncFileDialog;
 
 use super::actions::{Action, Relight, Study};
 use super::files::Opening;
@@ -82,10 +79,10 @@ pub struct PathField {
 }
 
 pub(super) struct Picking {
-    asked: PathRequest,
+    pub asked: PathRequest,
     /// What was picked, and how long that took.
-    answer: Receiver<(Vec<PathBuf>, Duration)>,
-    began: Instant,
+    pub answer: Receiver<(Vec<PathBuf>, Duration)>,
+    pub began: Instant,
 }
 
 #[derive(Default)]
@@ -120,6 +117,8 @@ pub struct Dialogs {
     pub assign: bool,
     /// Tests have no dialogs of the system.
     pub own_only: bool,
+    /// A path that the system's dialog is to be asked for in this frame.
+    pub(super) wanted: Option<PathRequest>,
     pub(super) picking: Option<Picking>,
 }
 
@@ -202,7 +201,7 @@ impl PathRequest {
     }
 
     /// Whether a name for a new file is wanted.
-    fn is_new_file(self) -> bool {
+    pub(super) fn is_new_file(self) -> bool {
         matches!(self, Self::SaveAs | Self::SaveEdits | Self::SavePlot(..))
     }
 
@@ -263,64 +262,8 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
         show_field(state, asked, None);
         return;
     }
-    let start = suggestion(state, asked);
-    let mut dialog = AsyncFileDialog::new().set_title(asked.title());
-    if let Some(folder) = start.parent().filter(|folder| folder.is_dir()) {
-        dialog = dialog.set_directory(folder);
-    }
-    if matches!(asked, PathRequest::OpenProject | PathRequest::SaveAs) {
-        dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
-    }
-    let (name, kinds): (&str, &[&str]) = match asked {
-        PathRequest::AddObject => ("Mesh", &crate::io::mesh::EXTENSIONS),
-        PathRequest::AddDome | PathRequest::AddSky => ("Light from all around", &["exr", "hdr"]),
-        PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
-        PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
-        PathRequest::SavePlot(_, PlotFile::Csv) => ("Table", &["csv"]),
-        PathRequest::SavePlot(_, PlotFile::Svg) => ("Drawing", &["svg"]),
-        _ => ("", &[]),
-    };
-    if !kinds.is_empty() {
-        dialog = dialog.add_filter(name, kinds);
-    }
-    if asked.is_new_file()
-        && let Some(name) = start.file_name()
-    {
-        dialog = dialog.set_file_name(name.to_string_lossy());
-    }
-    let (sender, answer) = channel();
-    let ctx = state.ctx.clone();
-    let began = Instant::now();
-    let wait = move || {
-        let picked = match asked {
-            PathRequest::NewPhotographs => {
-                let files = block_on(dialog.pick_files()).unwrap_or_default();
-                let paths = files.iter().map(|file| file.path().to_owned()).collect();
-                let _ = sender.send((paths, began.elapsed()));
-                ctx.request_repaint();
-                return;
-            }
-            PathRequest::OpenProject
-            | PathRequest::AddObject
-            | PathRequest::AddDome
-            | PathRequest::AddSky
-            | PathRequest::LoadEdits
-            | PathRequest::Find(_)
-            | PathRequest::FindLight(_)
-            | PathRequest::ImportCameras
-            | PathRequest::ImportMesh => block_on(dialog.pick_file()),
-            _ if asked.is_new_file() => block_on(dialog.save_file()),
-            _ => block_on(dialog.pick_folder()),
-        };
-        // The window may be gone.
-        let paths = picked.iter().map(|file| file.path().to_owned()).collect();
-        let _ = sender.send((paths, began.elapsed()));
-        ctx.request_repaint();
-    };
-    match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
-        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began }),
-        Err(_) => show_field(state, asked, None),
-    }
+    // It needs the window that it stands before: the end of the frame has it.
+    state.dialogs.wanted = Some(asked);
 }
 
 /// Takes the answer of the system's dialog, once it is there.
@@ -353,13 +296,13 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     }
 }
 
-fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {
+pub(super) fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {
     let text = suggestion(state, asked).display().to_string();
     state.dialogs.path = Some(PathField { asked, text, notice, focused: false });
 }
 
 /// Where to begin looking.
-fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
+pub(super) fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
     let recent =
         || state.settings.recent.first().and_then(|path| path.parent()).map(|path| path.join(""));
     let (project, dialogs) = (state.project.as_ref(), &state.dialogs);

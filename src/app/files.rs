@@ -80,7 +80,7 @@ fn capture_folder(path: &Path) -> PathBuf {
 
 fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
     // A recovered project names its file for windows that run elsewhere.
-    let path = &path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let path = &dunce::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let read = match project::read(path) {
         Ok(read) => read,
         Err(error) => {
@@ -234,7 +234,7 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
 
 /// Puts a path in front of the recent ones.
 pub fn remember(state: &mut State, path: &Path) {
-    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let path = dunce::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     state.settings.remember(&path);
     save_settings(state);
 }
@@ -346,7 +346,7 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
     } else {
         file.with_added_extension(project::EXTENSION)
     };
-    let is_own = || file.canonicalize().ok().as_ref() == project.file.as_ref();
+    let is_own = || dunce::canonicalize(&file).ok().as_ref() == project.file.as_ref();
     if !replace && file.exists() && !is_own() {
         state.dialogs.replace = Some((PathRequest::SaveAs, file));
         return false;
@@ -365,7 +365,7 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
         state.messages.error("The project cannot be saved", error.to_string());
         return false;
     }
-    let file = file.canonicalize().unwrap_or(file);
+    let file = dunce::canonicalize(&file).unwrap_or(file);
     if let Some(project) = &mut state.project {
         project.file = Some(file.clone());
         project.results = stored.results;

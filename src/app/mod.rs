@@ -14,6 +14,7 @@ mod dialogs;
 mod dropping;
 mod edit;
 mod entry;
+mod file_dialog;
 mod files;
 mod gesture;
 mod given;
@@ -21,6 +22,7 @@ mod guide;
 mod import;
 mod jobs;
 mod keeping;
+mod keys;
 #[cfg(test)]
 mod killed;
 mod layout;

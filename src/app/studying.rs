@@ -3,6 +3,7 @@
 use super::actions::{self, Study};
 use super::change::Change;
 use super::jobs::studies::{self, Kind};
+use super::keys;
 use super::panels::numbers;
 use super::state::State;
 use crate::study::settings::Setting;
@@ -54,5 +55,6 @@ fn use_setting(state: &mut State, setting: &str) {
     });
     let change = Change::Options { name: format!("setting {setting}"), options: Box::new(options) };
     actions::change_project(state, &change);
-    state.messages.notice(format!("Run options set to \"{setting}\"{took}. Ctrl+Z takes it back."));
+    let notice = format!("Run options set to \"{setting}\"{took}. Ctrl+Z takes it back.");
+    state.messages.notice(keys::named(&state.ctx, &notice));
 }

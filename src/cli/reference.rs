@@ -169,7 +169,7 @@ fn values(declaration: &Declaration) -> String {
 fn keys() -> String {
     let mut text = format!(
         "# Keys\n\n{WRITTEN}Everything that can be done stands in the menus, and in the command palette \
-         (Ctrl+P). On macOS read ⌘ for Ctrl.\n"
+         (Ctrl+P). On macOS, press Command in place of Control.\n"
     );
     let mut menu = "";
     for entry in crate::app::entries() {

@@ -99,7 +99,7 @@ fn lay_charts(capture: &mut Capture, charts: &[ChartTag], tag_file: &Path) {
 
 /// What a capture is called: its folder's name.
 pub fn name(folder: &Path) -> String {
-    let absolute = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let absolute = dunce::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     absolute.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 

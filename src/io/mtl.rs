@@ -1,8 +1,5 @@
 //! Wavefront material libraries, as far as they matter: what the materials reflect, and whether they
-//! are shiny.
-//!
-//! The few fields are read here and not by `tobj`, which gives up on the whole library for one line
-//! it cannot parse.
+//! are shiny. A line that cannot be read costs that line, not the library.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,10 +1,8 @@
 //! Wavefront OBJ: the partial geometry.
 //!
-//! `tobj` reads the numbers. Before that the text is brought into a form in which it can do no
-//! harm (`digest`): one bad byte, a `\` at a line's end, a line element or a comment behind a
-//! face would make it refuse the file, and it forgets the name of a material that no library
-//! defines. Faces come back as polygons and are triangulated here, since a fan is wrong for a
-//! concave one.
+//! A bad byte, a `\` at a line's end, a line element or a comment behind a face do no harm, and a
+//! name that no library defines is a surface's name, too: files of many programs have such things.
+//! Faces are triangulated here, since a fan is wrong for a concave one.
 //!
 //! A polygon that is bent by more than `BENT` is numbered as one polygon a triangle, so that
 //! polygons are planar as `Mesh::polygon` promises.
@@ -12,10 +10,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2};
 
 use super::error::read_bounded;
-use super::obj_text::{Digest, Tally, broken_vertex, digest, is_usable, locate};
+use super::obj_text::{self, Corner, Face, Parsed, Tally, broken_vertex, is_usable, locate};
 use super::polygon::{self, Shape};
 use super::surfaces::SurfacesBy;
 use super::{Error, Fault};
@@ -75,22 +73,20 @@ fn parse_by(file: &Path, bytes: &[u8], by: SurfacesBy) -> Result<Geometry, Error
         )));
     }
     let text = String::from_utf8_lossy(bytes);
-    let digest = digest(&text, by);
-    if digest.face_lines.is_empty() {
-        return Err(no_faces(file, &digest));
+    let parsed = obj_text::parse(&text, by);
+    if parsed.faces.is_empty() {
+        return Err(no_faces(file, &parsed));
     }
-    if digest.beyond_reach {
+    if parsed.is_faulty {
         return Err(locate(file, &text, "a face names a vertex that is not there"));
     }
-    let models =
-        read_numbers(&digest).map_err(|failure| locate(file, &text, &failure.to_string()))?;
-    let mut geometry = Builder::new(file, &text, &digest).build(&models)?;
-    let (libraries, warnings) = read_libraries(file, &digest);
+    let mut geometry = Builder::new(file, &text, &parsed).build()?;
+    let (libraries, warnings) = read_libraries(file, &parsed);
     geometry.library_warnings = warnings;
     let own = |name: &String| libraries.get(name);
     geometry.specular =
-        digest.surfaces.iter().map(|name| own(name).is_some_and(|own| own.is_specular)).collect();
-    for name in &digest.surfaces {
+        parsed.surfaces.iter().map(|name| own(name).is_some_and(|own| own.is_specular)).collect();
+    for name in &parsed.surfaces {
         let Some(material) = own(name) else { continue };
         geometry.reflectances.extend(material.reflectance.map(|own| (name.clone(), own)));
         if material.has_image {
@@ -103,31 +99,23 @@ fn parse_by(file: &Path, bytes: &[u8], by: SurfacesBy) -> Result<Geometry, Error
     Ok(geometry)
 }
 
-fn read_numbers(digest: &Digest) -> Result<Vec<tobj::Mesh>, tobj::LoadError> {
-    let library = |_: &Path| {
-        let names = 0..digest.surfaces.len();
-        let material =
-            |index: usize| tobj::Material { name: index.to_string(), ..Default::default() };
-        Ok((
-            names.clone().map(material).collect(),
-            names.map(|index| (index.to_string(), index)).collect(),
-        ))
-    };
-    let (models, _) =
-        tobj::load_obj_buf(&mut digest.text.as_bytes(), &tobj::LoadOptions::default(), library)?;
-    Ok(models.into_iter().map(|model| model.mesh).collect())
-}
-
-/// Turns `tobj`'s polygons into the mesh.
+/// Turns faces into the mesh.
 struct Builder<'a> {
     file: &'a Path,
     text: &'a str,
-    digest: &'a Digest,
+    parsed: &'a Parsed,
     mesh: Mesh,
+    /// For each vertex of the file, the run of faces that used it last and its number in the mesh
+    /// then.
+    numbers: Vec<(u32, u32)>,
+    /// Counts runs of faces of one surface, from 1.
+    run: u32,
+    surface: u32,
     triangle_texcoords: Vec<[Vec2; 3]>,
     /// For each surface: textured polygons, all polygons.
     textured: Vec<(usize, usize)>,
     polygons: u32,
+    vertices: Vec<u32>,
     corners: Vec<DVec3>,
     triangles: Vec<[usize; 3]>,
     patience: u64,
@@ -138,15 +126,19 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(file: &'a Path, text: &'a str, digest: &'a Digest) -> Self {
+    fn new(file: &'a Path, text: &'a str, parsed: &'a Parsed) -> Self {
         Self {
             file,
             text,
-            digest,
+            parsed,
             mesh: Mesh::default(),
+            numbers: vec![(0, 0); parsed.vertices.len()],
+            run: 0,
+            surface: u32::MAX,
             triangle_texcoords: Vec::new(),
-            textured: vec![(0, 0); digest.surfaces.len()],
+            textured: vec![(0, 0); parsed.surfaces.len()],
             polygons: 0,
+            vertices: Vec::new(),
             corners: Vec::new(),
             triangles: Vec::new(),
             patience: PATIENCE,
@@ -157,43 +149,45 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn build(mut self, models: &[tobj::Mesh]) -> Result<Geometry, Error> {
-        let mut face = 0;
-        for model in models {
-            let surface = model.material_id.unwrap_or(0);
-            let base = self.mesh.positions.len();
-            self.mesh.positions.extend(model.positions.chunks_exact(3).map(Vec3::from_slice));
-            let (mut start, count) = (0, model.face_arities.len());
-            // An empty list of arities means triangles throughout.
-            let faces = if count == 0 { model.indices.len() / 3 } else { count };
-            for index in 0..faces {
-                let arity = if count == 0 { 3 } else { model.face_arities[index] as usize };
-                self.add(model, start..start + arity, base, surface, face);
-                start += arity;
-                face += 1;
+    fn build(mut self) -> Result<Geometry, Error> {
+        let parsed = self.parsed;
+        let mut start = 0;
+        for face in &parsed.faces {
+            let corners = &parsed.corners[start..face.end];
+            start = face.end;
+            if self.surface != face.surface {
+                self.surface = face.surface;
+                self.run += 1;
             }
+            self.add(face, corners);
         }
         self.finish()
     }
 
-    fn add(
-        &mut self,
-        model: &tobj::Mesh,
-        range: std::ops::Range<usize>,
-        base: usize,
-        surface: usize,
-        face: usize,
-    ) {
-        let line = self.digest.face_lines[face];
-        let vertices = &model.indices[range.clone()];
-        let position = |vertex: u32| self.mesh.positions[base + vertex as usize];
-        if vertices.iter().any(|&vertex| !is_usable(position(vertex))) {
+    /// The number of a vertex in the mesh. Surfaces share none.
+    fn number(&mut self, vertex: u32) -> u32 {
+        let (run, number) = &mut self.numbers[vertex as usize];
+        if *run != self.run {
+            (*run, *number) = (self.run, self.mesh.positions.len() as u32);
+            self.mesh.positions.push(self.parsed.vertices[vertex as usize]);
+        }
+        *number
+    }
+
+    fn add(&mut self, face: &Face, of_face: &[Corner]) {
+        let line = face.line;
+        let mut vertices = std::mem::take(&mut self.vertices);
+        vertices.clear();
+        vertices.extend(of_face.iter().map(|corner| self.number(corner.vertex)));
+        let position = |vertex: &u32| self.mesh.positions[*vertex as usize];
+        if vertices.iter().any(|vertex| !is_usable(position(vertex))) {
             self.broken.add(line);
+            self.vertices = vertices;
             return;
         }
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
-        corners.extend(vertices.iter().map(|&vertex| position(vertex).as_dvec3()));
+        corners.extend(vertices.iter().map(|vertex| position(vertex).as_dvec3()));
         let mut triangles = std::mem::take(&mut self.triangles);
         triangles.clear();
         let shape = polygon::triangulate(&corners, &mut triangles, &mut self.patience);
@@ -203,47 +197,42 @@ impl<'a> Builder<'a> {
             Shape::Sound => {}
         }
         if shape != Shape::Flat {
-            self.add_triangles(model, range, base, surface, face, &triangles);
+            self.add_triangles(face, of_face, &vertices, &triangles);
         }
         // Kept for the next face: an allocation a face takes as long as the rest.
-        (self.corners, self.triangles) = (corners, triangles);
+        (self.vertices, self.corners, self.triangles) = (vertices, corners, triangles);
     }
 
     fn add_triangles(
         &mut self,
-        model: &tobj::Mesh,
-        range: std::ops::Range<usize>,
-        base: usize,
-        surface: usize,
-        face: usize,
+        face: &Face,
+        of_face: &[Corner],
+        vertices: &[u32],
         triangles: &[[usize; 3]],
     ) {
-        let vertices = &model.indices[range.clone()];
+        let parsed = self.parsed;
         let first = self.mesh.triangles.len();
-        let mut textured = self.digest.face_textured[face] && !model.texcoord_indices.is_empty();
+        let mut textured = face.is_textured && !parsed.texcoords.is_empty();
         for triangle in triangles {
-            let vertex = |corner: usize| (base + vertices[corner] as usize) as u32;
-            self.mesh.triangles.push(triangle.map(vertex));
-            self.mesh.surface.push(surface as u32);
+            self.mesh.triangles.push(triangle.map(|corner| vertices[corner]));
+            self.mesh.surface.push(face.surface);
             self.mesh.polygon.push(self.polygons);
             let texcoords = if textured {
-                triangle.map(|corner| {
-                    let index = model.texcoord_indices[range.start + corner] as usize;
-                    Vec2::from_slice(&model.texcoords[2 * index..2 * index + 2])
-                })
+                triangle.map(|corner| parsed.texcoords[of_face[corner].texcoord as usize])
             } else {
                 [Vec2::ZERO; 3]
             };
             if texcoords.iter().any(|texcoord| !texcoord.is_finite()) {
-                self.broken_texcoords.add(self.digest.face_lines[face]);
+                self.broken_texcoords.add(face.line);
                 textured = false;
             }
             self.triangle_texcoords.push(texcoords);
         }
         self.polygons += 1;
         split_if_bent(&mut self.mesh, first, &mut self.polygons);
-        self.textured[surface].0 += usize::from(textured);
-        self.textured[surface].1 += 1;
+        let (of_texture, all) = &mut self.textured[face.surface as usize];
+        *of_texture += usize::from(textured);
+        *all += 1;
     }
 
     fn finish(mut self) -> Result<Geometry, Error> {
@@ -251,7 +240,7 @@ impl<'a> Builder<'a> {
             return Err(self.nothing_left());
         }
         let warnings = self.warnings();
-        let surfaces: Vec<Surface> = std::iter::zip(&self.digest.surfaces, &self.textured)
+        let surfaces: Vec<Surface> = std::iter::zip(&self.parsed.surfaces, &self.textured)
             .map(|(name, &(textured, all))| Surface {
                 name: name.clone(),
                 role: Role::Untagged,
@@ -313,7 +302,7 @@ impl<'a> Builder<'a> {
             }
         };
         warn(self.flat, "without area left out (the first is named).");
-        warn(self.digest.too_small, "with fewer than three corners left out (the first is named).");
+        warn(self.parsed.too_small, "with fewer than three corners left out (the first is named).");
         warn(
             self.crossed,
             "with an outline that crosses itself triangulated as a fan, which may cover too much. \
@@ -369,8 +358,8 @@ fn drop_unused_positions(mesh: &mut Mesh) {
     mesh.positions = kept;
 }
 
-fn no_faces(file: &Path, digest: &Digest) -> Error {
-    let problem = match digest.vertices {
+fn no_faces(file: &Path, parsed: &Parsed) -> Error {
+    let problem = match parsed.vertices.len() {
         0 => "there is no geometry in the file".into(),
         count => format!("the file has {count} vertices but no faces of three or more corners"),
     };
@@ -382,11 +371,11 @@ fn no_faces(file: &Path, digest: &Digest) -> Error {
 /// diffuse.
 fn read_libraries(
     file: &Path,
-    digest: &Digest,
+    parsed: &Parsed,
 ) -> (HashMap<String, mtl::LibraryMaterial>, Vec<String>) {
     let folder = file.parent().unwrap_or(Path::new(""));
     let (mut materials, mut warnings) = (HashMap::new(), Vec::new());
-    for statement in &digest.libraries {
+    for statement in &parsed.libraries {
         // One name with spaces, or several names: only the folder can tell.
         let whole = inside::join(folder, statement).filter(|whole| whole.is_file());
         let names: Vec<&str> = match whole {

@@ -1,10 +1,9 @@
-//! The text of an OBJ file: brought into a form that `tobj` reads safely, and searched for the
-//! line of a fault, which `tobj` does not tell.
+//! The text of an OBJ file: its numbers, faces and names, and the line of a fault.
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::mtl::split_keyword;
 use super::surfaces::SurfacesBy;
@@ -13,24 +12,48 @@ use super::{Error, Fault};
 /// Coordinates beyond this, in metres, are as broken as NaN: their products overflow.
 const FARTHEST: f32 = 1e9;
 
-/// An OBJ text in the form that `tobj` reads safely, and what it would have lost.
+/// What an OBJ text says.
 #[derive(Default)]
-pub(super) struct Digest {
-    pub(super) text: String,
-    /// Names of the surfaces; the text says `usemtl` and the index.
+pub(super) struct Parsed {
+    /// NaN where the text has no number.
+    pub(super) vertices: Vec<Vec3>,
+    pub(super) texcoords: Vec<Vec2>,
+    /// Names of the surfaces.
     pub(super) surfaces: Vec<String>,
-    /// Line of each face in the original file, counted from 1.
-    pub(super) face_lines: Vec<u32>,
-    /// Whether each face has texture coordinates at every corner.
-    pub(super) face_textured: Vec<bool>,
+    /// Those of three or more corners.
+    pub(super) faces: Vec<Face>,
+    /// Corners of all faces, one after the other.
+    pub(super) corners: Vec<Corner>,
     pub(super) libraries: Vec<String>,
-    pub(super) vertices: usize,
-    /// Whether a face names a vertex before the first, or one with a number of more digits than
-    /// any file has vertices: `tobj` multiplies such numbers, and they overflow.
-    pub(super) beyond_reach: bool,
+    /// Whether a face names a vertex or texture coordinate that is not there, or has a corner that
+    /// is no number.
+    pub(super) is_faulty: bool,
     /// Faces of one or two corners, and the line of the first.
     pub(super) too_small: Tally,
 }
+
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    /// Counted from 1.
+    pub(super) line: u32,
+    pub(super) surface: u32,
+    /// The end of its corners, which begin where those of the face before end.
+    pub(super) end: usize,
+    /// Whether there are texture coordinates at every corner.
+    pub(super) is_textured: bool,
+}
+
+/// A corner of a face, by positions in the lists.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Corner {
+    pub(super) vertex: u32,
+    /// [`NO_TEXCOORD`] where it has none.
+    pub(super) texcoord: u32,
+}
+
+pub(super) const NO_TEXCOORD: u32 = u32::MAX;
+/// A position that no list reaches: texts have fewer bytes.
+const BEYOND: u32 = u32::MAX - 1;
 
 /// How many, and the line of the first.
 #[derive(Clone, Copy, Default)]
@@ -53,56 +76,38 @@ impl Tally {
     }
 }
 
-pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
-    let mut digest = Digest { text: String::with_capacity(text.len()), ..Default::default() };
-    // The library is ours: it names every surface by its index.
-    digest.text += "mtllib surfaces\n";
-    let mut known: HashMap<String, usize> = HashMap::new();
+/// Reads a text. Faces may name what comes after them.
+pub(super) fn parse(text: &str, by: SurfacesBy) -> Parsed {
+    let mut parsed = Parsed::default();
+    let mut known: HashMap<String, u32> = HashMap::new();
     let (mut material, mut group, mut object) = (String::new(), String::new(), String::new());
     // Of groups and objects the one that the text named last.
     let mut last = String::new();
-    // The surface that the next face belongs to, and the one the text last named.
-    let (mut current, mut written): (Option<usize>, Option<usize>) = (None, None);
-    let (mut texcoords, mut texcoord_beyond_reach) = (0, false);
+    // The surface that the next face belongs to.
+    let mut current: Option<u32> = None;
     for_each_line(text, |number, line| {
         let (keyword, rest) = split_keyword(line);
         match keyword {
-            "v" | "vt" => {
-                digest.text += keyword;
-                // A fourth number is a weight and more are a colour, of no meaning here. What is
-                // no number becomes NaN, which matters only if a face uses it.
-                let wanted = if keyword == "v" { 3 } else { 2 };
-                let mut values = rest.split('#').next().unwrap_or("").split_ascii_whitespace();
-                for index in 0..wanted {
-                    let word = values.next().unwrap_or(if index == 1 && wanted == 2 {
-                        "0"
-                    } else {
-                        "nan"
-                    });
-                    digest.text.push(' ');
-                    digest.text += if word.parse::<f32>().is_ok() { word } else { "nan" };
-                }
-                digest.text.push('\n');
-                *(if keyword == "v" { &mut digest.vertices } else { &mut texcoords }) += 1;
-            }
+            "v" => parsed.vertices.push(Vec3::from_array(numbers(rest, [f32::NAN; 3]))),
+            "vt" => parsed.texcoords.push(Vec2::from_array(numbers(rest, [f32::NAN, 0.0]))),
             "f" => {
-                let corners = rest.split('#').next().unwrap_or("");
-                let (mut count, mut textured, mut beyond_reach) = (0, true, [false; 2]);
-                for word in corners.split_ascii_whitespace() {
-                    count += 1;
-                    let mut parts = word.split('/');
-                    let vertex = parts.next().unwrap_or("");
-                    beyond_reach[0] |= is_beyond_reach(vertex, digest.vertices);
-                    let texcoord = parts.next().unwrap_or("");
-                    beyond_reach[1] |= is_beyond_reach(texcoord, texcoords);
-                    textured &= !texcoord.is_empty() && texcoord != "0";
+                let corners = without_comment(rest).split_ascii_whitespace();
+                let start = parsed.corners.len();
+                let (mut is_textured, mut is_faulty) = (true, false);
+                for word in corners {
+                    let corner = corner(word, parsed.vertices.len(), parsed.texcoords.len());
+                    is_faulty |= corner.is_none();
+                    is_textured &= corner.is_some_and(|own| own.texcoord != NO_TEXCOORD);
+                    parsed
+                        .corners
+                        .push(corner.unwrap_or(Corner { vertex: BEYOND, texcoord: NO_TEXCOORD }));
                 }
-                if count < 3 {
-                    digest.too_small.add(number);
+                if parsed.corners.len() - start < 3 {
+                    parsed.corners.truncate(start);
+                    parsed.too_small.add(number);
                     return;
                 }
-                digest.beyond_reach |= beyond_reach[0];
-                texcoord_beyond_reach |= beyond_reach[1];
+                parsed.is_faulty |= is_faulty;
                 let surface = *current.get_or_insert_with(|| {
                     let names = match by {
                         SurfacesBy::Materials => [&material, &last, &last],
@@ -116,19 +121,12 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
                         .find(|name| !name.is_empty())
                         .unwrap_or_default();
                     *known.entry(name.to_owned()).or_insert_with(|| {
-                        digest.surfaces.push(name.to_owned());
-                        digest.surfaces.len() - 1
+                        parsed.surfaces.push(name.to_owned());
+                        parsed.surfaces.len() as u32 - 1
                     })
                 });
-                if written != Some(surface) {
-                    digest.text += &format!("usemtl {surface}\n");
-                    written = Some(surface);
-                }
-                digest.text += "f ";
-                digest.text += corners;
-                digest.text.push('\n');
-                digest.face_lines.push(number);
-                digest.face_textured.push(textured);
+                let end = parsed.corners.len();
+                parsed.faces.push(Face { line: number, surface, end, is_textured });
             }
             "usemtl" => {
                 material = rest.to_owned();
@@ -139,21 +137,51 @@ pub(super) fn digest(text: &str, by: SurfacesBy) -> Digest {
                 *(if keyword == "o" { &mut object } else { &mut group }) = last.clone();
                 current = None;
             }
-            "mtllib" => digest.libraries.push(rest.to_owned()),
+            "mtllib" => parsed.libraries.push(rest.to_owned()),
             _ => {}
         }
     });
-    // Without any they are not looked at.
-    digest.beyond_reach |= texcoord_beyond_reach && texcoords > 0;
-    digest
+    let (vertices, texcoords) = (parsed.vertices.len(), parsed.texcoords.len());
+    let is_wrong = |own: &Corner| {
+        // Without any texture coordinates, indices of them are not looked at.
+        let is_texcoord = texcoords > 0 && own.texcoord != NO_TEXCOORD;
+        own.vertex as usize >= vertices || (is_texcoord && own.texcoord as usize >= texcoords)
+    };
+    parsed.is_faulty |= parsed.corners.iter().any(is_wrong);
+    parsed
 }
 
-/// Whether an index of a face leads before the first of the vertices, or has too many digits.
-fn is_beyond_reach(part: &str, vertices_before: usize) -> bool {
-    const DIGITS: usize = 11;
-    part.len() > DIGITS
-        || (part.starts_with('-')
-            && part.parse::<i64>().is_ok_and(|index| vertices_before as i64 + index < 0))
+fn without_comment(rest: &str) -> &str {
+    rest.split('#').next().unwrap_or("")
+}
+
+/// The first numbers of a line, each as in `missing` where it has fewer, and NaN for what is no
+/// number. A fourth number is a weight and more are a colour, of no meaning here.
+fn numbers<const COUNT: usize>(rest: &str, missing: [f32; COUNT]) -> [f32; COUNT] {
+    let mut words = without_comment(rest).split_ascii_whitespace();
+    missing.map(|missing| words.next().map_or(missing, |word| word.parse().unwrap_or(f32::NAN)))
+}
+
+/// A corner `v`, `v/vt`, `v//vn` or `v/vt/vn` of a face behind so many vertices and texture
+/// coordinates; `None` where it is no number.
+fn corner(word: &str, vertices: usize, texcoords: usize) -> Option<Corner> {
+    let mut parts = word.split('/');
+    let mut index = |before: usize| match parts.next().unwrap_or("") {
+        "" => Some(NO_TEXCOORD),
+        part => {
+            let index: i64 = part.parse().ok()?;
+            if index == 0 {
+                return Some(NO_TEXCOORD);
+            }
+            let start = if index < 0 { before as i64 } else { -1 };
+            let place = start.checked_add(index).and_then(|place| u32::try_from(place).ok());
+            Some(place.map_or(BEYOND, |place| place.min(BEYOND)))
+        }
+    };
+    let (vertex, texcoord) = (index(vertices)?, index(texcoords)?);
+    // Normals are not used, but have to be some.
+    index(0)?;
+    parts.all(str::is_empty).then_some(Corner { vertex, texcoord })
 }
 
 /// Calls `visit` with every line and its number; lines that end in `\` are joined with the next.
@@ -225,7 +253,7 @@ fn vertex_index(word: &str) -> Result<i64, std::num::ParseIntError> {
     word.split('/').next().unwrap_or("").parse()
 }
 
-/// Finds what `tobj` refused, which does not say where.
+/// Finds the first wrong corner of a face, and says where and why.
 pub(super) fn locate(file: &Path, text: &str, reason: &str) -> Error {
     let (mut counts, mut found) = ([0_i64; 2], None);
     let mut totals = [0_i64; 2];

@@ -5,7 +5,9 @@ use std::path::{Component, Path, PathBuf};
 /// A path from the root, whether it exists or not.
 pub(super) fn absolute(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
+    dunce::canonicalize(path)
+        .or_else(|_| std::path::absolute(path))
+        .unwrap_or_else(|_| path.to_owned())
 }
 
 /// A path without `.` and, where they can be resolved by name, without `..`.

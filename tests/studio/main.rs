@@ -25,6 +25,9 @@ mod tagging; // materials, undo and redo
 mod tones; // tone mapping in the 3D view
 mod viewport; // the 3D view: what is drawn and named
 
+#[path = "../shared/skip.rs"]
+mod skip;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

@@ -4,7 +4,7 @@
 //! of colours along edges. Tolerance: a pixel may differ by 0.6 (squared distance in YIQ, weighed as
 //! egui_kittest does), and 60 of the 600,000 pixels of a window by more: the shortest word of a
 //! label is more than that. Other renderers smooth edges otherwise; with them these tests are skipped, which
-//! they print. `UPDATE_SNAPSHOTS=1 cargo nextest run --release --test studio pictures` renews the
+//! `tests/run.sh` counts. `UPDATE_SNAPSHOTS=1 cargo nextest run --release --test studio pictures` renews the
 //! pictures; look at them before they are committed.
 
 use std::panic;
@@ -15,6 +15,7 @@ use eframe::{egui, egui_wgpu, wgpu};
 use egui_kittest::{SnapshotOptions, try_image_snapshot_options};
 use image::{Rgba, RgbaImage};
 
+use crate::skip::skip;
 use crate::viewport::{picture, whole, window};
 use crate::{Window, example};
 
@@ -38,11 +39,12 @@ fn is_comparable() -> bool {
     match render {
         Ok(info) if info.name.contains("llvmpipe") && info.backend == wgpu::Backend::Vulkan => true,
         Ok(info) => {
-            println!("skipped: pictures are compared as lavapipe draws them, not {}", info.name);
+            let name = info.name;
+            skip(&format!("pictures are compared as lavapipe draws them, not {name}"));
             false
         }
         Err(_) => {
-            println!("skipped: there is no graphics adapter; install mesa-vulkan-drivers");
+            skip("there is no graphics adapter; install mesa-vulkan-drivers");
             false
         }
     }

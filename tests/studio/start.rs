@@ -184,3 +184,26 @@ fn a_report_tells_what_was_used_and_what_happened() {
     window.click("Close");
     assert!(!window.has_part("Graphics adapter: "));
 }
+
+#[test]
+fn on_macos_texts_name_the_command_key() {
+    // The fonts of the tests have no ⌘.
+    let mut window = Window::new();
+    window.harness.ctx.set_os(egui::os::OperatingSystem::Mac);
+    window.step();
+    window.node("Open capture…").hover();
+    window.wait("the help of the button", |window| window.has_part("photographs (Cmd+O)"));
+    window.click("Open example");
+    window.wait_for("Photographs (6)");
+    // The one that says what comes next.
+    window.click("Reconstruct");
+    window.wait_for("Next: run (Cmd+R)");
+    // A page of the guide that names keys, and the list of keys.
+    window.menu("Help", "Guide");
+    window.click("Keys");
+    window.wait("the page on keys", |window| window.has_part("in place of Control"));
+    assert!(window.has_part("Cmd+Shift+O"));
+    window.menu("Help", "Keyboard shortcuts");
+    window.wait_for("Snap to surfaces");
+    assert_eq!(window.labels("Ctrl"), [] as [String; 0]);
+}

@@ -134,7 +134,7 @@ fn a_study_of_stability_reports_in_words_and_charts() {
 #[test]
 fn the_template_of_a_farm_runs() {
     let Some(python) = std::env::var_os("LOBELIA_PYTHON") else {
-        println!("skipped: LOBELIA_PYTHON names no Python with openjd-cli");
+        crate::skip::skip("LOBELIA_PYTHON names no Python with openjd-cli");
         return;
     };
     let openjd = |arguments: &[&str]| {
@@ -149,7 +149,7 @@ fn the_template_of_a_farm_runs() {
     if !openjd(&["check"]).status.success() {
         let found = Command::new(&python).args(["-c", "import openjd.cli"]).status().unwrap();
         assert!(!found.success(), "the template is refused");
-        println!("skipped: this Python has no openjd-cli");
+        crate::skip::skip("this Python has no openjd-cli");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -6,3 +6,6 @@ mod captures;
 mod commands;
 mod degradations;
 mod flip;
+
+#[path = "../shared/skip.rs"]
+mod skip;

@@ -4,6 +4,7 @@ use eframe::egui::{self, Button, RichText, TextStyle};
 
 use super::numbers::left;
 use crate::app::guide::{Block, GuideView, Page, Span, linked, pages, plain};
+use crate::app::keys;
 use crate::app::state::State;
 
 pub fn guide_ui(ctx: &egui::Context, state: &mut State) {
@@ -181,7 +182,7 @@ fn spans_ui(ui: &mut egui::Ui, spans: &[Span]) -> Option<usize> {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 0.0;
         for span in spans {
-            let mut text = RichText::new(span.text.as_str());
+            let mut text = RichText::new(keys::named(ui.ctx(), &span.text));
             if span.is_strong {
                 text = text.strong();
             }

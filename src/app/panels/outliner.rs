@@ -9,6 +9,7 @@ use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
 use crate::app::change::Change;
 use crate::app::derived::kind_name;
+use crate::app::keys;
 use crate::app::layout::Pane;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
@@ -166,7 +167,7 @@ fn surfaces(
                 let help = format!(
                     "{tag}. Drag onto a material, or press M. Shift or Ctrl selects several."
                 );
-                let response = response.on_hover_text(help);
+                let response = response.on_hover_text(keys::named(ui.ctx(), &help));
                 if response.clicked() {
                     let modifiers = ui.input(|input| input.modifiers);
                     actions.push(Action::Select(if modifiers.shift {

@@ -10,6 +10,7 @@ use crate::app::actions::Action;
 use crate::app::change::Change;
 use crate::app::commands;
 use crate::app::dialogs::{PathField, PathRequest};
+use crate::app::keys::named;
 use crate::app::leaving::{AfterPrompt, UnsavedWork};
 use crate::app::state::State;
 
@@ -340,7 +341,7 @@ fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
                             })
                             .collect();
                         let view = commands::IN_VIEW;
-                        keys.extend(view.map(|(key, name, _)| (key.to_owned(), name)));
+                        keys.extend(view.map(|(key, name, _)| (named(ctx, key), name)));
                         for pair in keys.chunks(2) {
                             for (key, name) in pair {
                                 ui.monospace(key.as_str());

@@ -13,6 +13,7 @@ use crate::app::change::Change;
 use crate::app::dialogs::PathRequest;
 use crate::app::entry::{self, Unit};
 use crate::app::jobs::Jobs;
+use crate::app::keys;
 use crate::app::project::Project;
 use crate::app::relight::{Added, NewLight};
 use crate::app::solo::{Alone, Solo, is_alone, toggled};
@@ -68,6 +69,7 @@ pub fn relight_ui(
     ui.horizontal_wrapped(|ui| {
         ui.weak("Handles");
         for (kind, name, help) in GizmoMode::ALL {
+            let help = keys::named(ui.ctx(), help);
             ui.selectable_value(mode, kind, name).on_hover_text(help);
         }
     });

@@ -10,6 +10,7 @@ use super::options::{is_used, option_ui, section_title};
 use crate::app::actions::Action;
 use crate::app::change::Change;
 use crate::app::edit::Edit;
+use crate::app::keys;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::options::Declaration;
@@ -163,7 +164,7 @@ pub fn run_button(
             None => ui.add(button),
         })
         .inner
-        .on_hover_text(help)
+        .on_hover_text(keys::named(ui.ctx(), help))
         .on_disabled_hover_text(obstacle.unwrap_or_default());
     if response.clicked() {
         actions.push(action);
@@ -275,9 +276,10 @@ fn next(
         if kept.contains(&true) {
             let obstacle = project.obstacle();
             let button = egui::Button::new("Run afresh").small();
+            let help = "Do every stage anew and take nothing over (Ctrl+Shift+R)";
             let response = ui
                 .add_enabled(obstacle.is_none(), button)
-                .on_hover_text("Do every stage anew and take nothing over (Ctrl+Shift+R)")
+                .on_hover_text(keys::named(ui.ctx(), help))
                 .on_disabled_hover_text(obstacle.unwrap_or_default());
             if response.clicked() {
                 actions.push(Action::RunAfresh);

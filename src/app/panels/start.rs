@@ -7,6 +7,7 @@ use super::numbers::named;
 use crate::app::actions::Action;
 use crate::app::dialogs::PathRequest;
 use crate::app::import::ImportAction;
+use crate::app::keys;
 use crate::app::modelling::begin::NewAction;
 use crate::app::state::State;
 use crate::io::project;
@@ -50,7 +51,7 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         let size = egui::vec2(0.0, 30.0);
         let mut choice = |text: &str, help: &str, action: Action| {
             let button = egui::Button::new(text).min_size(size);
-            if ui.add(button).on_hover_text(help).clicked() {
+            if ui.add(button).on_hover_text(keys::named(ui.ctx(), help)).clicked() {
                 actions.push(action);
             }
         };

@@ -5,6 +5,7 @@ use eframe::egui;
 use super::numbers::{count, counted, duration, rgb, short as short_number};
 use super::run::progress_ui;
 use crate::app::actions::Action;
+use crate::app::keys;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::scene_export::ExportAction;
@@ -79,7 +80,7 @@ fn next_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
         return;
     }
     ui.add_space(gap.max(0.0));
-    let button = egui::Button::new(text).small();
+    let button = egui::Button::new(keys::named(ui.ctx(), text)).small();
     if ui.add(button).on_hover_text("What comes next").clicked() {
         actions.push(action);
     }

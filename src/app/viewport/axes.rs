@@ -3,6 +3,7 @@
 use eframe::egui::{self, Align2, Color32, FontId, Id, Rect, Sense, Stroke, Ui, vec2};
 use glam::Vec3;
 
+use crate::app::keys;
 use crate::app::viewport::camera::Side;
 use crate::app::viewport::projection::Projection;
 
@@ -37,6 +38,7 @@ pub fn show(ui: &Ui, rect: Rect, projection: &Projection) -> Option<Side> {
     painter.circle_filled(center, RADIUS + KNOB + 2.0, backdrop);
     let mut clicked = None;
     for (_, place, color, letter, side, help) in ends {
+        let help = &keys::named(ui.ctx(), help);
         let knob = Rect::from_center_size(place, vec2(2.0 * KNOB, 2.0 * KNOB));
         let response = ui.interact(knob, Id::unique(("axis", help)), Sense::click());
         response

@@ -1,11 +1,11 @@
-//! The letters of drawings: Ubuntu Light, which the window has, too.
+//! The letters of drawings: Ubuntu Light, as in the window. Its licence is beside it.
 
 use std::sync::LazyLock;
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 static FACE: LazyLock<Option<Face<'static>>> =
-    LazyLock::new(|| Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).ok());
+    LazyLock::new(|| Face::parse(include_bytes!("../../../assets/fonts/Ubuntu-Light.ttf"), 0).ok());
 
 fn glyphs(face: &Face<'static>, text: &str) -> Vec<(GlyphId, f32)> {
     let em = f32::from(face.units_per_em());

@@ -59,6 +59,12 @@ pub(super) fn run(
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    // Of the window it would open a console of its own.
+    #[cfg(windows)]
+    std::os::windows::process::CommandExt::creation_flags(
+        &mut command,
+        windows_sys::Win32::System::Threading::CREATE_NO_WINDOW,
+    );
     let wrong = |problem: String, remedy: &str| {
         Error::Invalid(Fault::new(Path::new(engine.name()), "", problem, remedy))
     };

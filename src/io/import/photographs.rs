@@ -64,7 +64,7 @@ impl Photographs {
         visited: &mut HashSet<PathBuf>,
     ) {
         // Links may lead in circles.
-        let real = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+        let real = dunce::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
         if parts.len() > deepest || !visited.insert(real) {
             return;
         }

@@ -227,7 +227,7 @@ fn bring(image: &Path, to: &Path, copying: Copying) -> Result<(), Error> {
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
     // A link to a link would point nowhere once it is moved.
-    let real = image.canonicalize();
+    let real = dunce::canonicalize(image);
     let real = real.map_err(|source| Error::Read { file: image.to_owned(), source })?;
     if copying == Copying::Link && std::fs::hard_link(&real, to).is_ok() {
         return Ok(());

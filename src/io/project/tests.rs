@@ -35,7 +35,7 @@ fn project(folder: &Path) -> ProjectFile {
 #[test]
 fn a_project_comes_back_and_names_its_capture_relatively() {
     let folder = tempfile::tempdir().unwrap();
-    let root = folder.path().canonicalize().unwrap();
+    let root = dunce::canonicalize(folder.path()).unwrap();
     std::fs::create_dir_all(root.join("captures/room")).unwrap();
     let file = root.join("work/a.lobelia");
     std::fs::create_dir_all(root.join("work")).unwrap();

@@ -19,6 +19,7 @@ use std::sync::Arc;
 use eframe::egui;
 
 use crate::app::actions::Action;
+use crate::app::keys;
 use crate::app::modelling::tool::Selected;
 use crate::app::modelling::{ModelAction, ModelPage};
 use crate::app::theme;
@@ -38,7 +39,7 @@ pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Actio
                     ui.add_space(6.0);
                     ui.colored_label(ui.visuals().error_fg_color, problem);
                     ui.add_space(6.0);
-                    let help = "Go back; nothing is changed (Ctrl+W)";
+                    let help = keys::named(ui.ctx(), "Go back; nothing is changed (Ctrl+W)");
                     if ui.button("Close").on_hover_text(help).clicked() {
                         actions.push(Action::Close);
                     }
@@ -54,6 +55,7 @@ pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Actio
         egui::CentralPanel::default_margins().show(ui, |ui| {
             let text = "This capture names no photograph. Begin anew with New from photographs \
                         (Ctrl+N).";
+            let text = keys::named(ui.ctx(), text);
             ui.centered_and_justified(|ui| ui.weak(text));
         });
         return;
@@ -139,13 +141,15 @@ fn use_ui(ui: &mut egui::Ui, page: &ModelPage, actions: &mut Vec<Action>) {
     };
     let size = egui::vec2(ui.available_width(), 28.0);
     let button = egui::Button::new(text).fill(fill);
+    let help = keys::named(
+        ui.ctx(),
+        "Write scene.obj and the cameras into the capture and go on with tagging. Tags stay \
+         with the surfaces of their names (Ctrl+M).",
+    );
     let response = ui
         .add_enabled_ui(enabled, |ui| ui.add_sized(size, button))
         .inner
-        .on_hover_text(
-            "Write scene.obj and the cameras into the capture and go on with tagging. Tags stay \
-             with the surfaces of their names (Ctrl+M).",
-        )
+        .on_hover_text(help)
         .on_disabled_hover_text(obstacle.unwrap_or_default());
     if response.clicked() {
         actions.push(Action::Model(ModelAction::Use));

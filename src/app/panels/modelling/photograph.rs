@@ -4,6 +4,7 @@ use eframe::egui::{self, DragValue};
 
 use super::Proposal;
 use crate::app::entry::{self, Unit};
+use crate::app::keys;
 use crate::app::modelling::{ModelPage, Placement};
 use crate::app::panels::numbers::cut;
 use crate::model::Model;
@@ -15,10 +16,12 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
             if ui.small_button("Fit").on_hover_text("Show the whole photograph (Home)").clicked() {
                 page.placement = Placement::default();
             }
-            ui.toggle_value(&mut page.snaps, "Snap").on_hover_text(
+            let help = keys::named(
+                ui.ctx(),
                 "Lines come to lie on the edge of the photograph that is nearest (S). Hold Ctrl to \
                  draw one as the hand does.",
             );
+            ui.toggle_value(&mut page.snaps, "Snap").on_hover_text(help);
             let overlays = &mut page.overlays;
             if !model.found_points.is_empty() {
                 ui.toggle_value(&mut overlays.points, "Points")

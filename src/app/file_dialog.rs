@@ -1,0 +1,76 @@
+//! The file dialogs of the system, in front of the window that asks.
+
+use std::sync::mpsc::channel;
+use std::time::Instant;
+
+use eframe::Frame;
+use pollster::block_on;
+use rfd::AsyncFileDialog;
+
+use super::dialogs::{PathRequest, Picking, show_field, suggestion};
+use super::plots::PlotFile;
+use super::state::State;
+use crate::io::project::EXTENSION;
+
+/// Opens the dialog that was asked for in this frame, on a thread of its own.
+pub fn open_wanted(state: &mut State, window: &Frame) {
+    let Some(asked) = state.dialogs.wanted.take() else { return };
+    let start = suggestion(state, asked);
+    let mut dialog = AsyncFileDialog::new().set_title(asked.title()).set_parent(window);
+    if let Some(folder) = start.parent().filter(|folder| folder.is_dir()) {
+        dialog = dialog.set_directory(folder);
+    }
+    if matches!(asked, PathRequest::OpenProject | PathRequest::SaveAs) {
+        dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
+    }
+    let (name, kinds): (&str, &[&str]) = match asked {
+        PathRequest::AddObject => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::AddDome | PathRequest::AddSky => ("Light from all around", &["exr", "hdr"]),
+        PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
+        PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
+        PathRequest::SavePlot(_, PlotFile::Csv) => ("Table", &["csv"]),
+        PathRequest::SavePlot(_, PlotFile::Svg) => ("Drawing", &["svg"]),
+        _ => ("", &[]),
+    };
+    if !kinds.is_empty() {
+        dialog = dialog.add_filter(name, kinds);
+    }
+    if asked.is_new_file()
+        && let Some(name) = start.file_name()
+    {
+        dialog = dialog.set_file_name(name.to_string_lossy());
+    }
+    let (sender, answer) = channel();
+    let ctx = state.ctx.clone();
+    let began = Instant::now();
+    let wait = move || {
+        let picked = match asked {
+            PathRequest::NewPhotographs => {
+                let files = block_on(dialog.pick_files()).unwrap_or_default();
+                let paths = files.iter().map(|file| file.path().to_owned()).collect();
+                let _ = sender.send((paths, began.elapsed()));
+                ctx.request_repaint();
+                return;
+            }
+            PathRequest::OpenProject
+            | PathRequest::AddObject
+            | PathRequest::AddDome
+            | PathRequest::AddSky
+            | PathRequest::LoadEdits
+            | PathRequest::Find(_)
+            | PathRequest::FindLight(_)
+            | PathRequest::ImportCameras
+            | PathRequest::ImportMesh => block_on(dialog.pick_file()),
+            _ if asked.is_new_file() => block_on(dialog.save_file()),
+            _ => block_on(dialog.pick_folder()),
+        };
+        // The window may be gone.
+        let paths = picked.iter().map(|file| file.path().to_owned()).collect();
+        let _ = sender.send((paths, began.elapsed()));
+        ctx.request_repaint();
+    };
+    match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
+        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began }),
+        Err(_) => show_field(state, asked, None),
+    }
+}

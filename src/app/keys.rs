@@ -1,0 +1,14 @@
+//! Names of keys in texts, as they are on the keyboards of this system.
+
+use eframe::egui;
+
+/// A text that names keys as Linux and Windows do; on macOS Ctrl is ⌘ (or Cmd, where no font has
+/// that), except in a terminal's Ctrl-C.
+pub fn named(ctx: &egui::Context, text: &str) -> String {
+    if ctx.os().is_mac() {
+        let key = ctx.format_modifiers(egui::Modifiers::COMMAND);
+        text.replace("Ctrl-C", "Control-C").replace("Ctrl", &key)
+    } else {
+        text.to_owned()
+    }
+}
