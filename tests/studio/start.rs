@@ -198,11 +198,6 @@ fn on_macos_texts_name_the_command_key() {
     // The one that says what comes next.
     window.click("Reconstruct");
     window.wait_for("Next: run (Cmd+R)");
-    // A page of the guide that names keys, and the list of keys.
-    window.menu("Help", "Guide");
-    window.click("Keys");
-    window.wait("the page on keys", |window| window.has_part("in place of Control"));
-    assert!(window.has_part("Cmd+Shift+O"));
     window.menu("Help", "Keyboard shortcuts");
     window.wait_for("Snap to surfaces");
     assert_eq!(window.labels("Ctrl"), [] as [String; 0]);
