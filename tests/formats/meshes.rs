@@ -1,5 +1,8 @@
 //! Wavefront OBJ.
 
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
 use lobelia::io::obj::{self, Geometry};
 
 use crate::{data, folder, message, put};
@@ -14,6 +17,40 @@ fn area(geometry: &Geometry) -> f32 {
 }
 
 const SQUARE: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n";
+
+/// Area, and the vector area, which is the same however a polygon is cut.
+fn areas(triangles: impl Iterator<Item = [Vec3; 3]>) -> (f64, DVec3) {
+    let halves = triangles.map(|triangle| {
+        let [a, b, c] = triangle.map(Vec3::as_dvec3);
+        0.5 * (b - a).cross(c - a)
+    });
+    halves.fold((0.0, DVec3::ZERO), |(area, sum), half| (area + half.length(), sum + half))
+}
+
+#[test]
+fn another_reader_sees_the_same_surfaces() {
+    let names = ["tobj_cornell_box", "cube-vertexcol", "usemtl-issue-104"];
+    let mut files = names.map(|name| data(&format!("formats/obj/{name}.obj"))).to_vec();
+    files.push(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/examples/corner/scene.obj"));
+    for file in files {
+        let mesh = obj::load(&file).unwrap().mesh;
+        let own = areas((0..mesh.triangles.len()).map(|triangle| mesh.corners(triangle)));
+        let (models, _) = tobj::load_obj(&file, &tobj::GPU_LOAD_OPTIONS).unwrap();
+        let triangles = models.iter().flat_map(|model| {
+            let corner =
+                |&index: &u32| Vec3::from_slice(&model.mesh.positions[3 * index as usize..]);
+            model
+                .mesh
+                .indices
+                .chunks_exact(3)
+                .map(move |t| [corner(&t[0]), corner(&t[1]), corner(&t[2])])
+        });
+        let other = areas(triangles);
+        let is_same =
+            (own.0 - other.0).abs() < 1e-6 * own.0 && own.1.distance(other.1) < 1e-6 * own.0;
+        assert!(own.0 > 0.0 && is_same, "{}: {own:?} {other:?}", file.display());
+    }
+}
 
 #[test]
 fn concave_polygons_keep_their_shape() {

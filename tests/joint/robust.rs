@@ -1,10 +1,12 @@
 //! Rows that are wrong: Cauchy's loss, and weight 0.
 
+use faer::Mat;
 use lobelia::math::sampling::Random;
-use lobelia::reconstruct::joint::system::{Objective, Rows};
+use lobelia::reconstruct::joint::system::{Objective, Rows, Terms};
+use lobelia::watch::Watch;
 
 use crate::golden::problems;
-use crate::scenes::{Recipe, mean_difference, reflectances, uniform};
+use crate::scenes::{Held, Recipe, mean_difference, reflectances, uniform};
 
 #[test]
 fn gross_outliers_move_least_squares_and_hardly_cauchy() {
@@ -70,4 +72,36 @@ fn held_out_rows_have_no_influence_whatever_they_say() {
             }
         }
     }
+}
+
+/// In a coated room a lamp sent 3,000,000 times the radiance of the others away from all samples but a
+/// few, to which it seemed to be brighter; unphotographed surfaces then reflected that light.
+#[test]
+fn a_lobe_that_hardly_any_row_sees_is_no_brighter_than_its_lamp() {
+    let mut scene = Recipe::default().make();
+    let lobe = scene.design.columns();
+    let seen = |row: usize| if row == 0 { 1e-6 } else { 0.0 };
+    let rows = scene.exact.len();
+    let (own, dark) = (scene.design.diffuse.clone(), Mat::zeros(0, lobe + 1));
+    scene.design.diffuse =
+        Mat::from_fn(rows, lobe + 1, |i, j| if j < lobe { own[(i, j)] } else { seen(i) });
+    scene.design.specular = dark;
+    let mut errors = vec![0.0; rows];
+    errors[0] = 0.5;
+    let seen = scene.seen(&errors);
+    let mut held = scene.held(Objective::Log);
+    let fit = |held: &Held, units: &[usize]| {
+        let terms = Terms { ridge_units: units, ..held.terms() };
+        let start = scene.start(0.5);
+        let fit = scene.channel(&seen).fit(&terms, &start, &Watch::new()).expect("all is finite");
+        fit.state.emission
+    };
+    held.ridge[lobe] = 1e-5;
+    let by_own: Vec<usize> = (0..=lobe).collect();
+    assert!(fit(&held, &by_own)[lobe] > 1e4);
+    let by_lamp: Vec<usize> =
+        (0..=lobe).map(|column| if column == lobe { 0 } else { column }).collect();
+    let emission = fit(&held, &by_lamp);
+    let brightest = emission[..lobe].iter().copied().fold(0.0, f64::max);
+    assert!(emission[lobe] < 0.1 * brightest, "{} {brightest}", emission[lobe]);
 }

@@ -260,7 +260,7 @@ pub fn with_terms<T>(
     work: impl FnOnce(&Terms) -> T,
 ) -> T {
     let priors = &problem.priors;
-    let (ridge, pairs) = (model.ridges(), model.pairs());
+    let (ridge, ridge_units, pairs) = (model.ridges(), model.ridge_units(), model.pairs());
     let (centre, held) = (model.centres(channel), model.held(channel));
     let known_specular: Vec<Option<f64>> = (0..problem.materials())
         .map(|m| match model.gloss[m] {
@@ -272,6 +272,7 @@ pub fn with_terms<T>(
     work(&Terms {
         weights,
         ridge: &ridge,
+        ridge_units: &ridge_units,
         centre: &centre,
         relative_ridge: priors.relative_ridge,
         pairs: &pairs,

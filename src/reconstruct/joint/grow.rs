@@ -120,15 +120,18 @@ pub fn settle(problem: &Problem, places: &Places, mut fitted: Fitted) -> Result<
     places.suns.settle(problem, fitted)
 }
 
-/// Takes away every lamp, and the sun, without which blocks are not predicted worse.
+/// Takes away every lamp, and the sun, without which blocks are not predicted worse than by all of
+/// them: compared with the step before, one part after the other could go, each within its standard
+/// error, until little is left.
 pub fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     let found = |part: &&Part| matches!(part.kind, PartKind::Lamp(_) | PartKind::Sun(_));
     let slots: Vec<usize> =
         step.best.fitted.model.parts.iter().filter(found).map(|part| part.slot).collect();
+    let all = step.best.clone();
     for slot in slots {
         let model = step.best.fitted.model.without(slot);
         let without = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;
-        if !compare(problem, &without, &step.best).is_better() {
+        if !compare(problem, &without, &all).is_better() {
             step.best = without;
         }
     }

@@ -5,11 +5,12 @@
 //! places (alternating descent conditional gradient: Boyd, Schiebinger, Recht 2017); parts that are
 //! not needed any more are taken away at the end.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::{Density, Layout, World};
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::gloss::{self, Sharpness, sharpen};
 use crate::reconstruct::joint::grow::{Places, Step, grow, prune, settle, with_lamp};
@@ -138,10 +139,26 @@ struct Lit<'a> {
     unknown: Unknown,
 }
 
-/// The lights of a room, of the open sky, or of the sky that photographs show. A room with its lamps
-/// is taken in place of a sky without lamps only where it predicts better beyond doubt, and in place
-/// of a sky with lamps where it predicts better at all. `known` tells which of them it is, and its
-/// sun, where that was found before.
+impl Lit<'_> {
+    fn lamps(&self) -> usize {
+        self.step.best.fitted.model.lamps()
+    }
+}
+
+/// Whether one world is taken in place of another. The one with fewer lamps is the simpler, in place of
+/// which the other has to predict better beyond doubt. So has a sky of what photographs show beyond the
+/// geometry, which may be near, in place of a room with as many lamps.
+fn is_taken(cv: &PairedCv, before: &Lit, after: &Lit) -> bool {
+    match after.lamps().cmp(&before.lamps()) {
+        Ordering::Less => cv.change < cv.standard_error,
+        Ordering::Equal if after.unknown != Unknown::SeenSky => cv.change < 0.0,
+        Ordering::Equal | Ordering::Greater => cv.is_better(),
+    }
+}
+
+/// The lights of a room, of the open sky, or of the sky that photographs show, whichever predicts
+/// better (see [`is_taken`]). `known` tells which of them it is, and its sun, where that was found
+/// before.
 fn lights<'a>(
     problem: &Problem<'a>,
     places: &Places,
@@ -190,35 +207,46 @@ fn lights<'a>(
         sun = sun.or_else(|| sun_of(&room));
         of_room = Some(lit(room, problem, Unknown::Room));
     }
-    let mut best = None;
+    let mut found = Vec::new();
     if may_be(Unknown::Sky) {
         let sky = of_sky(problem, sun.clone())?;
         sun = sun.or_else(|| sun_of(&sky));
-        // A sky that explains as much as a room with its lamps needs none.
-        best = Some(lit(sky, problem, Unknown::Sky));
+        found.push(lit(sky, problem, Unknown::Sky));
     }
-    let mut trials = Vec::new();
+    found.extend(of_room);
     if let Some(sky) = worlds.undecided.as_ref().filter(|_| may_be(Unknown::SeenSky)) {
         let seen = problem.with_sky(Some(sky.clone()));
         let shown = of_sky(&seen, sun)?;
-        let cv = best.as_ref().map(|best| compare(problem, &best.step.best, &shown.best));
-        if cv.is_none_or(|cv| cv.is_better()) {
-            best = Some(lit(shown, &seen, Unknown::SeenSky));
+        // Where lamps stand is seen better before a sky than among the lobes of a room, which may
+        // imitate those beside them.
+        if let Some(own) = found.iter_mut().find(|lit| lit.unknown == Unknown::Room) {
+            let lamps = shown.best.fitted.model.parts.iter().filter(|part| part.is_lamp());
+            let model = lamps.fold(room.clone(), |model, lamp| model.with(lamp.clone()));
+            if model.lamps() > 0 {
+                let again = grown(problem, start(problem, &model)?)?;
+                let cv = compare(problem, &own.step.best, &again.best);
+                if cv.change < 0.0 {
+                    own.step = again;
+                }
+            }
         }
-        trials.extend(cv.map(|cv| cv.trial(TrialPart::SeenSky(sky.cells.len()))));
+        found.push(lit(shown, &seen, Unknown::SeenSky));
     }
-    let mut best = match (best, of_room) {
-        (Some(sky), Some(room)) => {
-            let cv = compare(problem, &sky.step.best, &room.step.best);
-            // Of two with lamps neither is the simpler.
-            let is_simpler = sky.step.best.fitted.model.lamps() == 0;
-            let is_taken = if is_simpler { cv.is_better() } else { cv.change < 0.0 };
-            trials.push(Trial { supported: is_taken, ..cv.trial(TrialPart::Room) });
-            if is_taken { room } else { sky }
+    let mut found = found.into_iter();
+    let mut best = found.next().expect("a room, a sky or either is always looked for");
+    let mut trials = Vec::new();
+    for next in found {
+        let cv = compare(problem, &best.step.best, &next.step.best);
+        let is_taken = is_taken(&cv, &best, &next);
+        let part = match (next.unknown, &worlds.undecided) {
+            (Unknown::SeenSky, Some(sky)) => TrialPart::SeenSky(sky.cells.len()),
+            _ => TrialPart::Room,
+        };
+        trials.push(Trial { supported: is_taken, ..cv.trial(part) });
+        if is_taken {
+            best = next;
         }
-        (Some(only), None) | (None, Some(only)) => only,
-        (None, None) => unreachable!("a room, a sky or either is always looked for"),
-    };
+    }
     best.step.trials.extend(trials);
     Ok(best)
 }

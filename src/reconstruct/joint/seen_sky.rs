@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
-use crate::math::rgb::Rgb;
+use crate::math::rgb::{Radiance, Rgb};
 use crate::math::sampling::fibonacci;
 use crate::reconstruct::joint::background::{LightSet, half_angle};
 use crate::reconstruct::lights::{LightKind, VirtualLight};
+use crate::scene::agreement::brightness;
 use crate::scene::{Views, agreeing};
 
 /// Cells over the whole sphere, about 5° across: a window of a metre is that wide at 11 m.
@@ -17,6 +18,11 @@ const CELLS: usize = 2000;
 const STRIDE: usize = 2;
 /// Pixels of a photograph within a cell that tell its mean.
 const ENOUGH_PIXELS: usize = 8;
+/// Part of the pixels of a photograph within a cell that are about as bright as their mean. A lamp or the
+/// sun in a cell, which says nothing of the light around it, leaves most of them far darker.
+const ALIKE: f64 = 0.75;
+/// Pixels are about as bright as their mean within this factor either way.
+const AS_BRIGHT: f64 = 2.0;
 
 /// Cells of the sky that photographs show, with their radiance.
 #[derive(Clone, Debug)]
@@ -32,10 +38,26 @@ pub struct SeenSky {
 /// What a photograph shows of a cell.
 #[derive(Default)]
 struct Shown {
-    sum: Rgb,
-    pixels: usize,
+    pixels: Vec<Radiance>,
     /// Pixels without a valid value: where some are clipped the others are the darker ones.
     invalid: usize,
+}
+
+impl Shown {
+    /// Its mean radiance, where it shows about the same all over.
+    fn mean(&self) -> Option<Rgb> {
+        if self.pixels.len() < ENOUGH_PIXELS || self.invalid > 0 {
+            return None;
+        }
+        let count = self.pixels.len() as f64;
+        let mean: Rgb = std::array::from_fn(|c| {
+            self.pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>() / count
+        });
+        let typical: f64 = mean.iter().sum();
+        let range = typical / AS_BRIGHT..=typical * AS_BRIGHT;
+        let alike = self.pixels.iter().filter(|pixel| range.contains(&brightness(pixel))).count();
+        (alike as f64 >= ALIKE * count).then_some(mean)
+    }
 }
 
 impl SeenSky {
@@ -47,8 +69,7 @@ impl SeenSky {
         let mut of_cell: BTreeMap<usize, Vec<Rgb>> = BTreeMap::new();
         for index in 0..views.buffers.len() {
             for (cell, shown) in shown(views, index, &directions) {
-                if shown.pixels >= ENOUGH_PIXELS && shown.invalid == 0 {
-                    let mean = shown.sum.map(|value| value / shown.pixels as f64);
+                if let Some(mean) = shown.mean() {
                     of_cell.entry(cell).or_default().push(mean);
                 }
             }
@@ -110,10 +131,7 @@ fn shown(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Sh
     for (cell, radiance) in found.into_iter().flatten() {
         let shown = cells.entry(cell).or_default();
         match radiance {
-            Some(radiance) => {
-                shown.sum.iter_mut().zip(radiance).for_each(|(sum, v)| *sum += f64::from(v));
-                shown.pixels += 1;
-            }
+            Some(radiance) => shown.pixels.push(radiance),
             None => shown.invalid += 1,
         }
     }

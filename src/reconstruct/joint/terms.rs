@@ -49,6 +49,9 @@ pub struct Terms<'a> {
     /// which a residual is 1 (see
     /// [`norms`](crate::reconstruct::joint::system::Channel::norms)).
     pub ridge: &'a [f64],
+    /// Per column the one whose norm is n_j; its own where this is empty. With a unit of its own, a lobe
+    /// that hardly any row sees could take any value.
+    pub ridge_units: &'a [usize],
     /// Emissions that are drawn to each other. They share one unit: with units of their own a
     /// column that hardly any row sees could take any value.
     pub pairs: &'a [Pair],
@@ -84,6 +87,7 @@ impl Default for Terms<'_> {
             objective: Objective::Log,
             weights: &[],
             ridge: &[],
+            ridge_units: &[],
             pairs: &[],
             reference: &[],
             centre: &[],
@@ -145,7 +149,9 @@ impl<'a> Ridge<'a> {
         let whole: f64 =
             norms.iter().zip(is_paired).filter(|(_, paired)| *paired).map(|(norm, _)| norm).sum();
         let unit = whole * whole;
-        let mut ridge: Vec<f64> = terms.ridge.iter().zip(&squares).map(|(l, n)| l * n).collect();
+        let unit_of = |column: usize| squares[*terms.ridge_units.get(column).unwrap_or(&column)];
+        let mut ridge: Vec<f64> =
+            terms.ridge.iter().enumerate().map(|(column, l)| l * unit_of(column)).collect();
         ridge.resize(norms.len(), 0.0);
         let is_relative = terms.relative_ridge && terms.centre.iter().all(|&centre| centre == 0.0);
         let weights = terms.weights.iter().sum();
@@ -202,9 +208,10 @@ impl<'a> Ridge<'a> {
         }
     }
 
-    /// The norms of the columns together with the pairs: a column that no row sees has no other.
-    pub fn with_pairs(&self, norms: &[f64]) -> Vec<f64> {
-        let mut squares: Vec<f64> = norms.iter().map(|norm| norm * norm).collect();
+    /// The norms of the columns together with ridge and pairs: a column that no row sees has no other.
+    pub fn with_norms(&self, norms: &[f64]) -> Vec<f64> {
+        let mut squares: Vec<f64> =
+            norms.iter().zip(&self.ridge).map(|(norm, ridge)| (norm * norm).max(*ridge)).collect();
         for pair in self.terms.pairs {
             for column in pair.columns {
                 squares[column] += self.unit * pair.weight;
