@@ -6,13 +6,15 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use super::dialogs::{Locate, PathRequest};
+use super::actions::PathRequest;
+use super::asking::ask_path;
+use super::dialogs::Locate;
 use super::edit::Edit;
 use super::given::GivenLight;
 use super::keeping;
-use super::leaving::{AfterPrompt, UnsavedWork};
 use super::masking;
 use super::modelling;
+use super::opening::{AfterPrompt, Opening};
 use super::project::Project;
 use super::reopening;
 use super::solo::Alone;
@@ -23,28 +25,6 @@ use crate::io::project::{self, ProjectFile, Relight};
 use crate::io::tags::StoredLights;
 use crate::io::{results, settings};
 use crate::scene::{Capture, Environment};
-
-/// What is being opened.
-pub struct Opening {
-    /// What was asked for; what the list of recent projects will name.
-    pub path: PathBuf,
-    /// The capture to load.
-    pub folder: PathBuf,
-    pub project: Option<Box<ProjectFile>>,
-    /// What the project changes of the recovered scene, once it has been read.
-    pub edits: Option<Box<StoredEdits>>,
-    /// The known lights that the project has, once they have been read.
-    pub lights: Option<Box<StoredLights>>,
-    /// The project file to save to.
-    pub file: Option<PathBuf>,
-    /// It is unsaved work that a crash left.
-    pub recovered: Option<PathBuf>,
-    /// It takes its own place, since mesh or cameras have changed: tags and their undo stay.
-    pub is_reopened: bool,
-    /// What the user agreed to lose for it.
-    pub agreed: UnsavedWork,
-    pub began: Instant,
-}
 
 /// Opens a capture's folder or a project file.
 pub fn open_unprompted(state: &mut State, path: &Path) {
@@ -61,7 +41,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             file: None,
             recovered: None,
             is_reopened: false,
-            agreed: UnsavedWork::of(state, false),
+            agreed: state.unsaved_work(false),
             began: Instant::now(),
         });
     }
@@ -98,7 +78,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         file,
         recovered,
         is_reopened: false,
-        agreed: UnsavedWork::of(state, false),
+        agreed: state.unsaved_work(false),
         began: Instant::now(),
     };
     if opening.folder.is_dir() {
@@ -135,7 +115,7 @@ pub fn not_now(state: &mut State, file: &Path) {
 /// A capture has been read: it takes the place of the open project, unless work was done there
 /// meanwhile that nobody agreed to lose.
 pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
-    let mut lost = UnsavedWork::of(state, false);
+    let mut lost = state.unsaved_work(false);
     if opening.is_reopened {
         (lost.edit, lost.model) = (None, None);
     }
@@ -330,7 +310,7 @@ pub fn save(state: &mut State) -> bool {
     match state.project.as_ref().map(|project| project.file.clone()) {
         Some(Some(file)) => save_to(state, &file, true),
         Some(None) => {
-            super::dialogs::ask_path(state, super::dialogs::PathRequest::SaveAs);
+            ask_path(state, PathRequest::SaveAs);
             false
         }
         None => false,

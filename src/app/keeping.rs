@@ -1,15 +1,16 @@
 //! Keeping what is not saved: every half minute tags, options, edits and results go to the user's
 //! own folder, where the next window finds them after a crash.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::edit::Edit;
 use super::files;
 use super::leaving::proceed;
+use super::opening::Restoring;
 use super::project::Project;
 use super::state::State;
+use super::unsaved::Kept;
 use crate::io::project::ProjectFile;
 use crate::io::results::{self, Results};
 use crate::reconstruct::Reconstruction;
@@ -18,19 +19,6 @@ use crate::worker::JobEvent;
 
 /// Unsaved work is kept this often.
 const AUTOSAVE: Duration = Duration::from_secs(30);
-
-/// What is kept for recovery.
-pub struct Kept {
-    edit: Arc<Edit>,
-    results: Option<Arc<Reconstruction>>,
-}
-
-/// Results of a project that are being read.
-pub struct Restoring {
-    pub folder: PathBuf,
-    /// The unsaved work of a crash that they are part of.
-    pub recovered: Option<PathBuf>,
-}
 
 /// Keeps unsaved work now and then, for recovery.
 pub fn autosave(state: &mut State) {

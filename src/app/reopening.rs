@@ -6,12 +6,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::edit::Edit;
-use super::files::Opening;
 use super::given::GivenLight;
-use super::leaving::{AfterPrompt, UnsavedWork, proceed};
+use super::leaving::proceed;
 use super::messages::Messages;
+use super::opening::{AfterPrompt, Opening};
 use super::project::Project;
 use super::state::State;
+use super::unsaved::UnsavedWork;
 use crate::io::edits::{Place, Unread};
 use crate::io::project;
 use crate::io::tags::light_values;
@@ -122,7 +123,7 @@ fn lost(light: &KnownLight, old: &Capture) -> Unread {
 /// A folder was opened whose cameras or mesh are still to be made.
 pub fn begun(state: &mut State, opening: &Opening, folder: PathBuf) {
     let then = AfterPrompt::Model(folder);
-    if UnsavedWork::of(state, false).is_within(&opening.agreed) {
+    if state.unsaved_work(false).is_within(&opening.agreed) {
         proceed(state, then);
     } else {
         state.dialogs.unsaved = Some(then);

@@ -1,7 +1,8 @@
 //! Carries out what is asked about the studies.
 
-use super::actions::{self, Study};
+use super::actions::Study;
 use super::change::Change;
+use super::changing;
 use super::jobs::studies::{self, Kind};
 use super::keys;
 use super::panels::numbers;
@@ -54,7 +55,7 @@ fn use_setting(state: &mut State, setting: &str) {
         format!(", which took {}", numbers::duration(place.seconds))
     });
     let change = Change::Options { name: format!("setting {setting}"), options: Box::new(options) };
-    actions::change_project(state, &change);
+    changing::change_project(state, &change);
     let notice = format!("Run options set to \"{setting}\"{took}. Ctrl+Z takes it back.");
     state.messages.notice(keys::named(&state.ctx, &notice));
 }

@@ -3,11 +3,8 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, draw, file};
-use crate::app::actions::{Action, Select};
-use crate::app::dialogs::PathRequest;
+use crate::app::actions::{Action, Lighting, Masking, PathRequest, Select};
 use crate::app::layout::{Pane, Workspace};
-use crate::app::lighting::Lighting;
-use crate::app::masking::Masking;
 use crate::app::relight::NewLight;
 use crate::app::viewport::MaskTool;
 

@@ -14,8 +14,10 @@ use std::time::Instant;
 
 use eframe::{egui, egui_wgpu};
 
+use super::actions::{Field, ImportAction};
 use super::layout::Workspace;
-use super::leaving::{AfterPrompt, leave};
+use super::leaving::leave;
+use super::opening::AfterPrompt;
 use super::state::State;
 use super::viewport::{Shading, ViewSettings, Viewport};
 use crate::exposures::MergeOptions;
@@ -27,30 +29,6 @@ use crate::worker::{Command, Job, Worker};
 
 pub use follow::follow;
 pub use measuring::{Measuring, REACH};
-
-/// What can be done about the page from elsewhere.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ImportAction {
-    /// Shows it, with a source where one is given.
-    Show(Option<PathBuf>),
-    Hide,
-    Choose(Field, PathBuf),
-    /// Reads everything again.
-    Read,
-    Cancel,
-    Write {
-        replace: bool,
-    },
-}
-
-/// A path on the page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
-    Cameras,
-    Images,
-    Mesh,
-    Out,
-}
 
 /// What fills the page's right side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
 use super::{PULSE, Reading, masks, studies};
-use crate::app::files::{self, Opening};
+use crate::app::files;
 use crate::app::keeping;
 use crate::app::lighting;
 use crate::app::modelling::begin;
+use crate::app::opening::Opening;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::relighting;

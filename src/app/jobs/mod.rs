@@ -19,8 +19,7 @@ use std::time::Duration;
 use eframe::egui;
 
 use super::derived::{self, Derived};
-use super::files::Opening;
-use super::keeping::Restoring;
+use super::opening::{Opening, Restoring};
 use super::products::{Products, Run};
 use super::project::Project;
 use crate::reconstruct::Reconstruction;

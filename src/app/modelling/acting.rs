@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::tool::{Selected, Target, Tool};
-use super::{ModelAction, Placement, finding, follow, forget_kept, open};
+use super::{Placement, finding, follow, forget_kept, open};
+use crate::app::actions::ModelAction;
 use crate::app::gesture::Gesture;
 use crate::app::layout::Workspace;
 use crate::app::reopening;

@@ -6,30 +6,15 @@ use std::sync::Arc;
 use eframe::egui;
 
 use super::{ModelPage, follow as page_follow};
+use crate::app::actions::FindAction;
 use crate::app::state::State;
-use crate::io::engines::{Engine, Installed, Search, Told};
+use crate::io::engines::{Installed, Search, Told};
 use crate::model::{FoundCameras, Model};
 use crate::watch::Progress;
 use crate::worker::{Command, Event, Job, JobEvent, Modelling, Worker};
 
 /// Lines of the log that are kept.
 const KEPT: usize = 300;
-
-/// What can be done about it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FindAction {
-    /// Shows the panel, or leaves it; a run goes on.
-    Show(bool),
-    /// Looks again which engines are installed.
-    Look,
-    Engine(Engine),
-    /// Photographs of one size share a lens.
-    Shared(bool),
-    Start,
-    Cancel,
-    /// Takes back what was found: of one photograph, or of all.
-    Forget(Option<usize>),
-}
 
 /// The panel.
 pub struct Finding {

@@ -21,44 +21,16 @@ use eframe::egui;
 use super::state::State;
 use crate::io::engines::Search;
 use crate::io::model as model_files;
-use crate::model::{Model, Shape, Solution};
+use crate::model::{Model, Solution};
 use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
 
 pub use acting::{apply, undo};
 pub use document::Document;
 use drag::Drag;
-use finding::{FindAction, Finding};
+use finding::Finding;
 pub use follow::{end_gesture, follow};
 pub use pictures::{Picture, Pictures};
 use tool::{Selected, Target, Tool};
-
-/// What can be done about the page.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ModelAction {
-    /// Shows the page of the open capture.
-    Show,
-    /// Another model in the place of the present one, by the name of what is done.
-    Change(String, Arc<Model>),
-    Tool(Tool),
-    /// Adds a thing and begins to show its corners.
-    Add(Shape),
-    /// Makes a twin of the selected thing.
-    Duplicate,
-    /// Removes what is selected.
-    Remove,
-    /// Turns the selected line around.
-    Flip,
-    /// Shows the next photograph, or the one before.
-    Next(bool),
-    /// Lets lines snap to the photograph's edges, or not.
-    Snap,
-    /// Fills the view with the photograph.
-    Fit,
-    /// Writes mesh and cameras, and opens the capture.
-    Use,
-    /// About cameras that an engine finds.
-    Find(FindAction),
-}
 
 /// What is drawn over the photograph.
 #[derive(Clone, Copy, Debug)]

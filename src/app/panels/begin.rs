@@ -3,9 +3,7 @@
 use eframe::egui;
 
 use super::questions::ask;
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
-use crate::app::modelling::begin::NewAction;
+use crate::app::actions::{Action, NewAction, PathRequest};
 use crate::app::panels::numbers::{counted, named};
 use crate::app::state::State;
 use crate::app::theme;

@@ -46,10 +46,9 @@ mod tags;
 use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
-use super::actions::{Action, Mode, Select};
+use super::actions::{Action, Masking, Mode, Select};
 use super::jobs::Jobs;
 use super::layout::Pane;
-use super::masking::Masking;
 use super::messages::Messages;
 use super::project::Project;
 use super::solo::Alone;

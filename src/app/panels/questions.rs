@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use eframe::egui::{self, Id, Key};
 
 use super::numbers::{list_color, swatch};
-use crate::app::actions::Action;
+use crate::app::actions::{Action, PathRequest};
 use crate::app::change::Change;
 use crate::app::commands;
-use crate::app::dialogs::{PathField, PathRequest};
+use crate::app::dialogs::PathField;
 use crate::app::keys::named;
-use crate::app::leaving::{AfterPrompt, UnsavedWork};
+use crate::app::opening::AfterPrompt;
 use crate::app::state::State;
 
 const ENTER: &str = "Go on (Enter)";
@@ -200,7 +200,7 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
 
 fn unsaved_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
     let name = state.project.as_ref().map_or_else(String::new, |project| project.name());
-    let stake = UnsavedWork::of(state, matches!(state.dialogs.unsaved, Some(AfterPrompt::Quit)));
+    let stake = state.unsaved_work(matches!(state.dialogs.unsaved, Some(AfterPrompt::Quit)));
     let is_changed = stake.edit.is_some() || stake.results.is_some() || stake.model.is_some();
     let title = if is_changed { "Save changes?" } else { "Leave the project?" };
     let mut choices = Vec::new();

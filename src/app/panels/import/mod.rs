@@ -11,8 +11,8 @@ use eframe::egui::{self, Id};
 
 use super::numbers::fixed;
 use super::questions;
-use crate::app::actions::Action;
-use crate::app::import::{ImportAction, ImportPage, View};
+use crate::app::actions::{Action, ImportAction};
+use crate::app::import::{ImportPage, View};
 use crate::app::theme;
 use crate::app::viewport::Content;
 use crate::watch::Progress;
