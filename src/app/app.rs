@@ -71,9 +71,9 @@ impl eframe::App for Studio {
             state.messages.info(report);
         }
         state.hand.look(&ctx);
-        jobs::drain(state);
-        import::follow(state);
-        modelling::follow(state);
+        jobs::events::drain(state);
+        import::follow::follow(state);
+        modelling::follow::follow(state);
         asking::poll(state, &mut actions);
         keeping::autosave(state);
         files::found_recent(state);
@@ -106,7 +106,7 @@ impl eframe::App for Studio {
         }
         file_dialog::open_wanted(state, frame);
         end_gesture(state);
-        modelling::end_gesture(state);
+        modelling::follow::end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
         let request = edits.and_then(|edits| state.viewport.request(edits));
         state.jobs.relight(state.project.as_ref(), request);

@@ -10,12 +10,12 @@ use super::files;
 use super::gesture::Gesture;
 use super::import;
 use super::jobs::studies::Kind;
+use super::keeping;
 use super::layout::Workspace;
 use super::leaving::{leave, once_saved, proceed};
 use super::lighting;
 use super::masking;
-use super::modelling;
-use super::modelling::begin;
+use super::modelling::{self, begin};
 use super::opening::AfterPrompt;
 use super::plots;
 use super::project::Selection;
@@ -40,7 +40,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::CancelOpening => state.jobs.cancel_opening(),
         Action::TakeAsSrgb => state.jobs.take_as_srgb(state.project.as_ref()),
         Action::Locate(folder) => files::located(state, &folder),
-        Action::Save if state.is_modelling() => drop(modelling::save(state)),
+        Action::Save if state.is_modelling() => drop(modelling::keeping::save(state)),
         Action::Save => drop(files::save(state)),
         Action::SaveTo { file, replace } => {
             if files::save_to(state, &file, replace)
@@ -83,14 +83,14 @@ pub fn apply(state: &mut State, action: Action) {
             }
         }
         Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),
-        Action::NotNow(file) => files::not_now(state, &file),
-        Action::Discard(file) => files::discard(state, &file),
+        Action::NotNow(file) => keeping::not_now(state, &file),
+        Action::Discard(file) => keeping::discard(state, &file),
         Action::ForgetRecent(path) => {
             state.settings.recent.retain(|other| *other != path);
             files::save_settings(state);
         }
-        Action::Undo if state.is_modelling() => modelling::undo(state, true),
-        Action::Redo if state.is_modelling() => modelling::undo(state, false),
+        Action::Undo if state.is_modelling() => modelling::acting::undo(state, true),
+        Action::Redo if state.is_modelling() => modelling::acting::undo(state, false),
         Action::Undo => changing::tell(state, "Undone", |project| project.undo()),
         Action::Redo => changing::tell(state, "Redone", |project| project.redo()),
         Action::Change(change) => changing::follow_hand(state, &change),
@@ -145,7 +145,9 @@ pub fn apply(state: &mut State, action: Action) {
         Action::RunAfresh => ask_run(state, true),
         Action::RunBesideStudy { afresh } => run(state, afresh),
         Action::ExportScene(what) => scene_export::apply(state, what),
-        Action::Cancel if state.is_importing() => import::apply(state, ImportAction::Cancel),
+        Action::Cancel if state.is_importing() => {
+            import::acting::apply(state, ImportAction::Cancel)
+        }
         Action::Cancel => {
             if let Some(project) = &mut state.project {
                 state.jobs.cancel(project);
@@ -153,7 +155,7 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Workspace(workspace) => {
             state.layout.current = workspace;
-            import::apply(state, ImportAction::Hide);
+            import::acting::apply(state, ImportAction::Hide);
             if let Some(page) = state.modelling.as_mut().filter(|_| state.project.is_some()) {
                 page.is_shown = false;
             }
@@ -176,21 +178,23 @@ pub fn apply(state: &mut State, action: Action) {
             theme::apply(&state.ctx, &state.settings.theme, state.settings.scale);
             files::save_settings(state);
         }
-        Action::FrameAll if state.is_modelling() => modelling::apply(state, ModelAction::Fit),
+        Action::FrameAll if state.is_modelling() => {
+            modelling::acting::apply(state, ModelAction::Fit)
+        }
         Action::FrameAll => state.viewport.frame_all(),
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
         Action::Relight(Relight::Remove) if state.is_modelling() => {
-            modelling::apply(state, ModelAction::Remove);
+            modelling::acting::apply(state, ModelAction::Remove);
         }
         Action::Relight(Relight::Duplicate) if state.is_modelling() => {
-            modelling::apply(state, ModelAction::Duplicate);
+            modelling::acting::apply(state, ModelAction::Duplicate);
         }
         Action::New(what) => begin::apply(state, what),
-        Action::Model(what) => modelling::apply(state, what),
+        Action::Model(what) => modelling::acting::apply(state, what),
         Action::Relight(what) => relighting::apply(state, what),
         Action::Lighting(what) => lighting::apply(state, what),
-        Action::Import(what) => import::apply(state, what),
+        Action::Import(what) => import::acting::apply(state, what),
         Action::Study(what) => studying::apply(state, what),
         Action::SavePlot(of, kind, path, replace) => plots::save(state, of, kind, path, replace),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),

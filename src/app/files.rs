@@ -1,10 +1,8 @@
-//! Opening, saving, autosaving and recovering projects. Files themselves are `io`'s.
+//! Opens, saves and closes projects. Files themselves are `io`'s.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-
-use serde_json::Value;
 
 use super::actions::PathRequest;
 use super::asking::ask_path;
@@ -13,17 +11,17 @@ use super::edit::Edit;
 use super::given::GivenLight;
 use super::keeping;
 use super::masking;
-use super::modelling;
+use super::modelling::keeping as model_keeping;
 use super::opening::{AfterPrompt, Opening};
 use super::project::Project;
+use super::project_file::file_of;
 use super::reopening;
 use super::solo::Alone;
 use super::state::State;
 use super::view_file;
 use crate::io::edits::{StoredEdits, Unread};
-use crate::io::project::{self, ProjectFile, Relight};
 use crate::io::tags::StoredLights;
-use crate::io::{results, settings};
+use crate::io::{project, results};
 use crate::scene::{Capture, Environment};
 
 /// Opens a capture's folder or a project file.
@@ -100,16 +98,6 @@ pub fn located(state: &mut State, folder: &Path) {
 /// Opens unsaved work of a window that crashed.
 pub fn recover_unprompted(state: &mut State, file: &Path) {
     open_project(state, file, Some(file.to_owned()));
-}
-
-pub fn discard(state: &mut State, file: &Path) {
-    settings::discard(file);
-    not_now(state, file);
-}
-
-/// Offers unsaved work no more until the next start.
-pub fn not_now(state: &mut State, file: &Path) {
-    state.left_behind.retain(|other| other.file != file);
 }
 
 /// A capture has been read: it takes the place of the open project, unless work was done there
@@ -259,7 +247,7 @@ pub fn close_unprompted(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
-    modelling::close(state);
+    model_keeping::close(state);
     state.jobs.studies.forget();
     state.jobs.stop_restoring();
     state.jobs.stop_suggesting();
@@ -268,40 +256,12 @@ pub fn close_unprompted(state: &mut State) {
     keeping::forget_kept(state);
 }
 
-pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
-    let given = &project.edit().given;
-    ProjectFile {
-        capture: project.folder.clone(),
-        original: None,
-        tags: project.edit().tags(&project.loaded),
-        lights: (given.lights != project.loaded.lights || !given.unread.is_empty())
-            .then(|| given.values(&project.loaded)),
-        environment: (given.environment != project.loaded.environment).then_some(given.environment),
-        options: project.edit().options.clone(),
-        masks: (*project.edit().masks).clone(),
-        relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
-        solution: project.solution.clone().filter(|_| !project.is_outdated()),
-        results: project.results.clone(),
-        view: view_of(state),
-        layout: state.layout.value(),
-    }
-}
-
-/// How the 3D view is set, and which light is seen alone there.
-fn view_of(state: &State) -> Value {
-    let mut view = view_file::value(&state.viewport.settings, state.viewport.camera());
-    if let Some(alone) = state.panels.alone() {
-        view["alone"] = alone.value();
-    }
-    view
-}
-
 /// Saves the model and the project, as far as they have changed; says whether that worked.
 pub fn save_all(state: &mut State) -> bool {
     let is_changed =
         |project: &Project| project.is_changed() || project.unsaved_results().is_some();
     let is_drawn_on = state.modelling.as_ref().is_some_and(|page| page.is_changed());
-    (!is_drawn_on || modelling::save(state))
+    (!is_drawn_on || model_keeping::save(state))
         && (!state.project.as_ref().is_some_and(is_changed) || save(state))
 }
 

@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::files;
-use super::leaving::proceed;
-use super::opening::Restoring;
+use super::opening::{AfterPrompt, Restoring};
 use super::project::Project;
+use super::project_file::file_of;
 use super::state::State;
 use super::unsaved::Kept;
 use crate::io::project::ProjectFile;
 use crate::io::results::{self, Results};
+use crate::io::settings;
 use crate::reconstruct::Reconstruction;
 use crate::watch::Watch;
 use crate::worker::JobEvent;
@@ -84,7 +84,7 @@ fn keep(state: &mut State) {
         return;
     }
     let recovery = recovery.clone();
-    let mut file = ProjectFile { original: project.file.clone(), ..files::file_of(state, project) };
+    let mut file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
     let mut storing = None;
     if results.is_some() {
         file.results = Some(recovery.results());
@@ -102,8 +102,18 @@ fn keep(state: &mut State) {
 pub fn take_over(state: &mut State, left: &Path) {
     autosave_now(state);
     if state.kept.is_some() {
-        files::discard(state, left);
+        discard(state, left);
     }
+}
+
+pub fn discard(state: &mut State, file: &Path) {
+    settings::discard(file);
+    not_now(state, file);
+}
+
+/// Offers unsaved work no more until the next start.
+pub fn not_now(state: &mut State, file: &Path) {
+    state.left_behind.retain(|other| other.file != file);
 }
 
 /// The results of a project were read, or cannot be.
@@ -130,8 +140,12 @@ fn take(state: &mut State, read: Results, folder: &Path, recovered: Option<&Path
     }
 }
 
-/// Results were written beside the project's file, or cannot be.
-pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
+/// Results were written beside the project's file, or cannot be; what has waited for it comes next.
+pub fn stored(
+    state: &mut State,
+    whole: &Arc<Reconstruction>,
+    event: JobEvent,
+) -> Option<AfterPrompt> {
     // Of several that were asked for, the last opens the way.
     let then = state.after_storing.take_if(|_| !state.jobs.is_storing());
     match event {
@@ -140,9 +154,7 @@ pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
             if state.project.as_ref().is_some_and(|project| !is_unsaved(project)) {
                 forget_kept(state);
             }
-            if let Some(then) = then {
-                proceed(state, then);
-            }
+            return then;
         }
         JobEvent::Failed(text) => {
             state.after_storing = None;
@@ -153,4 +165,5 @@ pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
         }
         _ => {}
     }
+    None
 }

@@ -1,10 +1,12 @@
 //! Leaves a project: asks where that would lose work, and does what comes after.
 
+use std::path::PathBuf;
+
 use eframe::egui;
 
 use super::files;
-use super::modelling;
-use super::opening::AfterPrompt;
+use super::modelling::keeping;
+use super::opening::{AfterPrompt, Opening};
 use super::state::State;
 
 /// Leaves the project, after asking where something would be lost.
@@ -32,7 +34,7 @@ pub fn proceed(state: &mut State, then: AfterPrompt) {
         AfterPrompt::Open(path) => files::open_unprompted(state, &path),
         AfterPrompt::Model(folder) => {
             files::close_unprompted(state);
-            modelling::open(state, &folder);
+            keeping::open(state, &folder);
             files::remember(state, &folder);
         }
         AfterPrompt::Recover(file) => files::recover_unprompted(state, &file),
@@ -49,5 +51,15 @@ pub fn proceed(state: &mut State, then: AfterPrompt) {
             state.quitting = true;
             state.ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
+    }
+}
+
+/// A folder was opened whose cameras or mesh are still to be made.
+pub fn begun(state: &mut State, opening: &Opening, folder: PathBuf) {
+    let then = AfterPrompt::Model(folder);
+    if state.unsaved_work(false).is_within(&opening.agreed) {
+        proceed(state, then);
+    } else {
+        state.dialogs.unsaved = Some(then);
     }
 }

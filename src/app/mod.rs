@@ -43,6 +43,7 @@ mod picture_choices;
 mod plots;
 mod products;
 mod project;
+mod project_file;
 mod relight;
 mod relighting;
 mod reopening;

@@ -18,7 +18,7 @@ use super::layout::{Layout, Workspace};
 use super::messages::Messages;
 use super::modelling::ModelPage;
 use super::opening::AfterPrompt;
-use super::panels::PanelState;
+use super::panels::state::PanelState;
 use super::probe::{Probe, Start};
 use super::project::Project;
 use super::theme;

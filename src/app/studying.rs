@@ -3,7 +3,7 @@
 use super::actions::Study;
 use super::change::Change;
 use super::changing;
-use super::jobs::studies::{self, Kind};
+use super::jobs::studies::{Kind, events};
 use super::keys;
 use super::panels::numbers;
 use super::state::State;
@@ -32,7 +32,7 @@ pub fn apply(state: &mut State, what: Study) {
         Study::Stability(request) => jobs.studies.begin_stability(project, &request),
         Study::Cancel(kind) => jobs.studies.cancel(kind),
         Study::Clear(kind) => jobs.studies.clear(kind),
-        Study::Save(kind, folder) => studies::save(state, kind, folder),
+        Study::Save(kind, folder) => events::save(state, kind, folder),
         Study::Use(setting) => use_setting(state, &setting),
     }
 }

@@ -4,7 +4,7 @@
 //! work, one reconstructs, one makes pictures, one shows the relit scene, one studies. All are the
 //! worker that the terminal drives.
 
-mod events;
+pub mod events;
 mod masks;
 mod reading;
 mod rendering;
@@ -91,7 +91,6 @@ pub struct Coverage {
 /// Pixels along the longer side of a picture that is made to compare.
 const COMPARED: usize = 800;
 
-pub use events::drain;
 use rendering::PicturesJob;
 use studies::Studies;
 
