@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::questions::ask;
+use super::modal::ask;
 use crate::app::actions::{Action, NewAction, PathRequest};
 use crate::app::panels::numbers::{counted, named};
 use crate::app::state::State;

@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::questions::ask;
+use super::modal::ask;
 use crate::app::actions::{Action, ImportAction, NewAction, PathRequest};
 use crate::app::state::State;
 use crate::app::theme;

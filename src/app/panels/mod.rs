@@ -19,6 +19,7 @@ mod materials;
 mod meshless;
 mod no_radiance;
 pub mod menu;
+mod modal;
 pub mod modelling;
 pub mod numbers;
 mod options;

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, DragValue};
 
-use super::questions::{ask, folder_ui};
+use super::modal::{ask, folder_ui};
 use crate::app::actions::{Action, ExportAction, PathRequest};
 use crate::app::entry::{self, Unit};
 use crate::app::export_question::ExportQuestion;
