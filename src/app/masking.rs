@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::actions::Masking;
 use super::change::Change;
 use super::changing;
-use super::layout::Pane;
+use super::panes::Pane;
 use super::project::Project;
 use super::state::State;
 use super::viewport::MaskTool;

@@ -38,6 +38,7 @@ mod modelling;
 mod new_capture;
 mod opening;
 mod panels;
+mod panes;
 mod probe;
 mod picture_choices;
 mod plots;

@@ -10,8 +10,9 @@ use std::sync::Arc;
 
 use super::change::Change;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
-use super::layout::{Pane, Workspace};
+use super::layout::Workspace;
 use super::modelling::tool::Tool;
+use super::panes::Pane;
 use super::picture_choices::PictureChoices;
 use super::relight::{Added, NewLight};
 use super::viewport::MaskTool;
