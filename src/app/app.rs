@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use eframe::egui;
 
-use super::actions::{self, Action};
+use super::actions::Action;
 use super::gesture::Gesture;
 use super::state::State;
 use super::{
-    Launch, commands, dialogs, dropping, entry, file_dialog, files, import, jobs, keeping,
+    Launch, asking, commands, dispatch, dropping, entry, file_dialog, files, import, jobs, keeping,
     modelling, panels,
 };
 use crate::io::engines::Search;
@@ -71,10 +71,10 @@ impl eframe::App for Studio {
             state.messages.info(report);
         }
         state.hand.look(&ctx);
-        jobs::drain(state);
-        import::follow(state);
-        modelling::follow(state);
-        dialogs::poll(state, &mut actions);
+        jobs::events::drain(state);
+        import::follow::follow(state);
+        modelling::follow::follow(state);
+        asking::poll(state, &mut actions);
         keeping::autosave(state);
         files::found_recent(state);
         dropping::take(&ctx, state, &mut actions);
@@ -102,11 +102,11 @@ impl eframe::App for Studio {
             state.messages.notice(problem);
         }
         for action in actions.into_iter().chain(last) {
-            actions::apply(state, action);
+            dispatch::apply(state, action);
         }
         file_dialog::open_wanted(state, frame);
         end_gesture(state);
-        modelling::end_gesture(state);
+        modelling::follow::end_gesture(state);
         let edits = state.project.as_ref().map(|project| &project.edit().relight);
         let request = edits.and_then(|edits| state.viewport.request(edits));
         state.jobs.relight(state.project.as_ref(), request);

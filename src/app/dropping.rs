@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui;
 
-use super::actions::{Action, Relight};
-use super::import::{Field, ImportAction};
+use super::actions::{Action, Field, ImportAction, NewAction, Relight};
 use super::layout::Workspace;
-use super::modelling::begin::NewAction;
 use super::state::State;
 use crate::io::import::{is_foreign, is_photograph};
 use crate::io::{capture, mesh, project};

@@ -7,8 +7,9 @@ use eframe::Frame;
 use pollster::block_on;
 use rfd::AsyncFileDialog;
 
-use super::dialogs::{PathRequest, Picking, show_field, suggestion};
-use super::plots::PlotFile;
+use super::actions::{PathRequest, PlotFile};
+use super::asking::{show_field, suggestion};
+use super::dialogs::Picking;
 use super::state::State;
 use crate::io::project::EXTENSION;
 

@@ -1,50 +1,28 @@
-//! Opening, saving, autosaving and recovering projects. Files themselves are `io`'s.
+//! Opens, saves and closes projects. Files themselves are `io`'s.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde_json::Value;
-
-use super::dialogs::{Locate, PathRequest};
+use super::actions::PathRequest;
+use super::asking::ask_path;
+use super::dialogs::Locate;
 use super::edit::Edit;
 use super::given::GivenLight;
 use super::keeping;
-use super::leaving::{AfterPrompt, UnsavedWork};
 use super::masking;
-use super::modelling;
+use super::modelling::keeping as model_keeping;
+use super::opening::{AfterPrompt, Opening};
 use super::project::Project;
+use super::project_file::file_of;
 use super::reopening;
 use super::solo::Alone;
 use super::state::State;
 use super::view_file;
 use crate::io::edits::{StoredEdits, Unread};
-use crate::io::project::{self, ProjectFile, Relight};
 use crate::io::tags::StoredLights;
-use crate::io::{results, settings};
+use crate::io::{project, results};
 use crate::scene::{Capture, Environment};
-
-/// What is being opened.
-pub struct Opening {
-    /// What was asked for; what the list of recent projects will name.
-    pub path: PathBuf,
-    /// The capture to load.
-    pub folder: PathBuf,
-    pub project: Option<Box<ProjectFile>>,
-    /// What the project changes of the recovered scene, once it has been read.
-    pub edits: Option<Box<StoredEdits>>,
-    /// The known lights that the project has, once they have been read.
-    pub lights: Option<Box<StoredLights>>,
-    /// The project file to save to.
-    pub file: Option<PathBuf>,
-    /// It is unsaved work that a crash left.
-    pub recovered: Option<PathBuf>,
-    /// It takes its own place, since mesh or cameras have changed: tags and their undo stay.
-    pub is_reopened: bool,
-    /// What the user agreed to lose for it.
-    pub agreed: UnsavedWork,
-    pub began: Instant,
-}
 
 /// Opens a capture's folder or a project file.
 pub fn open_unprompted(state: &mut State, path: &Path) {
@@ -61,7 +39,7 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
             file: None,
             recovered: None,
             is_reopened: false,
-            agreed: UnsavedWork::of(state, false),
+            agreed: state.unsaved_work(false),
             began: Instant::now(),
         });
     }
@@ -98,7 +76,7 @@ fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
         file,
         recovered,
         is_reopened: false,
-        agreed: UnsavedWork::of(state, false),
+        agreed: state.unsaved_work(false),
         began: Instant::now(),
     };
     if opening.folder.is_dir() {
@@ -122,20 +100,10 @@ pub fn recover_unprompted(state: &mut State, file: &Path) {
     open_project(state, file, Some(file.to_owned()));
 }
 
-pub fn discard(state: &mut State, file: &Path) {
-    settings::discard(file);
-    not_now(state, file);
-}
-
-/// Offers unsaved work no more until the next start.
-pub fn not_now(state: &mut State, file: &Path) {
-    state.left_behind.retain(|other| other.file != file);
-}
-
 /// A capture has been read: it takes the place of the open project, unless work was done there
 /// meanwhile that nobody agreed to lose.
 pub fn opened(state: &mut State, opening: Opening, capture: Arc<Capture>) {
-    let mut lost = UnsavedWork::of(state, false);
+    let mut lost = state.unsaved_work(false);
     if opening.is_reopened {
         (lost.edit, lost.model) = (None, None);
     }
@@ -279,7 +247,7 @@ pub fn close_unprompted(state: &mut State) {
     if let Some(mut project) = state.project.take() {
         state.jobs.cancel(&mut project);
     }
-    modelling::close(state);
+    model_keeping::close(state);
     state.jobs.studies.forget();
     state.jobs.stop_restoring();
     state.jobs.stop_suggesting();
@@ -288,40 +256,12 @@ pub fn close_unprompted(state: &mut State) {
     keeping::forget_kept(state);
 }
 
-pub(super) fn file_of(state: &State, project: &Project) -> ProjectFile {
-    let given = &project.edit().given;
-    ProjectFile {
-        capture: project.folder.clone(),
-        original: None,
-        tags: project.edit().tags(&project.loaded),
-        lights: (given.lights != project.loaded.lights || !given.unread.is_empty())
-            .then(|| given.values(&project.loaded)),
-        environment: (given.environment != project.loaded.environment).then_some(given.environment),
-        options: project.edit().options.clone(),
-        masks: (*project.edit().masks).clone(),
-        relight: Relight::Edits(project.edit().relight.clone(), project.edit().unread.clone()),
-        solution: project.solution.clone().filter(|_| !project.is_outdated()),
-        results: project.results.clone(),
-        view: view_of(state),
-        layout: state.layout.value(),
-    }
-}
-
-/// How the 3D view is set, and which light is seen alone there.
-fn view_of(state: &State) -> Value {
-    let mut view = view_file::value(&state.viewport.settings, state.viewport.camera());
-    if let Some(alone) = state.panels.alone() {
-        view["alone"] = alone.value();
-    }
-    view
-}
-
 /// Saves the model and the project, as far as they have changed; says whether that worked.
 pub fn save_all(state: &mut State) -> bool {
     let is_changed =
         |project: &Project| project.is_changed() || project.unsaved_results().is_some();
     let is_drawn_on = state.modelling.as_ref().is_some_and(|page| page.is_changed());
-    (!is_drawn_on || modelling::save(state))
+    (!is_drawn_on || model_keeping::save(state))
         && (!state.project.as_ref().is_some_and(is_changed) || save(state))
 }
 
@@ -330,7 +270,7 @@ pub fn save(state: &mut State) -> bool {
     match state.project.as_ref().map(|project| project.file.clone()) {
         Some(Some(file)) => save_to(state, &file, true),
         Some(None) => {
-            super::dialogs::ask_path(state, super::dialogs::PathRequest::SaveAs);
+            ask_path(state, PathRequest::SaveAs);
             false
         }
         None => false,

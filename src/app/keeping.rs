@@ -1,36 +1,24 @@
 //! Keeping what is not saved: every half minute tags, options, edits and results go to the user's
 //! own folder, where the next window finds them after a crash.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::edit::Edit;
-use super::files;
-use super::leaving::proceed;
+use super::opening::{AfterPrompt, Restoring};
 use super::project::Project;
+use super::project_file::file_of;
 use super::state::State;
+use super::unsaved::Kept;
 use crate::io::project::ProjectFile;
 use crate::io::results::{self, Results};
+use crate::io::settings;
 use crate::reconstruct::Reconstruction;
 use crate::watch::Watch;
 use crate::worker::JobEvent;
 
 /// Unsaved work is kept this often.
 const AUTOSAVE: Duration = Duration::from_secs(30);
-
-/// What is kept for recovery.
-pub struct Kept {
-    edit: Arc<Edit>,
-    results: Option<Arc<Reconstruction>>,
-}
-
-/// Results of a project that are being read.
-pub struct Restoring {
-    pub folder: PathBuf,
-    /// The unsaved work of a crash that they are part of.
-    pub recovered: Option<PathBuf>,
-}
 
 /// Keeps unsaved work now and then, for recovery.
 pub fn autosave(state: &mut State) {
@@ -96,7 +84,7 @@ fn keep(state: &mut State) {
         return;
     }
     let recovery = recovery.clone();
-    let mut file = ProjectFile { original: project.file.clone(), ..files::file_of(state, project) };
+    let mut file = ProjectFile { original: project.file.clone(), ..file_of(state, project) };
     let mut storing = None;
     if results.is_some() {
         file.results = Some(recovery.results());
@@ -114,8 +102,18 @@ fn keep(state: &mut State) {
 pub fn take_over(state: &mut State, left: &Path) {
     autosave_now(state);
     if state.kept.is_some() {
-        files::discard(state, left);
+        discard(state, left);
     }
+}
+
+pub fn discard(state: &mut State, file: &Path) {
+    settings::discard(file);
+    not_now(state, file);
+}
+
+/// Offers unsaved work no more until the next start.
+pub fn not_now(state: &mut State, file: &Path) {
+    state.left_behind.retain(|other| other.file != file);
 }
 
 /// The results of a project were read, or cannot be.
@@ -142,8 +140,12 @@ fn take(state: &mut State, read: Results, folder: &Path, recovered: Option<&Path
     }
 }
 
-/// Results were written beside the project's file, or cannot be.
-pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
+/// Results were written beside the project's file, or cannot be; what has waited for it comes next.
+pub fn stored(
+    state: &mut State,
+    whole: &Arc<Reconstruction>,
+    event: JobEvent,
+) -> Option<AfterPrompt> {
     // Of several that were asked for, the last opens the way.
     let then = state.after_storing.take_if(|_| !state.jobs.is_storing());
     match event {
@@ -152,9 +154,7 @@ pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
             if state.project.as_ref().is_some_and(|project| !is_unsaved(project)) {
                 forget_kept(state);
             }
-            if let Some(then) = then {
-                proceed(state, then);
-            }
+            return then;
         }
         JobEvent::Failed(text) => {
             state.after_storing = None;
@@ -165,4 +165,5 @@ pub fn stored(state: &mut State, whole: &Arc<Reconstruction>, event: JobEvent) {
         }
         _ => {}
     }
+    None
 }

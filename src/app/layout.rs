@@ -3,83 +3,15 @@
 use std::collections::BTreeMap;
 
 use egui_tiles::{Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::Value;
 
 use eframe::egui;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Pane {
-    Outliner,
-    Viewport,
-    Tags,
-    KnownLight,
-    Run,
-    Inspector,
-    Relight,
-    Convergence,
-    SampleErrors,
-    Samples,
-    Lights,
-    Materials,
-    Compare,
-    Masks,
-    Log,
-    Speed,
-    Stability,
-}
+use super::panes::{Pane, Place};
 
-impl Pane {
-    pub const ALL: [Self; 17] = [
-        Self::Outliner,
-        Self::Viewport,
-        Self::Tags,
-        Self::KnownLight,
-        Self::Run,
-        Self::Inspector,
-        Self::Relight,
-        Self::Convergence,
-        Self::SampleErrors,
-        Self::Samples,
-        Self::Lights,
-        Self::Materials,
-        Self::Compare,
-        Self::Masks,
-        Self::Log,
-        Self::Speed,
-        Self::Stability,
-    ];
-
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Outliner => "Outliner",
-            Self::Viewport => "3D view",
-            Self::Tags => "Tags",
-            Self::KnownLight => "Known light",
-            Self::Run => "Run",
-            Self::Inspector => "Inspector",
-            Self::Relight => "Relight",
-            Self::Convergence => "Convergence",
-            Self::SampleErrors => "Error per sample",
-            Self::Samples => "Samples",
-            Self::Lights => "Lights",
-            Self::Materials => "Materials",
-            Self::Compare => "Compare",
-            Self::Masks => "Masks",
-            Self::Log => "Log",
-            Self::Speed => "Speed and accuracy",
-            Self::Stability => "Stability",
-        }
-    }
-
-    /// Where it is shown when the present workspace has no place for it.
-    fn home(self) -> Workspace {
-        match self {
-            Self::Speed | Self::Stability => Workspace::Study,
-            _ => Workspace::Inspect,
-        }
-    }
-}
+/// The panels on the right of the workspace of the studies.
+const STUDY_RIGHT: [Pane; 3] = [Pane::Run, Pane::Tags, Pane::Log];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Workspace {
@@ -141,45 +73,36 @@ impl Workspace {
 
     /// Whether it has a place for a panel.
     fn has(self, pane: Pane) -> bool {
-        let is_study = matches!(pane, Pane::Speed | Pane::Stability);
+        let is_study = pane.place() == Place::Study;
         match self {
-            Self::Study => is_study || matches!(pane, Pane::Run | Pane::Tags | Pane::Log),
+            Self::Study => is_study || STUDY_RIGHT.contains(&pane),
             _ => !is_study,
         }
     }
 
+    /// Where a panel is shown when the present workspace has no place for it.
+    fn home(pane: Pane) -> Self {
+        if pane.place() == Place::Study { Self::Study } else { Self::Inspect }
+    }
+
     fn tree(self) -> Tree<Pane> {
         let mut tiles = Tiles::default();
+        let at = |place| -> Vec<Pane> {
+            Pane::ALL.into_iter().filter(|pane| pane.place() == place).collect()
+        };
         let [right_front, lower_front] = self.front();
         let id = egui::Id::unique(("workspace", self.name()));
         if self == Self::Study {
-            let studies = tabs(&mut tiles, &[Pane::Speed, Pane::Stability], lower_front);
-            let right = tabs(&mut tiles, &[Pane::Run, Pane::Tags, Pane::Log], right_front);
+            let studies = tabs(&mut tiles, &at(Place::Study), lower_front);
+            let right = tabs(&mut tiles, &STUDY_RIGHT, right_front);
             let parts = [(studies, 0.75), (right, 0.25)];
             let root = split(&mut tiles, LinearDir::Horizontal, &parts);
             return Tree::new(id, root, tiles);
         }
         let outliner = tiles.insert_pane(Pane::Outliner);
         let viewport = tiles.insert_pane(Pane::Viewport);
-        let right = tabs(
-            &mut tiles,
-            &[Pane::Tags, Pane::KnownLight, Pane::Run, Pane::Inspector, Pane::Relight],
-            right_front,
-        );
-        let lower = tabs(
-            &mut tiles,
-            &[
-                Pane::Convergence,
-                Pane::SampleErrors,
-                Pane::Samples,
-                Pane::Lights,
-                Pane::Materials,
-                Pane::Compare,
-                Pane::Masks,
-                Pane::Log,
-            ],
-            lower_front,
-        );
+        let right = tabs(&mut tiles, &at(Place::Right), right_front);
+        let lower = tabs(&mut tiles, &at(Place::Lower), lower_front);
         let center = split(
             &mut tiles,
             LinearDir::Vertical,
@@ -263,7 +186,7 @@ impl Layout {
     /// that was lost comes back with the workspace's own arrangement.
     pub fn show(&mut self, pane: Pane) {
         if !self.current.has(pane) {
-            self.current = pane.home();
+            self.current = Workspace::home(pane);
         }
         let is_it = |_: TileId, tile: &Tile<Pane>| matches!(tile, Tile::Pane(own) if *own == pane);
         if !self.tree().make_active(is_it) {

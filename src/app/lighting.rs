@@ -1,33 +1,18 @@
 //! Carries out what is asked about known lights.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde_json::json;
 
-use super::actions::{self, Select};
+use super::actions::{Lighting, Select};
 use super::change::Change;
+use super::changing;
 use super::given::GivenLight;
 use super::jobs::Reading;
-use super::relight::{Added, NewLight};
+use super::relight::Added;
 use super::selecting::select;
 use super::state::State;
 use crate::io::tags::StoredLights;
-
-/// What is done about known lights.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Lighting {
-    /// A light of known shape; its strength is to be found.
-    Add(NewLight),
-    /// The selected surfaces shine.
-    AddVisible,
-    /// An image of the sky.
-    AddSky(PathBuf),
-    /// Points what could not be read of the project, by its index, at another file.
-    Find(usize, PathBuf),
-    /// Takes what could not be read out of the project.
-    GiveUp(usize),
-}
 
 pub fn apply(state: &mut State, what: Lighting) {
     let Some(project) = &state.project else { return };
@@ -115,7 +100,7 @@ pub fn lights_read(state: &mut State, reading: Reading, stored: StoredLights) {
 }
 
 fn change(state: &mut State, name: &'static str, of: Option<Added>, given: GivenLight) {
-    actions::change_project(state, &Change::Given { name, of, given: Arc::new(given) });
+    changing::change_project(state, &Change::Given { name, of, given: Arc::new(given) });
 }
 
 /// The last light is new.

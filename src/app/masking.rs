@@ -2,31 +2,16 @@
 
 use std::sync::Arc;
 
+use super::actions::Masking;
 use super::change::Change;
-use super::layout::Pane;
+use super::changing;
+use super::panes::Pane;
 use super::project::Project;
 use super::state::State;
 use super::viewport::MaskTool;
 use crate::io::project::Masks;
 use crate::scene::clutter::Suggestion;
 use crate::scene::{Capture, Image, Mask, Shape};
-
-/// What is done about masks.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Masking {
-    /// Takes a tool up, or lays all down.
-    Tool(Option<MaskTool>),
-    Draw {
-        photograph: usize,
-        shape: Shape,
-        is_left_out: bool,
-    },
-    /// Nothing of the photograph is left out.
-    Clear,
-    Invert,
-    Suggest,
-    StopSuggesting,
-}
 
 pub fn apply(state: &mut State, what: Masking) {
     match what {
@@ -98,7 +83,7 @@ fn change(
 
 fn put_change(state: &mut State, name: &'static str, masks: Masks) {
     let change = Change::Masks { name, masks: Arc::new(masks) };
-    super::actions::change_project(state, &change);
+    changing::change_project(state, &change);
 }
 
 /// What is left out of a photograph now.

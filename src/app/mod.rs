@@ -1,19 +1,23 @@
 //! The studio: the window of the program.
 //!
-//! It holds no method of its own. Panels show an open `project` and say what was asked for;
-//! `actions` does it at the end of the frame; `jobs` sends commands to the worker that the
+//! It holds no method of its own. Panels show an open `project` and say what was asked for by
+//! `actions`; `dispatch` does it at the end of the frame; `jobs` sends commands to the worker that the
 //! terminal drives too, and takes its events.
 
 mod actions;
+mod asking;
 #[expect(clippy::module_inception, reason = "the file that wires the app together")]
 mod app;
 mod change;
+mod changing;
 mod commands;
 mod derived;
 mod dialogs;
+mod dispatch;
 mod dropping;
 mod edit;
 mod entry;
+mod export_question;
 mod file_dialog;
 mod files;
 mod gesture;
@@ -31,12 +35,16 @@ mod lighting;
 mod masking;
 mod messages;
 mod modelling;
+mod new_capture;
+mod opening;
 mod panels;
+mod panes;
 mod probe;
 mod picture_choices;
 mod plots;
 mod products;
 mod project;
+mod project_file;
 mod relight;
 mod relighting;
 mod reopening;
@@ -49,6 +57,7 @@ mod studying;
 mod theme;
 mod things;
 mod undo;
+mod unsaved;
 mod view_file;
 pub mod viewport;
 #[cfg(test)]

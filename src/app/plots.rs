@@ -1,10 +1,10 @@
-//! Plots as files: a table of their numbers, or a drawing of what they show.
+//! Writes plots to files: a table of their numbers, or a drawing of what they show.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::actions::{PathRequest, PlotFile, Plotted};
 use super::derived::Derived;
-use super::dialogs::PathRequest;
 use super::project::Project;
 use super::state::State;
 use crate::io::drawing::{Form, Ink, svg};
@@ -12,51 +12,6 @@ use crate::io::{atomic, export, table};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::solution::Iteration;
 use crate::study::chart::{self, Chart, Panel, Point, Scale, Series};
-
-/// A plot that can be saved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plotted {
-    Convergence,
-    SampleErrors,
-}
-
-/// What it is saved as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlotFile {
-    /// The numbers, with commas between them.
-    Csv,
-    /// A drawing.
-    Svg,
-}
-
-impl Plotted {
-    /// The name of its file, without its end.
-    pub fn stem(self) -> &'static str {
-        match self {
-            Self::Convergence => "convergence",
-            Self::SampleErrors => "samples",
-        }
-    }
-}
-
-impl PlotFile {
-    pub const ALL: [(Self, &'static str, &'static str); 2] = [
-        (Self::Csv, "Table (CSV)…", "The numbers, for spreadsheets and scripts"),
-        (Self::Svg, "Drawing (SVG)…", "For papers and slides; lines and text stay sharp"),
-    ];
-
-    pub fn end(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Svg => "svg",
-        }
-    }
-
-    /// Whether a file is named as one of these.
-    pub fn is_end_of(self, path: &Path) -> bool {
-        path.extension().is_some_and(|own| own.eq_ignore_ascii_case(self.end()))
-    }
-}
 
 /// Writes a plot; a file that is there is replaced only when that was agreed to.
 pub fn save(state: &mut State, plotted: Plotted, kind: PlotFile, path: PathBuf, replace: bool) {

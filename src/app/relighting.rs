@@ -5,9 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde_json::json;
 
-use super::actions::{self, Relight, Select};
+use super::actions::{PathRequest, Relight, Select};
+use super::asking::beside;
 use super::change::Change;
-use super::dialogs::{PathRequest, beside};
+use super::changing;
 use super::jobs::Reading;
 use super::lighting;
 use super::relight::{self, Added, Motion};
@@ -81,7 +82,7 @@ pub fn apply(state: &mut State, what: Relight) {
             if let Some(item) = selected
                 && let Some(next) = dropped(state, &things, item)
             {
-                actions::change_project(state, &next.change("drop to surface", item));
+                changing::change_project(state, &next.change("drop to surface", item));
             }
         }
         Relight::Find(index, path) => {
@@ -97,7 +98,7 @@ pub fn apply(state: &mut State, what: Relight) {
             if index < unread.len() {
                 unread.remove(index);
                 let (name, unread) = ("remove", Arc::new(unread));
-                actions::change_project(state, &Change::Unread { name, edits, unread });
+                changing::change_project(state, &Change::Unread { name, edits, unread });
             }
         }
         Relight::AskPictures => {
@@ -132,7 +133,7 @@ fn read(state: &mut State, reading: Reading, value: serde_json::Value) {
 
 fn change(state: &mut State, name: &'static str, of: Option<Added>, edits: Edits) {
     let change = Change::Relight { name, of, edits: Arc::new(edits) };
-    actions::change_project(state, &change);
+    changing::change_project(state, &change);
 }
 
 fn added(state: &mut State, name: &'static str, edits: Edits, item: Added) {
@@ -206,7 +207,7 @@ fn found(state: &mut State, index: usize, edits: &Edits) {
         false => Added::Light(next.lights.len() - 1),
     };
     let (edits, unread) = (Arc::new(next), Arc::new(unread));
-    actions::change_project(state, &Change::Unread { name: "find file", edits, unread });
+    changing::change_project(state, &Change::Unread { name: "find file", edits, unread });
     if let Some(project) = &mut state.project {
         select(project, Select::Added(item));
     }

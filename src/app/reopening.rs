@@ -1,17 +1,17 @@
 //! Opening a capture in its own place: after its mesh and cameras were made anew. Tags, options and
 //! edits stay with the surfaces of their names, and so does their undo.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::edit::Edit;
-use super::files::Opening;
 use super::given::GivenLight;
-use super::leaving::{AfterPrompt, UnsavedWork, proceed};
 use super::messages::Messages;
+use super::opening::Opening;
 use super::project::Project;
 use super::state::State;
+use super::unsaved::UnsavedWork;
 use crate::io::edits::{Place, Unread};
 use crate::io::project;
 use crate::io::tags::light_values;
@@ -116,15 +116,5 @@ fn lost(light: &KnownLight, old: &Capture) -> Unread {
         value: light_values(std::slice::from_ref(light), &[], old).remove(0),
         problem: Some(format!("The capture has the surfaces of \"{}\" no more.", light.name())),
         is_missing: false,
-    }
-}
-
-/// A folder was opened whose cameras or mesh are still to be made.
-pub fn begun(state: &mut State, opening: &Opening, folder: PathBuf) {
-    let then = AfterPrompt::Model(folder);
-    if UnsavedWork::of(state, false).is_within(&opening.agreed) {
-        proceed(state, then);
-    } else {
-        state.dialogs.unsaved = Some(then);
     }
 }

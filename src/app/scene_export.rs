@@ -1,57 +1,15 @@
-//! The recovered scene for other programs: what was chosen, and the job that writes it.
+//! Carries out what is asked about the recovered scene for other programs.
 
 use std::path::PathBuf;
 
-use glam::DVec3;
-
-use super::dialogs::beside;
+use super::actions::ExportAction;
+use super::asking::beside;
+use super::export_question::ExportQuestion;
 use super::state::State;
 use crate::io::export::elsewhere::{Format, Plan};
 use crate::io::export::{check_folder, sample_rows};
 use crate::render::probe::ProbeSettings;
 use crate::worker::SceneExport;
-
-/// What is done about the export.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ExportAction {
-    /// Asks what is wanted, and where.
-    Show,
-    Folder(PathBuf),
-    Start,
-    Stop,
-    Leave,
-}
-
-/// The choices, while they are on the screen.
-pub struct ExportQuestion {
-    pub formats: Vec<Format>,
-    pub probe: ProbeSettings,
-    /// In metres; without one a place before the first camera.
-    pub probe_at: Option<DVec3>,
-    /// The place that is proposed: the geometry's middle.
-    pub middle: DVec3,
-    pub folder: String,
-    /// Why it cannot be written there.
-    pub problem: Option<String>,
-}
-
-impl ExportQuestion {
-    /// What is missing, in words.
-    pub fn obstacle(&self) -> Option<&'static str> {
-        if self.formats.is_empty() {
-            Some("Choose at least one format.")
-        } else if self.folder.trim().is_empty() {
-            Some("Choose a folder first.")
-        } else {
-            None
-        }
-    }
-
-    /// Whether a light probe is made.
-    pub fn has_probe(&self) -> bool {
-        self.formats.iter().any(|format| matches!(format, Format::Probe | Format::Blender))
-    }
-}
 
 pub fn apply(state: &mut State, what: ExportAction) {
     match what {

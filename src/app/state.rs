@@ -14,15 +14,15 @@ use super::dialogs::Dialogs;
 use super::gesture::Hand;
 use super::import::ImportPage;
 use super::jobs::Jobs;
-use super::keeping::Kept;
 use super::layout::{Layout, Workspace};
-use super::leaving::AfterPrompt;
 use super::messages::Messages;
 use super::modelling::ModelPage;
-use super::panels::PanelState;
+use super::opening::AfterPrompt;
+use super::panels::state::PanelState;
 use super::probe::{Probe, Start};
 use super::project::Project;
 use super::theme;
+use super::unsaved::{Kept, UnsavedWork};
 use super::viewport::Viewport;
 use super::writer::Writer;
 use crate::io::engines::Search;
@@ -146,6 +146,25 @@ impl State {
         match &self.project {
             None => Some("Open a capture first."),
             Some(project) => project.obstacle(),
+        }
+    }
+
+    /// What leaving the project would lose, or, with `quitting`, ending the program.
+    pub fn unsaved_work(&self, quitting: bool) -> UnsavedWork {
+        let page = self.modelling.as_ref().filter(|page| page.is_changed());
+        let model = page.and_then(|page| page.model().cloned());
+        let Some(project) = &self.project else {
+            return UnsavedWork { model, ..UnsavedWork::default() };
+        };
+        let exporting = self.jobs.exporting.as_ref();
+        UnsavedWork {
+            edit: project.is_changed().then(|| project.edit().clone()),
+            run: project.run.as_ref().map(|run| run.job),
+            results: project.unsaved_results().cloned(),
+            // An export outlives its project, but not the program.
+            export: exporting.map(|(job, _)| *job).filter(|_| quitting),
+            study: self.jobs.studies.at_stake(),
+            model,
         }
     }
 

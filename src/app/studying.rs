@@ -1,8 +1,9 @@
 //! Carries out what is asked about the studies.
 
-use super::actions::{self, Study};
+use super::actions::Study;
 use super::change::Change;
-use super::jobs::studies::{self, Kind};
+use super::changing;
+use super::jobs::studies::{Kind, events};
 use super::keys;
 use super::panels::numbers;
 use super::state::State;
@@ -31,7 +32,7 @@ pub fn apply(state: &mut State, what: Study) {
         Study::Stability(request) => jobs.studies.begin_stability(project, &request),
         Study::Cancel(kind) => jobs.studies.cancel(kind),
         Study::Clear(kind) => jobs.studies.clear(kind),
-        Study::Save(kind, folder) => studies::save(state, kind, folder),
+        Study::Save(kind, folder) => events::save(state, kind, folder),
         Study::Use(setting) => use_setting(state, &setting),
     }
 }
@@ -54,7 +55,7 @@ fn use_setting(state: &mut State, setting: &str) {
         format!(", which took {}", numbers::duration(place.seconds))
     });
     let change = Change::Options { name: format!("setting {setting}"), options: Box::new(options) };
-    actions::change_project(state, &change);
+    changing::change_project(state, &change);
     let notice = format!("Run options set to \"{setting}\"{took}. Ctrl+Z takes it back.");
     state.messages.notice(keys::named(&state.ctx, &notice));
 }

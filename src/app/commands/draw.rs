@@ -4,9 +4,7 @@ use eframe::egui::{Key, Modifiers};
 
 use super::list::{add, group, key};
 use super::{Command, Menu};
-use crate::app::actions::Action;
-use crate::app::modelling::ModelAction;
-use crate::app::modelling::finding::FindAction;
+use crate::app::actions::{Action, FindAction, ModelAction};
 use crate::app::modelling::tool::{Target, Tool};
 use crate::model::{Axis, Shape};
 

@@ -4,11 +4,7 @@ use eframe::egui::{Key, Modifiers};
 
 use super::list::{COMMAND, add, group, key};
 use super::{Command, Menu};
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
-use crate::app::import::ImportAction;
-use crate::app::modelling::begin::NewAction;
-use crate::app::scene_export::ExportAction;
+use crate::app::actions::{Action, ExportAction, ImportAction, NewAction, PathRequest};
 
 /// Adds them to a list.
 pub(super) fn file(list: &mut Vec<Command>) {

@@ -3,11 +3,9 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, draw, file};
-use crate::app::actions::{Action, Select};
-use crate::app::dialogs::PathRequest;
-use crate::app::layout::{Pane, Workspace};
-use crate::app::lighting::Lighting;
-use crate::app::masking::Masking;
+use crate::app::actions::{Action, Lighting, Masking, PathRequest, Select};
+use crate::app::layout::Workspace;
+use crate::app::panes::Pane;
 use crate::app::relight::NewLight;
 use crate::app::viewport::MaskTool;
 
@@ -187,7 +185,7 @@ fn view(list: &mut Vec<Command>) {
     );
     let panels = list.len();
     for pane in Pane::ALL {
-        let (name, help) = pane_command(pane);
+        let (name, help) = pane.command();
         add(list, View, name, None, Action::ShowPane(pane), help);
     }
     put_within(list, panels, "Panels");
@@ -370,28 +368,6 @@ fn help(list: &mut Vec<Command>) {
         "Version, graphics adapter, options and log, to be copied into a report; never photographs",
     );
     add(list, Help, "About", None, Action::ShowAbout, "Version and method");
-}
-
-fn pane_command(pane: Pane) -> (&'static str, &'static str) {
-    match pane {
-        Pane::Outliner => ("Show outliner", "Photographs, surfaces, materials and lights"),
-        Pane::Viewport => ("Show 3D view", "Geometry, cameras, samples and lights"),
-        Pane::Tags => ("Show tags", "Materials and which surfaces have them"),
-        Pane::KnownLight => ("Show known light", "Lights whose shape and place are known"),
-        Pane::Run => ("Show run", "Method, options and progress"),
-        Pane::Inspector => ("Show inspector", "Every number of what is selected"),
-        Pane::Relight => ("Show relight", "Other light, materials and objects"),
-        Pane::Convergence => ("Show convergence", "Error against iteration"),
-        Pane::SampleErrors => ("Show error per sample", "Computed against measured radiance"),
-        Pane::Samples => ("Show samples", "Table of samples"),
-        Pane::Lights => ("Show lights", "Table of virtual and known lights"),
-        Pane::Materials => ("Show materials", "Table of reflectances with intervals"),
-        Pane::Compare => ("Show compare", "Photographs beside what the results make of them"),
-        Pane::Masks => ("Show masks", "What is left out of photographs, and tools to draw it"),
-        Pane::Log => ("Show log", "What happened, with warnings"),
-        Pane::Speed => ("Show speed and accuracy", "What seconds buy in accuracy on this capture"),
-        Pane::Stability => ("Show stability", "What this capture can bear"),
-    }
 }
 
 /// Moves the newest commands, from an index on, into a menu within the menu.

@@ -7,12 +7,10 @@ mod reasons;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 
-use super::actions::{Action, Relight, Select};
-use super::dialogs::PathRequest;
-use super::lighting::Lighting;
-use super::masking::{self, Masking};
+use super::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};
+use super::masking;
+use super::modelling::ModelPage;
 use super::modelling::tool::Selected;
-use super::modelling::{ModelAction, ModelPage};
 use super::state::State;
 
 pub use draw::things;

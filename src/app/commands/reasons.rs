@@ -1,11 +1,7 @@
 //! Why a command would do nothing now, in words: what its entry in the menu says.
 
 use super::{Command, Menu};
-use crate::app::actions::{Action, Relight, Select};
-use crate::app::dialogs::PathRequest;
-use crate::app::lighting::Lighting;
-use crate::app::masking::Masking;
-use crate::app::modelling::ModelAction;
+use crate::app::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};
 use crate::app::state::State;
 
 const NO_RESULTS: &str = "There are no results yet: run first (Ctrl+R).";

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{ImportPage, NOT_WRITTEN, written};
+use super::ImportPage;
+use super::acting::{NOT_WRITTEN, written};
 use crate::app::state::State;
 use crate::worker::{Command, Event, JobEvent};
 

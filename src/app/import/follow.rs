@@ -3,7 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::{Field, ImportPage, Question, Request, events};
+use super::{ImportPage, Question, Request, events};
+use crate::app::actions::Field;
 use crate::app::state::State;
 use crate::io::import;
 use crate::worker::Command;

@@ -4,8 +4,9 @@
 //! one reads, recovers responses and writes, one holds photographs against the cameras. What is
 //! asked of them follows from the choices (`follow`), and never waits for a button.
 
+pub mod acting;
 mod events;
-mod follow;
+pub mod follow;
 mod measuring;
 
 use std::path::{Path, PathBuf};
@@ -14,43 +15,15 @@ use std::time::Instant;
 
 use eframe::{egui, egui_wgpu};
 
-use super::layout::Workspace;
-use super::leaving::{AfterPrompt, leave};
-use super::state::State;
+use super::actions::Field;
 use super::viewport::{Shading, ViewSettings, Viewport};
 use crate::exposures::MergeOptions;
 use crate::io::brackets::{Found, Series};
-use crate::io::import::{self, Import, ShotCheck, Survey, Writing};
-use crate::io::mesh;
+use crate::io::import::{self, Import, ShotCheck, Survey};
 use crate::watch::Progress;
-use crate::worker::{Command, Job, Worker};
+use crate::worker::{Job, Worker};
 
-pub use follow::follow;
 pub use measuring::{Measuring, REACH};
-
-/// What can be done about the page from elsewhere.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ImportAction {
-    /// Shows it, with a source where one is given.
-    Show(Option<PathBuf>),
-    Hide,
-    Choose(Field, PathBuf),
-    /// Reads everything again.
-    Read,
-    Cancel,
-    Write {
-        replace: bool,
-    },
-}
-
-/// A path on the page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Field {
-    Cameras,
-    Images,
-    Mesh,
-    Out,
-}
 
 /// What fills the page's right side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -255,78 +228,4 @@ impl ImportPage {
             self.problem = Some("Reading was cancelled.".to_owned());
         }
     }
-}
-
-/// Does what was asked for.
-pub fn apply(state: &mut State, what: ImportAction) {
-    if let ImportAction::Show(source) = what {
-        show(state, source.as_deref());
-        return;
-    }
-    let Some(page) = &mut state.import else { return };
-    match what {
-        ImportAction::Show(_) => {}
-        ImportAction::Hide => page.is_shown = false,
-        ImportAction::Choose(field, path) => page.choose(field, &path),
-        ImportAction::Read => page.request = None,
-        ImportAction::Cancel => page.cancel(),
-        ImportAction::Write { replace } => write(state, replace),
-    }
-}
-
-fn show(state: &mut State, source: Option<&Path>) {
-    if state.import.is_none() {
-        match ImportPage::start(&state.render, &state.ctx) {
-            Ok(page) => state.import = Some(Box::new(page)),
-            Err(error) => {
-                let text = format!("no thread can be started: {error}");
-                state.messages.error("The import page cannot be opened", text);
-                return;
-            }
-        }
-    }
-    let Some(page) = &mut state.import else { return };
-    page.is_shown = true;
-    if let Some(source) = source {
-        // Onto a page with cameras, a mesh is that of the cameras.
-        let is_own_mesh = mesh::is_mesh(source) && page.path(Field::Cameras).is_some();
-        page.choose(if is_own_mesh { Field::Mesh } else { Field::Cameras }, source);
-    }
-}
-
-fn write(state: &mut State, replace: bool) {
-    let Some(page) = &mut state.import else { return };
-    if let Some(obstacle) = page.obstacle() {
-        state.messages.notice(obstacle);
-        return;
-    }
-    let (Some(import), Some(folder)) = (page.import.clone(), page.path(Field::Out)) else { return };
-    let merge = page.merge && !import.series.is_empty();
-    if merge && let Err(problem) = page.merging.check_corners() {
-        state.messages.error(NOT_WRITTEN, problem);
-        return;
-    }
-    if let Some(job) = page.investigating.take() {
-        page.reader.cancel(job);
-        page.question = None;
-    }
-    let merge = merge.then(|| page.merging.clone());
-    let as_srgb = page.as_srgb;
-    let writing = Box::new(Writing { replace, merge, as_srgb, ..Writing::default() });
-    page.writing = Some(page.reader.send(Command::WriteCapture { import, folder, writing }));
-}
-
-const NOT_WRITTEN: &str = "The capture cannot be written";
-
-/// The capture stands: it is opened, and the page has done its work.
-fn written(state: &mut State, folder: &Path, written: &import::Written) {
-    let warnings = state.import.as_ref().and_then(|page| page.import.clone());
-    let warnings = warnings.iter().flat_map(|import| &import.warnings);
-    for warning in warnings.chain(&written.warnings) {
-        state.messages.warning(warning.clone());
-    }
-    state.messages.notice(format!("Capture written to {}", folder.display()));
-    state.import = None;
-    state.layout.current = Workspace::Capture;
-    leave(state, AfterPrompt::Open(folder.to_owned()));
 }

@@ -3,11 +3,14 @@
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 
-use super::{PULSE, Reading, masks, studies};
-use crate::app::files::{self, Opening};
+use super::studies::events as studies;
+use super::{PULSE, Reading, masks};
+use crate::app::files;
 use crate::app::keeping;
+use crate::app::leaving;
 use crate::app::lighting;
 use crate::app::modelling::begin;
+use crate::app::opening::Opening;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::relighting;
@@ -103,7 +106,9 @@ fn loader_event(state: &mut State, event: Event) {
     }
     if let Some(index) = state.jobs.storing.iter().position(|(job, _)| *job == event.job) {
         let (_, whole) = state.jobs.storing.remove(index);
-        keeping::stored(state, &whole, event.what);
+        if let Some(then) = keeping::stored(state, &whole, event.what) {
+            leaving::proceed(state, then);
+        }
         return;
     }
     if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
@@ -153,7 +158,7 @@ fn loader_event(state: &mut State, event: Event) {
         JobEvent::StoredEdits(edits) => {
             read_on(state, Opening { edits: Some(edits), ..opening });
         }
-        JobEvent::Begun(folder, _) => reopening::begun(state, &opening, folder),
+        JobEvent::Begun(folder, _) => leaving::begun(state, &opening, folder),
         JobEvent::Meshless(folder, _) => state.dialogs.meshless = Some(folder),
         JobEvent::Failed(text) => state.messages.error("This cannot be opened", text),
         _ => {}

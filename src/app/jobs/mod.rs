@@ -4,7 +4,7 @@
 //! work, one reconstructs, one makes pictures, one shows the relit scene, one studies. All are the
 //! worker that the terminal drives.
 
-mod events;
+pub mod events;
 mod masks;
 mod reading;
 mod rendering;
@@ -19,8 +19,7 @@ use std::time::Duration;
 use eframe::egui;
 
 use super::derived::{self, Derived};
-use super::files::Opening;
-use super::keeping::Restoring;
+use super::opening::{Opening, Restoring};
 use super::products::{Products, Run};
 use super::project::Project;
 use crate::reconstruct::Reconstruction;
@@ -92,7 +91,6 @@ pub struct Coverage {
 /// Pixels along the longer side of a picture that is made to compare.
 const COMPARED: usize = 800;
 
-pub use events::drain;
 use rendering::PicturesJob;
 use studies::Studies;
 

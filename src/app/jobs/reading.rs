@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::{Jobs, Reading};
-use crate::app::files::Opening;
+use crate::app::opening::Opening;
 use crate::app::project::Project;
 use crate::io::project::Relight;
 use crate::scene::Capture;

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use super::keeping::{forget_kept, keep, open};
 use super::tool::{Selected, Target, Tool};
-use super::{ModelAction, Placement, finding, follow, forget_kept, open};
+use super::{Placement, searching};
+use crate::app::actions::ModelAction;
 use crate::app::gesture::Gesture;
 use crate::app::layout::Workspace;
 use crate::app::reopening;
@@ -26,7 +28,7 @@ pub fn apply(state: &mut State, what: ModelAction) {
             }
         }
         ModelAction::Use => use_model(state),
-        ModelAction::Find(what) => finding::apply(state, what),
+        ModelAction::Find(what) => searching::apply(state, what),
         ModelAction::Change(name, model) => {
             let gesture = state.hand.gesture();
             change(state, name, model, gesture);
@@ -42,7 +44,7 @@ fn change(state: &mut State, name: String, model: Arc<Model>, gesture: Option<Ge
         document.change(name, model, gesture);
         page.tidy();
         if gesture.is_none() {
-            follow::keep(state);
+            keep(state);
         }
     }
 }
@@ -130,7 +132,7 @@ fn on_page(state: &mut State, what: ModelAction) {
     {
         page.tool = Tool::Mark(first);
     }
-    follow::keep(state);
+    keep(state);
 }
 
 pub fn undo(state: &mut State, is_undo: bool) {
@@ -145,7 +147,7 @@ pub fn undo(state: &mut State, is_undo: bool) {
     if let Some(name) = step {
         let word = if is_undo { "Undone" } else { "Redone" };
         state.messages.notice(format!("{word}: {name}"));
-        follow::keep(state);
+        keep(state);
     }
 }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::acting::used;
-use super::{ModelPage, finding};
+use super::keeping::keep;
+use super::{ModelPage, searching};
 use crate::app::gesture::Gesture;
 use crate::app::state::State;
-use crate::io::model as model_files;
 use crate::worker::{Command, Event, JobEvent, Modelling};
 
 use super::document::Document;
@@ -28,7 +28,7 @@ pub fn follow(state: &mut State) {
     for event in solver.into_iter().filter(|event| event.what.is_ending()) {
         solver_event(state, event);
     }
-    finding::follow(state);
+    searching::follow(state);
     let Some(page) = &mut state.modelling else { return };
     page.solve_what_is_drawn();
     page.draw_what_is_shown();
@@ -54,20 +54,6 @@ pub fn end_gesture(state: &mut State) {
             keep(state);
         }
         None => {}
-    }
-}
-
-/// Keeps what is not saved, in case that the program ends.
-pub(super) fn keep(state: &State) {
-    let Some(page) = &state.modelling else { return };
-    let Some(document) = &page.document else { return };
-    let (folder, model) = (page.folder.clone(), document.model().clone());
-    if document.is_changed() {
-        state.writer.send(move || {
-            model_files::keep(&folder, &model).map_err(|error| format!("Autosave: {error}"))
-        });
-    } else {
-        super::forget_kept(state, folder);
     }
 }
 

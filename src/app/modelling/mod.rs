@@ -4,13 +4,15 @@
 //! one solves and draws, one reads photographs. What is asked of them follows from the model and
 //! from what is looked at (`follow`), and never waits for a button.
 
-mod acting;
+pub mod acting;
 pub mod begin;
 mod document;
 pub mod drag;
 pub mod finding;
-mod follow;
+pub mod follow;
+pub mod keeping;
 mod pictures;
+mod searching;
 pub mod tool;
 
 use std::path::{Path, PathBuf};
@@ -18,47 +20,15 @@ use std::sync::Arc;
 
 use eframe::egui;
 
-use super::state::State;
 use crate::io::engines::Search;
-use crate::io::model as model_files;
-use crate::model::{Model, Shape, Solution};
+use crate::model::{Model, Solution};
 use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
 
-pub use acting::{apply, undo};
 pub use document::Document;
 use drag::Drag;
-use finding::{FindAction, Finding};
-pub use follow::{end_gesture, follow};
+use finding::Finding;
 pub use pictures::{Picture, Pictures};
 use tool::{Selected, Target, Tool};
-
-/// What can be done about the page.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ModelAction {
-    /// Shows the page of the open capture.
-    Show,
-    /// Another model in the place of the present one, by the name of what is done.
-    Change(String, Arc<Model>),
-    Tool(Tool),
-    /// Adds a thing and begins to show its corners.
-    Add(Shape),
-    /// Makes a twin of the selected thing.
-    Duplicate,
-    /// Removes what is selected.
-    Remove,
-    /// Turns the selected line around.
-    Flip,
-    /// Shows the next photograph, or the one before.
-    Next(bool),
-    /// Lets lines snap to the photograph's edges, or not.
-    Snap,
-    /// Fills the view with the photograph.
-    Fit,
-    /// Writes mesh and cameras, and opens the capture.
-    Use,
-    /// About cameras that an engine finds.
-    Find(FindAction),
-}
 
 /// What is drawn over the photograph.
 #[derive(Clone, Copy, Debug)]
@@ -254,51 +224,5 @@ impl ModelPage {
             self.selected = Selected::Nothing;
         }
         self.shown = self.shown.min(model.photographs.len().saturating_sub(1));
-    }
-}
-
-/// Opens the page of a folder, without asking about what is open.
-pub fn open(state: &mut State, folder: &Path) {
-    match ModelPage::start(folder, state.engines.clone(), &state.ctx) {
-        Ok(page) => state.modelling = Some(Box::new(page)),
-        Err(error) => {
-            let text = format!("no thread can be started: {error}");
-            state.messages.error("The Model page cannot be opened", text);
-        }
-    }
-}
-
-/// Saves the model; says whether there is nothing unsaved afterwards.
-pub fn save(state: &mut State) -> bool {
-    let Some(page) = &mut state.modelling else { return true };
-    let Some(document) = &mut page.document else { return true };
-    document.commit();
-    if let Err(error) = model_files::save(&page.folder, document.model()) {
-        state.messages.error("The model cannot be saved", error.to_string());
-        return false;
-    }
-    let model = document.model().clone();
-    document.mark_saved(model);
-    let folder = page.folder.clone();
-    let file = folder.join(model_files::NAME);
-    state.messages.notice(format!("Saved {}", file.display()));
-    forget_kept(state, folder);
-    true
-}
-
-/// What was kept for recovery is saved, or not wanted.
-pub fn forget_kept(state: &State, folder: PathBuf) {
-    state.writer.send(move || {
-        model_files::forget(&folder);
-        Ok(())
-    });
-}
-
-/// Leaves the page without asking.
-pub fn close(state: &mut State) {
-    if let Some(page) = state.modelling.take()
-        && page.is_changed()
-    {
-        forget_kept(state, page.folder.clone());
     }
 }

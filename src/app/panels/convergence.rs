@@ -5,8 +5,7 @@ use egui_plot::{Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, Plot
 
 use super::numbers::{counted, empty, outdated};
 use super::sample_errors::save_menu;
-use crate::app::actions::Action;
-use crate::app::plots::Plotted;
+use crate::app::actions::{Action, Plotted};
 use crate::app::project::Project;
 use crate::app::theme::{CHANNEL_NAMES, channel_color};
 use crate::math::rgb::Rgb;

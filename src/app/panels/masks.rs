@@ -6,10 +6,9 @@ use eframe::egui::{self, Button, DragValue};
 
 use super::numbers::cut;
 use super::table::{Head, Rows, TableState, head, table_ui};
-use crate::app::actions::{Action, Select};
+use crate::app::actions::{Action, Masking as Do, Select};
 use crate::app::entry::{self, Unit};
 use crate::app::jobs::Jobs;
-use crate::app::masking::Masking as Do;
 use crate::app::project::Project;
 use crate::app::viewport::{MASK_RADII, MaskTool, Viewport};
 use crate::scene::{Capture, Image};

@@ -3,10 +3,9 @@
 use eframe::egui;
 
 use super::run::run_button;
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
 use crate::app::commands::{self, Command, Menu};
 use crate::app::layout::Workspace;
-use crate::app::modelling::ModelAction;
 use crate::app::state::State;
 
 pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {

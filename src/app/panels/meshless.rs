@@ -2,11 +2,8 @@
 
 use eframe::egui;
 
-use super::questions::ask;
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
-use crate::app::import::ImportAction;
-use crate::app::modelling::begin::NewAction;
+use super::modal::ask;
+use crate::app::actions::{Action, ImportAction, NewAction, PathRequest};
 use crate::app::state::State;
 use crate::app::theme;
 

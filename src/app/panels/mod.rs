@@ -19,6 +19,7 @@ mod materials;
 mod meshless;
 mod no_radiance;
 pub mod menu;
+mod modal;
 pub mod modelling;
 pub mod numbers;
 mod options;
@@ -34,6 +35,7 @@ mod sample_errors;
 mod scene_export;
 mod samples;
 pub mod start;
+pub mod state;
 pub mod status;
 mod stability;
 mod stability_curves;
@@ -46,63 +48,14 @@ mod tags;
 use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
-use super::actions::{Action, Mode, Select};
+use self::state::PanelState;
+use super::actions::{Action, Masking, Mode, Select};
 use super::jobs::Jobs;
-use super::layout::Pane;
-use super::masking::Masking;
 use super::messages::Messages;
+use super::panes::Pane;
 use super::project::Project;
-use super::solo::Alone;
 use super::state::State;
 use super::viewport::{Content, Viewport, ViewportEvent};
-
-/// What panels remember between frames; nothing of it is part of a project.
-#[derive(Default)]
-pub struct PanelState {
-    pub title: String,
-    outliner: outliner::OutlinerState,
-    tags: tags::TagState,
-    known_light: known_light::KnownLightState,
-    run: run::RunPanelState,
-    convergence: convergence::ConvergenceState,
-    errors: sample_errors::ErrorPlotState,
-    samples: table::TableState,
-    lights: table::TableState,
-    materials: table::TableState,
-    inspector: inspect_sample::CropCache,
-    relight: relight::RelightState,
-    compare: compare::CompareState,
-    masks: masks::MasksState,
-    log: log::LogState,
-    speed: speed::SpeedState,
-    stability: stability::StabilityState,
-}
-
-impl PanelState {
-    /// Another project is shown: what referred to the old one goes.
-    pub fn forget(&mut self) {
-        *self = Self { title: std::mem::take(&mut self.title), ..Self::default() };
-    }
-
-    /// The light that is seen alone, for a project to keep.
-    pub fn alone(&self) -> Option<&Alone> {
-        self.relight.alone.as_ref()
-    }
-
-    pub fn set_alone(&mut self, alone: Option<Alone>) {
-        self.relight.alone = alone;
-    }
-
-    /// Something was selected: tables scroll to it.
-    pub fn follow(&mut self, what: &Select) {
-        match what {
-            Select::Sample(_) | Select::WorstSample => self.samples.follow = true,
-            Select::Light(_) | Select::StrongestLight => self.lights.follow = true,
-            Select::Material(_) => self.materials.follow = true,
-            _ => {}
-        }
-    }
-}
 
 /// The arrangement of panels around the 3D view.
 pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Action>) {

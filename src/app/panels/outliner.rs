@@ -10,7 +10,7 @@ use crate::app::actions::{Action, Mode, Select};
 use crate::app::change::Change;
 use crate::app::derived::kind_name;
 use crate::app::keys;
-use crate::app::layout::Pane;
+use crate::app::panes::Pane;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
 use crate::app::viewport::{Viewport, material_color};

@@ -2,10 +2,9 @@
 
 use eframe::egui::{self, DragValue, Key};
 
+use super::modal::{ask, buttons, folder_ui};
 use super::numbers::counted;
-use super::questions::{ask, buttons, folder_ui};
-use crate::app::actions::{Action, Relight};
-use crate::app::dialogs::PathRequest;
+use crate::app::actions::{Action, PathRequest, Relight};
 use crate::app::entry::{self, Unit};
 use crate::app::picture_choices::{PictureChoices, WIDTHS};
 use crate::app::state::State;

@@ -6,9 +6,8 @@ use std::sync::Arc;
 use eframe::egui::{self, Button, Color32, RichText};
 
 use super::numbers::{emission_color, left, named, reflectance_color, swatch};
-use crate::app::actions::{Action, Relight, Select};
+use crate::app::actions::{Action, PathRequest, Relight, Select};
 use crate::app::change::Change;
-use crate::app::dialogs::PathRequest;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
 use crate::app::solo::{Alone, Solo, is_alone, toggled};

@@ -6,10 +6,8 @@ use eframe::egui::{self, Color32};
 use egui_plot::{HLine, Legend, Plot, PlotPoint, PlotPoints, Points, VLine};
 
 use super::numbers::{empty, outdated, short};
-use crate::app::actions::{Action, Select};
+use crate::app::actions::{Action, PathRequest, PlotFile, Plotted, Select};
 use crate::app::derived::Derived;
-use crate::app::dialogs::PathRequest;
-use crate::app::plots::{PlotFile, Plotted};
 use crate::app::project::Project;
 use crate::app::viewport::material_color;
 

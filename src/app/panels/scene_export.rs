@@ -2,11 +2,10 @@
 
 use eframe::egui::{self, DragValue};
 
-use super::questions::{ask, folder_ui};
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
+use super::modal::{ask, folder_ui};
+use crate::app::actions::{Action, ExportAction, PathRequest};
 use crate::app::entry::{self, Unit};
-use crate::app::scene_export::{ExportAction, ExportQuestion};
+use crate::app::export_question::ExportQuestion;
 use crate::app::state::State;
 use crate::app::theme;
 use crate::io::export::elsewhere::Format;

@@ -4,11 +4,8 @@ use eframe::egui;
 
 use super::cards::left_behind_ui;
 use super::numbers::named;
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
-use crate::app::import::ImportAction;
+use crate::app::actions::{Action, ImportAction, NewAction, PathRequest};
 use crate::app::keys;
-use crate::app::modelling::begin::NewAction;
 use crate::app::state::State;
 use crate::io::project;
 

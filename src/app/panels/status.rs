@@ -4,11 +4,10 @@ use eframe::egui;
 
 use super::numbers::{count, counted, duration, rgb, short as short_number};
 use super::run::progress_ui;
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ExportAction};
 use crate::app::keys;
 use crate::app::products::Run;
 use crate::app::project::Project;
-use crate::app::scene_export::ExportAction;
 use crate::app::state::State;
 use crate::app::viewport::{PictureValue, Viewport};
 use crate::math::rgb::luminance;

@@ -5,8 +5,7 @@ use eframe::egui::{self, Color32, Rect, RichText, Sense, vec2};
 use egui_plot::{GridInput, GridMark};
 
 use super::numbers::{counted, duration};
-use crate::app::actions::{Action, Study};
-use crate::app::dialogs::PathRequest;
+use crate::app::actions::{Action, PathRequest, Study};
 use crate::app::jobs::Jobs;
 use crate::app::jobs::studies::{Estimate, Kind, TruthStatus};
 use crate::app::layout::Workspace;

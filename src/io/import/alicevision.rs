@@ -13,13 +13,20 @@ use std::path::Path;
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
 
+use super::format::{Format, Sign};
 use super::{Lens, Parsed, View, gathered, vision_to_graphics};
 use crate::io::json::{self, Field};
 use crate::io::{Error, Fault};
 use crate::scene::Distortion;
 
+pub(super) const FORMAT: Format = Format {
+    name: "AliceVision (Meshroom)",
+    signs: &[Sign::End("sfm"), Sign::Json(is_it)],
+    parse: |file, bytes, _| parse(file, bytes),
+};
+
 /// Whether a JSON value looks like such a file.
-pub(super) fn is_it(value: &Value) -> bool {
+fn is_it(value: &Value) -> bool {
     value.get("views").is_some() && value.get("intrinsics").is_some()
 }
 

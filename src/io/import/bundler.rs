@@ -9,9 +9,16 @@ use std::path::Path;
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::format::{Format, Sign};
 use super::{Lens, Parsed, View, gathered};
 use crate::io::{Error, Fault};
 use crate::scene::Distortion;
+
+pub(super) const FORMAT: Format = Format {
+    name: "Bundler",
+    signs: &[Sign::End("out")],
+    parse: |file, bytes, names| parse(file, bytes, &names()?),
+};
 
 /// Reads the bytes of a file and the names of its photographs, one a camera; `file` is for
 /// messages.

@@ -12,6 +12,7 @@ use std::path::Path;
 use glam::{DMat3, DMat4, DVec2, DVec3};
 use roxmltree::{Document, Node};
 
+use super::format::{Format, Sign};
 use super::{Lens, Parsed, View, gathered, vision_to_graphics};
 use crate::io::{Error, Fault};
 use crate::scene::Distortion;
@@ -19,8 +20,14 @@ use crate::scene::Distortion;
 /// A skew that moves no pixel by more than this is passed over.
 const SKEW_PX: f64 = 0.05;
 
+pub(super) const FORMAT: Format = Format {
+    name: "Metashape XML",
+    signs: &[Sign::Text("xml", is_it, "no camera export of Metashape")],
+    parse: |file, bytes, _| parse(file, bytes),
+};
+
 /// Whether a text looks like such a file.
-pub(super) fn is_it(text: &str) -> bool {
+fn is_it(text: &str) -> bool {
     text.contains("<sensor") && text.contains("<camera")
 }
 

@@ -31,6 +31,7 @@ pub mod colmap;
 mod figure;
 mod files;
 mod fit;
+mod format;
 mod geometry;
 mod measure;
 pub mod metashape;

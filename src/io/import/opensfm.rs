@@ -10,13 +10,20 @@ use std::path::Path;
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
 
+use super::format::{Format, Sign};
 use super::{Lens, Parsed, View, from_vision, gathered};
 use crate::io::json::{self, Field};
 use crate::io::{Error, Fault};
 use crate::scene::Distortion;
 
+pub(super) const FORMAT: Format = Format {
+    name: "OpenSfM",
+    signs: &[Sign::Json(is_it)],
+    parse: |file, bytes, _| parse(file, bytes),
+};
+
 /// Whether a JSON value looks like such a file.
-pub(super) fn is_it(value: &Value) -> bool {
+fn is_it(value: &Value) -> bool {
     let first = value.as_array().and_then(|items| items.first());
     first.is_some_and(|first| first.get("cameras").is_some() && first.get("shots").is_some())
 }

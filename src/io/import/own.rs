@@ -135,7 +135,7 @@ impl Reader<'_> {
         Ok(None)
     }
 
-    pub(super) fn bundler_names(&self, file: &Path) -> Result<Vec<String>, Error> {
+    pub(super) fn names_beside(&self, file: &Path) -> Result<Vec<String>, Error> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         let own = file.file_name().unwrap_or_default().to_string_lossy();

@@ -10,10 +10,7 @@ use super::notes::{self, Notes};
 use super::photographs::{Found, Photographs};
 use super::source::{self, LARGEST, Source};
 use super::world::Change;
-use super::{
-    Import, Options, Parsed, Shot, View, alicevision, bundler, colmap, gathered, metashape,
-    opensfm, reality_capture, reprojection, series,
-};
+use super::{Import, Options, Parsed, Shot, View, colmap, gathered, reprojection, series};
 use crate::io::brackets::Series;
 use crate::io::error::read_bounded;
 use crate::io::mesh;
@@ -69,26 +66,11 @@ impl Reader<'_> {
                 self.import.points = reprojection::observe(&model, &mut self.import.shots, place);
                 self.import.warnings.extend(model.warnings);
             }
-            Source::AliceVision(file) => {
-                self.import.format = "AliceVision (Meshroom)";
-                self.take_file(file, alicevision::parse(file, &bytes(file)?)?)?;
-            }
-            Source::OpenSfm(file) => {
-                self.import.format = "OpenSfM";
-                self.take_file(file, opensfm::parse(file, &bytes(file)?)?)?;
-            }
-            Source::RealityCapture(file) => {
-                self.import.format = "RealityCapture CSV";
-                self.take_file(file, reality_capture::parse(file, &bytes(file)?)?)?;
-            }
-            Source::Metashape(file) => {
-                self.import.format = "Metashape XML";
-                self.take_file(file, metashape::parse(file, &bytes(file)?)?)?;
-            }
-            Source::Bundler(file) => {
-                self.import.format = "Bundler";
-                let names = self.bundler_names(file)?;
-                self.take_file(file, bundler::parse(file, &bytes(file)?, &names)?)?;
+            Source::Cameras(format, file) => {
+                self.import.format = format.name;
+                let names = || self.names_beside(file);
+                let parsed = (format.parse)(file, &bytes(file)?, &names)?;
+                self.take_file(file, parsed)?;
             }
             Source::Transforms(files) => {
                 self.import.format = "transforms.json";

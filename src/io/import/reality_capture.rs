@@ -13,6 +13,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::format::{Format, Sign};
 use super::{Lens, Parsed, View};
 use crate::io::{Error, Fault};
 use crate::scene::Distortion;
@@ -20,8 +21,14 @@ use crate::scene::Distortion;
 /// Length of the picture that `f` belongs to.
 const FILM_MM: f64 = 36.0;
 
+pub(super) const FORMAT: Format = Format {
+    name: "RealityCapture CSV",
+    signs: &[Sign::Text("csv", is_it, "no RealityCapture CSV (its heading is missing)")],
+    parse: |file, bytes, _| parse(file, bytes),
+};
+
 /// Whether a text looks like such a file.
-pub(super) fn is_it(text: &str) -> bool {
+fn is_it(text: &str) -> bool {
     let head: String = text.lines().take(5).collect::<Vec<_>>().join("\n").to_lowercase();
     head.contains("name") && head.contains("heading") && head.contains("pitch")
 }

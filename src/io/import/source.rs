@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{alicevision, colmap, metashape, opensfm, reality_capture};
+use super::format::{Format, Sign};
+use super::{alicevision, bundler, colmap, metashape, opensfm, reality_capture};
 use crate::io::error::read_bounded;
 use crate::io::mesh::{self, extension};
 use crate::io::{Error, Fault, capture, json};
@@ -10,16 +11,20 @@ use crate::io::{Error, Fault, capture, json};
 /// Camera files are smaller, but for the points that some hold.
 pub(super) const LARGEST: u64 = 1 << 30;
 
+/// Formats whose cameras are in one file. Of several in a folder the first of this list is read.
+const FORMATS: [&Format; 5] = [
+    &alicevision::FORMAT,
+    &opensfm::FORMAT,
+    &bundler::FORMAT,
+    &metashape::FORMAT,
+    &reality_capture::FORMAT,
+];
+
 /// A source and the file or folder to read.
-#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Source {
     Colmap(PathBuf),
     Transforms(Vec<PathBuf>),
-    AliceVision(PathBuf),
-    OpenSfm(PathBuf),
-    RealityCapture(PathBuf),
-    Metashape(PathBuf),
-    Bundler(PathBuf),
+    Cameras(&'static Format, PathBuf),
     Gltf(PathBuf),
     Mesh(PathBuf),
 }
@@ -83,11 +88,22 @@ fn of_kind(file: &Path) -> bool {
     let stem =
         file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     match extension(file).as_str() {
-        "glb" | "gltf" | "obj" | "ply" | "stl" | "out" | "sfm" | "csv" | "xml" => true,
+        "glb" | "gltf" | "obj" | "ply" | "stl" => true,
         "json" => stem.starts_with("transforms") || stem == "reconstruction",
         "bin" | "txt" => ["cameras", "images", "points3D"].contains(&stem.as_str()),
-        own => FOREIGN.iter().any(|(foreign, ..)| *foreign == own),
+        own => {
+            let mut foreign = FOREIGN.iter().map(|(foreign, ..)| *foreign);
+            ends().any(|end| end == own) || foreign.any(|end| end == own)
+        }
     }
+}
+
+/// The ends of names that files of the formats have.
+fn ends() -> impl Iterator<Item = &'static str> {
+    FORMATS.into_iter().flat_map(|format| format.signs).filter_map(|sign| match sign {
+        Sign::End(end) | Sign::Text(end, ..) => Some(*end),
+        Sign::Json(_) => None,
+    })
 }
 
 fn of_file(file: &Path) -> Result<Source, Error> {
@@ -107,27 +123,39 @@ fn of_file(file: &Path) -> Result<Source, Error> {
     Ok(match extension.as_str() {
         "glb" | "gltf" => Source::Gltf(own),
         "obj" | "ply" | "stl" => Source::Mesh(own),
-        "out" => Source::Bundler(own),
-        "sfm" => Source::AliceVision(own),
         "json" => of_json(file)?,
-        "csv" if reality_capture::is_it(&beginning(file)?) => Source::RealityCapture(own),
-        "xml" if metashape::is_it(&beginning(file)?) => Source::Metashape(own),
-        "csv" => return Err(unknown(file, "no RealityCapture CSV (its heading is missing)")),
-        "xml" => return Err(unknown(file, "no camera export of Metashape")),
-        _ => return Err(unknown(file, "no camera file or mesh that is known")),
+        end => return of_end(file, end),
     })
+}
+
+fn of_end(file: &Path, end: &str) -> Result<Source, Error> {
+    let mut what = "no camera file or mesh that is known";
+    for format in FORMATS {
+        for sign in format.signs {
+            let is_it = match sign {
+                Sign::End(own) => *own == end,
+                Sign::Text(own, is_it, without) if *own == end => {
+                    what = without;
+                    is_it(&beginning(file)?)
+                }
+                Sign::Text(..) | Sign::Json(_) => false,
+            };
+            if is_it {
+                return Ok(Source::Cameras(format, file.to_owned()));
+            }
+        }
+    }
+    Err(unknown(file, what))
 }
 
 fn of_json(file: &Path) -> Result<Source, Error> {
     let value = json::read(file)?;
-    let own = file.to_owned();
-    Ok(if alicevision::is_it(&value) {
-        Source::AliceVision(own)
-    } else if opensfm::is_it(&value) {
-        Source::OpenSfm(own)
-    } else {
+    let is_it = |sign: &Sign| matches!(sign, Sign::Json(is_it) if is_it(&value));
+    let format = FORMATS.into_iter().find(|format| format.signs.iter().any(is_it));
+    Ok(match format {
+        Some(format) => Source::Cameras(format, file.to_owned()),
         // Whatever else it is, the reader's message says what is missing.
-        Source::Transforms(vec![own])
+        None => Source::Transforms(vec![file.to_owned()]),
     })
 }
 
@@ -180,7 +208,7 @@ fn in_folder(folder: &Path) -> Result<Source, Error> {
     if let Some(file) = named("reconstruction.json") {
         return of_file(file);
     }
-    for kind in ["sfm", "out", "xml", "csv", "glb", "gltf"] {
+    for kind in ends().chain(["glb", "gltf"]) {
         for file in files.iter().filter(|file| extension(file) == kind) {
             if let Ok(source) = of_file(file) {
                 return Ok(source);

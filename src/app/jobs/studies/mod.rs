@@ -2,7 +2,7 @@
 //! finished runs stay when a study is stopped.
 
 mod progress;
-mod events;
+pub mod events;
 mod request;
 
 use std::sync::Arc;
@@ -17,7 +17,6 @@ use crate::study::stability::{self, Variant};
 use crate::study::{Findings, Row, Study, Subject};
 use crate::worker::{Command, Job, Worker};
 
-pub use events::{drain, save, saved};
 pub use progress::{Estimate, StudyProgress};
 pub use request::{SpeedRequest, StabilityRequest};
 

@@ -3,10 +3,9 @@
 use eframe::egui::{self, ComboBox, DragValue};
 
 use super::path;
-use crate::app::actions::Action;
-use crate::app::dialogs::PathRequest;
+use crate::app::actions::{Action, Field, PathRequest};
 use crate::app::entry;
-use crate::app::import::{Field, ImportPage};
+use crate::app::import::ImportPage;
 use crate::app::panels::numbers::counted;
 use crate::app::panels::options::choice_row;
 use crate::io::import::{Axis, Shot, Surfaces, Unit};

@@ -2,8 +2,8 @@
 
 use eframe::egui;
 
-use crate::app::actions::Action;
-use crate::app::import::{ImportAction, ImportPage};
+use crate::app::actions::{Action, ImportAction};
+use crate::app::import::ImportPage;
 use crate::io::import::{NOTHING_MEASURED, Shot};
 
 pub fn found_ui(ui: &mut egui::Ui, page: &ImportPage, actions: &mut Vec<Action>) {

@@ -9,10 +9,10 @@ mod photographs;
 
 use eframe::egui::{self, Id};
 
+use super::modal;
 use super::numbers::fixed;
-use super::questions;
-use crate::app::actions::Action;
-use crate::app::import::{ImportAction, ImportPage, View};
+use crate::app::actions::{Action, ImportAction};
+use crate::app::import::{ImportPage, View};
 use crate::app::theme;
 use crate::app::viewport::Content;
 use crate::watch::Progress;
@@ -163,11 +163,11 @@ fn mesh_ui(ui: &mut egui::Ui, page: &mut ImportPage) {
 
 fn replace_ui(ctx: &egui::Context, page: &mut ImportPage, actions: &mut Vec<Action>) {
     let Some(folder) = page.replace.clone() else { return };
-    let (answer, left) = questions::ask(ctx, "Replace the capture?", 440.0, |ui| {
+    let (answer, left) = modal::ask(ctx, "Replace the capture?", 440.0, |ui| {
         ui.label(format!("{} holds a capture already.", folder.display()));
         ui.label("Its photographs, cameras, mesh and tags would be lost.");
         ui.add_space(6.0);
-        questions::buttons(ui, ("Replace", "Lose the capture that is there"), true, false)
+        modal::buttons(ui, ("Replace", "Lose the capture that is there"), true, false)
     });
     if answer.is_some() || left {
         page.replace = None;

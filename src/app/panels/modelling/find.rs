@@ -2,9 +2,8 @@
 
 use eframe::egui;
 
-use crate::app::actions::Action;
-use crate::app::modelling::finding::FindAction;
-use crate::app::modelling::{ModelAction, ModelPage};
+use crate::app::actions::{Action, FindAction, ModelAction};
+use crate::app::modelling::ModelPage;
 use crate::app::panels::numbers::named;
 use crate::app::theme;
 use crate::io::engines::{Engine, Installed};

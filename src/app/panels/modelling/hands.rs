@@ -6,10 +6,10 @@ use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2};
 use glam::{DVec2, DVec3};
 
 use super::view::View;
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
+use crate::app::modelling::ModelPage;
 use crate::app::modelling::drag::{Drag, Dragged};
 use crate::app::modelling::tool::{Selected, Target, Tool};
-use crate::app::modelling::{ModelAction, ModelPage};
 use crate::model::{Model, Place, Stroke, snap};
 
 /// How near the pointer must be to a mark, and to a line, in points.

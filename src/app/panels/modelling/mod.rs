@@ -18,10 +18,10 @@ use std::sync::Arc;
 
 use eframe::egui;
 
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
 use crate::app::keys;
+use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::Selected;
-use crate::app::modelling::{ModelAction, ModelPage};
 use crate::app::theme;
 use crate::model::Model;
 

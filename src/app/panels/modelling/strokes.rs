@@ -5,11 +5,11 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::axis_color;
 use super::{Proposal, hands, tools};
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
 use crate::app::entry::{self, Unit};
+use crate::app::modelling::ModelPage;
 use crate::app::modelling::drag::is_origin;
 use crate::app::modelling::tool::Target;
-use crate::app::modelling::{ModelAction, ModelPage};
 use crate::app::panels::numbers::{short, swatch};
 use crate::model::{Axis, Model, Place, Stroke};
 

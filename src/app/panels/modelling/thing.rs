@@ -3,9 +3,9 @@
 use eframe::egui::{self, ComboBox, DragValue};
 
 use super::{Proposal, diagram, surfaces, tools};
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
 use crate::app::entry::{self, Unit};
-use crate::app::modelling::{ModelAction, ModelPage};
+use crate::app::modelling::ModelPage;
 use crate::app::panels::numbers::named;
 use crate::model::things::{Kind, parameters};
 use crate::model::{Estimate, Model, Opening, Shape, Side, Support, Thing};

@@ -3,10 +3,10 @@
 use eframe::egui;
 
 use super::overlay::axis_color;
-use crate::app::actions::Action;
+use crate::app::actions::{Action, ModelAction};
 use crate::app::commands;
+use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Target, Tool};
-use crate::app::modelling::{ModelAction, ModelPage};
 use crate::app::panels::numbers::{counted, cut, named, short, swatch};
 use crate::model::{Axis, Model, Place, Shape, Stroke, Support};
 

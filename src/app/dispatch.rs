@@ -1,201 +1,36 @@
-//! Everything that a user can do. Panels only say what was asked for; one `match` does it, at the
-//! end of the frame.
+//! Does what was asked for: one `match` at the end of the frame, over all that a user can do. It
+//! alone knows every file that carries something out.
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
-
+use super::actions::{Action, ImportAction, ModelAction, PathRequest, Relight};
+use super::asking;
 use super::change::Change;
-use super::dialogs::{self, Palette, PathRequest};
+use super::changing;
+use super::dialogs::Palette;
 use super::files;
 use super::gesture::Gesture;
 use super::import;
-use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
-use super::layout::{Pane, Workspace};
-use super::leaving::{AfterPrompt, leave, once_saved, proceed};
-use super::lighting::{self, Lighting};
-use super::masking::{self, Masking};
-use super::modelling::begin::{self, NewAction};
-use super::modelling::{self, ModelAction};
-use super::picture_choices::PictureChoices;
-use super::plots::{self, PlotFile, Plotted};
-use super::project::{Project, Selection};
-use super::relight::{Added, NewLight};
+use super::jobs::studies::Kind;
+use super::keeping;
+use super::layout::Workspace;
+use super::leaving::{leave, once_saved, proceed};
+use super::lighting;
+use super::masking;
+use super::modelling::{self, begin};
+use super::opening::AfterPrompt;
+use super::plots;
+use super::project::Selection;
 use super::relighting;
 use super::report;
-use super::scene_export::{self, ExportAction};
+use super::scene_export;
 use super::selecting::select;
 use super::state::State;
 use super::studying;
 use super::theme;
 use super::viewport::Shading;
 
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    Ask(PathRequest),
-    Open(PathBuf),
-    OpenExample,
-    CancelOpening,
-    /// Takes photographs for radiance by the curve of sRGB.
-    TakeAsSrgb,
-    Locate(PathBuf),
-    Save,
-    /// `replace` where another file of that name may go.
-    SaveTo {
-        file: PathBuf,
-        replace: bool,
-    },
-    /// `replace` where results that are there may go.
-    ExportTo {
-        folder: PathBuf,
-        replace: bool,
-    },
-    Close,
-    Quit,
-    /// The answer about unsaved work: save it first, or lose it.
-    Unsaved {
-        save: bool,
-    },
-    Recover(PathBuf),
-    Discard(PathBuf),
-    /// Offers what can be recovered at the next start again.
-    NotNow(PathBuf),
-    ForgetRecent(PathBuf),
-    Undo,
-    Redo,
-    Change(Change),
-    /// Moves something in the 3D view, until one of the next two ends that.
-    Transform(Change),
-    KeepTransform,
-    LeaveTransform,
-    /// Asks which material the selected surfaces shall have.
-    AskMaterial,
-    NewMaterialOfSelection,
-    Select(Select),
-    HideSelected,
-    ShowAllSurfaces,
-    Run,
-    /// Runs although a study measures seconds; `afresh` as below.
-    RunBesideStudy {
-        afresh: bool,
-    },
-    /// Runs without taking anything over from earlier runs.
-    RunAfresh,
-    Cancel,
-    /// Makes a photograph anew from the results.
-    Compare(usize),
-    /// Finds what the lights see of the photographed surfaces.
-    Cover,
-    Workspace(Workspace),
-    ShowPane(Pane),
-    ResetLayout,
-    Theme(&'static str),
-    Scale(f32),
-    FrameAll,
-    FrameSelection,
-    LookThrough(Option<usize>),
-    Relight(Relight),
-    /// What is done about known lights.
-    Lighting(Lighting),
-    /// What is done about masks.
-    Masking(Masking),
-    Import(import::ImportAction),
-    New(NewAction),
-    Model(ModelAction),
-    Study(Study),
-    ExportScene(ExportAction),
-    /// With `true` where a file of that name may go.
-    SavePlot(Plotted, PlotFile, PathBuf, bool),
-    ShowPalette,
-    ShowShortcuts,
-    ShowAbout,
-    ShowGuide,
-    ShowReport,
-    Copy(String),
-    DismissError(usize),
-}
-
-/// What is done about the relit scene.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Relight {
-    AddLight(NewLight),
-    /// An OBJ mesh.
-    AddObject(PathBuf),
-    /// An image of light from all around.
-    AddDome(PathBuf),
-    Load(PathBuf),
-    /// With `true` where a file of that name may go.
-    Save(PathBuf, bool),
-    /// Takes the selected light or object away.
-    Remove,
-    Duplicate,
-    /// Puts the selected one on the surface below it.
-    Drop,
-    /// Points what could not be read of the project, by its index, at another file.
-    Find(usize, PathBuf),
-    /// Takes what could not be read out of the project.
-    GiveUp(usize),
-    /// Asks which pictures are made, and where to.
-    AskPictures,
-    /// The folder for them.
-    PicturesFolder(PathBuf),
-    Render(Box<PictureChoices>),
-    StopRendering,
-}
-
-/// What is done about the studies.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Study {
-    /// Looks whether it is known what is true of the capture.
-    Look,
-    Speed(SpeedRequest),
-    Stability(StabilityRequest),
-    Cancel(Kind),
-    /// Forgets what was found.
-    Clear(Kind),
-    Save(Kind, PathBuf),
-    /// Sets the run's options as a setting of the study has them.
-    Use(String),
-}
-
-/// What becomes selected.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Select {
-    Surface {
-        surface: usize,
-        mode: Mode,
-    },
-    /// From the anchor to a surface, of those that are in sight.
-    Extend {
-        to: usize,
-        shown: BTreeSet<usize>,
-    },
-    Surfaces {
-        surfaces: BTreeSet<usize>,
-        add: bool,
-    },
-    AllSurfaces,
-    Nothing,
-    Material(usize),
-    Sample(usize),
-    /// The one that the results are furthest from.
-    WorstSample,
-    Light(usize),
-    /// The one that the selected sample gets most light from.
-    StrongestLight,
-    Photograph(usize),
-    Added(Added),
-}
-
-/// How a click changes a selection of several.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    Only,
-    Toggle,
-}
-
 pub fn apply(state: &mut State, action: Action) {
     match action {
-        Action::Ask(asked) => dialogs::ask_path(state, asked),
+        Action::Ask(asked) => asking::ask_path(state, asked),
         Action::Open(path) => leave(state, AfterPrompt::Open(path)),
         Action::OpenExample => {
             if let Some(path) = state.example.clone() {
@@ -205,7 +40,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::CancelOpening => state.jobs.cancel_opening(),
         Action::TakeAsSrgb => state.jobs.take_as_srgb(state.project.as_ref()),
         Action::Locate(folder) => files::located(state, &folder),
-        Action::Save if state.is_modelling() => drop(modelling::save(state)),
+        Action::Save if state.is_modelling() => drop(modelling::keeping::save(state)),
         Action::Save => drop(files::save(state)),
         Action::SaveTo { file, replace } => {
             if files::save_to(state, &file, replace)
@@ -248,17 +83,17 @@ pub fn apply(state: &mut State, action: Action) {
             }
         }
         Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),
-        Action::NotNow(file) => files::not_now(state, &file),
-        Action::Discard(file) => files::discard(state, &file),
+        Action::NotNow(file) => keeping::not_now(state, &file),
+        Action::Discard(file) => keeping::discard(state, &file),
         Action::ForgetRecent(path) => {
             state.settings.recent.retain(|other| *other != path);
             files::save_settings(state);
         }
-        Action::Undo if state.is_modelling() => modelling::undo(state, true),
-        Action::Redo if state.is_modelling() => modelling::undo(state, false),
-        Action::Undo => tell(state, "Undone", |project| project.undo()),
-        Action::Redo => tell(state, "Redone", |project| project.redo()),
-        Action::Change(change) => follow_hand(state, &change),
+        Action::Undo if state.is_modelling() => modelling::acting::undo(state, true),
+        Action::Redo if state.is_modelling() => modelling::acting::undo(state, false),
+        Action::Undo => changing::tell(state, "Undone", |project| project.undo()),
+        Action::Redo => changing::tell(state, "Redone", |project| project.redo()),
+        Action::Change(change) => changing::follow_hand(state, &change),
         Action::Transform(change) => {
             if let Some(Err(problem)) =
                 state.project.as_mut().map(|own| own.preview(&change, Gesture::Transform))
@@ -286,7 +121,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::NewMaterialOfSelection => {
             let surfaces = state.project.as_ref().map(|project| project.selection.surfaces.clone());
             if let Some(surfaces) = surfaces {
-                change_project(state, &Change::NewMaterial { surfaces });
+                changing::change_project(state, &Change::NewMaterial { surfaces });
             }
         }
         Action::Select(what) => {
@@ -311,7 +146,7 @@ pub fn apply(state: &mut State, action: Action) {
         Action::RunBesideStudy { afresh } => run(state, afresh),
         Action::ExportScene(what) => scene_export::apply(state, what),
         Action::Cancel if state.is_importing() => {
-            import::apply(state, import::ImportAction::Cancel)
+            import::acting::apply(state, ImportAction::Cancel)
         }
         Action::Cancel => {
             if let Some(project) = &mut state.project {
@@ -320,7 +155,7 @@ pub fn apply(state: &mut State, action: Action) {
         }
         Action::Workspace(workspace) => {
             state.layout.current = workspace;
-            import::apply(state, import::ImportAction::Hide);
+            import::acting::apply(state, ImportAction::Hide);
             if let Some(page) = state.modelling.as_mut().filter(|_| state.project.is_some()) {
                 page.is_shown = false;
             }
@@ -343,21 +178,23 @@ pub fn apply(state: &mut State, action: Action) {
             theme::apply(&state.ctx, &state.settings.theme, state.settings.scale);
             files::save_settings(state);
         }
-        Action::FrameAll if state.is_modelling() => modelling::apply(state, ModelAction::Fit),
+        Action::FrameAll if state.is_modelling() => {
+            modelling::acting::apply(state, ModelAction::Fit)
+        }
         Action::FrameAll => state.viewport.frame_all(),
         Action::FrameSelection => state.viewport.frame_selection(),
         Action::LookThrough(photograph) => state.viewport.look_through(photograph),
         Action::Relight(Relight::Remove) if state.is_modelling() => {
-            modelling::apply(state, ModelAction::Remove);
+            modelling::acting::apply(state, ModelAction::Remove);
         }
         Action::Relight(Relight::Duplicate) if state.is_modelling() => {
-            modelling::apply(state, ModelAction::Duplicate);
+            modelling::acting::apply(state, ModelAction::Duplicate);
         }
         Action::New(what) => begin::apply(state, what),
-        Action::Model(what) => modelling::apply(state, what),
+        Action::Model(what) => modelling::acting::apply(state, what),
         Action::Relight(what) => relighting::apply(state, what),
         Action::Lighting(what) => lighting::apply(state, what),
-        Action::Import(what) => import::apply(state, what),
+        Action::Import(what) => import::acting::apply(state, what),
         Action::Study(what) => studying::apply(state, what),
         Action::SavePlot(of, kind, path, replace) => plots::save(state, of, kind, path, replace),
         Action::ShowPalette => state.dialogs.palette = Some(Palette::default()),
@@ -390,40 +227,5 @@ fn run(state: &mut State, afresh: bool) {
     } else if let Some(project) = &mut state.project {
         state.probe.restart();
         state.jobs.run(project, afresh);
-    }
-}
-
-/// A change that a panel proposes: a step of its own, or part of what the hand is doing.
-fn follow_hand(state: &mut State, change: &Change) {
-    let gesture = state.hand.gesture().filter(|_| change.is_of_value_of(change));
-    let (Some(gesture), Some(project)) = (gesture, &mut state.project) else {
-        return change_project(state, change);
-    };
-    if let Err(problem) = project.preview(change, gesture) {
-        state.messages.notice(problem);
-    }
-}
-
-pub(super) fn change_project(state: &mut State, change: &Change) {
-    let Some(project) = &mut state.project else { return };
-    match project.change(change) {
-        Ok(()) => {
-            let materials = &project.edit().materials;
-            let shown = match change {
-                Change::NewMaterial { .. } => Some(materials.len() - 1),
-                Change::Merge { from, into } => Some(into - usize::from(into > from)),
-                _ => None,
-            };
-            if let Some(material) = shown {
-                select(project, Select::Material(material));
-            }
-        }
-        Err(problem) => state.messages.notice(problem),
-    }
-}
-
-fn tell(state: &mut State, word: &str, step: impl FnOnce(&mut Project) -> Option<String>) {
-    if let Some(name) = state.project.as_mut().and_then(step) {
-        state.messages.notice(format!("{word}: {name}"));
     }
 }

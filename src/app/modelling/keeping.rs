@@ -1,0 +1,67 @@
+//! Opens, saves and leaves the Model page, and keeps for recovery what is not saved.
+
+use std::path::{Path, PathBuf};
+
+use super::ModelPage;
+use crate::app::state::State;
+use crate::io::model as model_files;
+
+/// Opens the page of a folder, without asking about what is open.
+pub fn open(state: &mut State, folder: &Path) {
+    match ModelPage::start(folder, state.engines.clone(), &state.ctx) {
+        Ok(page) => state.modelling = Some(Box::new(page)),
+        Err(error) => {
+            let text = format!("no thread can be started: {error}");
+            state.messages.error("The Model page cannot be opened", text);
+        }
+    }
+}
+
+/// Saves the model; says whether there is nothing unsaved afterwards.
+pub fn save(state: &mut State) -> bool {
+    let Some(page) = &mut state.modelling else { return true };
+    let Some(document) = &mut page.document else { return true };
+    document.commit();
+    if let Err(error) = model_files::save(&page.folder, document.model()) {
+        state.messages.error("The model cannot be saved", error.to_string());
+        return false;
+    }
+    let model = document.model().clone();
+    document.mark_saved(model);
+    let folder = page.folder.clone();
+    let file = folder.join(model_files::NAME);
+    state.messages.notice(format!("Saved {}", file.display()));
+    forget_kept(state, folder);
+    true
+}
+
+/// What was kept for recovery is saved, or not wanted.
+pub(super) fn forget_kept(state: &State, folder: PathBuf) {
+    state.writer.send(move || {
+        model_files::forget(&folder);
+        Ok(())
+    });
+}
+
+/// Leaves the page without asking.
+pub fn close(state: &mut State) {
+    if let Some(page) = state.modelling.take()
+        && page.is_changed()
+    {
+        forget_kept(state, page.folder.clone());
+    }
+}
+
+/// Keeps what is not saved, in case that the program ends.
+pub(super) fn keep(state: &State) {
+    let Some(page) = &state.modelling else { return };
+    let Some(document) = &page.document else { return };
+    let (folder, model) = (page.folder.clone(), document.model().clone());
+    if document.is_changed() {
+        state.writer.send(move || {
+            model_files::keep(&folder, &model).map_err(|error| format!("Autosave: {error}"))
+        });
+    } else {
+        forget_kept(state, folder);
+    }
+}

@@ -1,0 +1,64 @@
+//! The question of which photographs a new capture is made, and in which folder.
+
+use std::path::{Path, PathBuf};
+
+use crate::io::import::is_photograph;
+use crate::worker::Job;
+
+/// The question, while it is on the screen.
+#[derive(Default)]
+pub struct NewCapture {
+    pub photographs: Vec<PathBuf>,
+    pub folder: String,
+    /// The folder was chosen and not suggested.
+    pub is_chosen: bool,
+    pub job: Option<Job>,
+    /// Why it cannot be made, in the terminal's words.
+    pub problem: Option<String>,
+}
+
+impl NewCapture {
+    /// What is missing, in words.
+    pub fn obstacle(&self) -> Option<&'static str> {
+        if self.photographs.is_empty() {
+            Some("Add photographs first; one is enough to begin.")
+        } else if self.folder.trim().is_empty() {
+            Some("Choose the folder for the capture first.")
+        } else {
+            None
+        }
+    }
+
+    /// Adds photographs that are not there yet, by name; a folder's are those in it.
+    pub fn add(&mut self, paths: &[PathBuf]) {
+        self.problem = None;
+        for path in paths {
+            let mut files = match path.is_dir() {
+                true => photographs_in(path),
+                // Others are refused when the capture is made, with the reason.
+                false => vec![path.clone()],
+            };
+            if files.is_empty() {
+                self.problem = Some(format!("{}: there is no photograph in it.", path.display()));
+            }
+            files.retain(|file| !self.photographs.contains(file));
+            self.photographs.extend(files);
+        }
+        if !self.is_chosen
+            && let Some(folder) = self.photographs.first().and_then(|file| file.parent())
+        {
+            let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            self.folder = folder.with_file_name(format!("{name}-capture")).display().to_string();
+        }
+    }
+}
+
+fn photographs_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|file| file.is_file() && is_photograph(file))
+        .collect();
+    files.sort();
+    files
+}

@@ -1,0 +1,91 @@
+//! The panels, a line each: where each stands, its name, and its command.
+
+use serde::{Deserialize, Serialize};
+
+/// Where a panel stands at first, in the workspaces that have that place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// One of its own, in `layout.rs`.
+    Own,
+    /// A tab on the right.
+    Right,
+    /// A tab below the 3D view.
+    Lower,
+    /// A tab in the workspace of the studies, and in no other.
+    Study,
+}
+
+/// What stands in a panel's line.
+struct Entry {
+    place: Place,
+    title: &'static str,
+    command: &'static str,
+    help: &'static str,
+}
+
+macro_rules! panes {
+    ($($pane:ident $place:ident, $title:literal, $command:literal, $help:literal;)*) => {
+        /// A panel. Layouts that are saved have the names as they stand here.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        pub enum Pane {
+            $($pane,)*
+        }
+
+        impl Pane {
+            /// Those of a place in their order there.
+            pub const ALL: [Self; [$(Self::$pane),*].len()] = [$(Self::$pane),*];
+
+            fn entry(self) -> Entry {
+                match self {
+                    $(Self::$pane => Entry {
+                        place: Place::$place,
+                        title: $title,
+                        command: $command,
+                        help: $help,
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+// A new one comes behind the last of its place: in a layout that was saved before, it stands beside
+// the one in the line above.
+panes! {
+    Outliner Own, "Outliner", "Show outliner", "Photographs, surfaces, materials and lights";
+    Viewport Own, "3D view", "Show 3D view", "Geometry, cameras, samples and lights";
+    Tags Right, "Tags", "Show tags", "Materials and which surfaces have them";
+    KnownLight Right, "Known light", "Show known light", "Lights whose shape and place are known";
+    Run Right, "Run", "Show run", "Method, options and progress";
+    Inspector Right, "Inspector", "Show inspector", "Every number of what is selected";
+    Relight Right, "Relight", "Show relight", "Other light, materials and objects";
+    Convergence Lower, "Convergence", "Show convergence", "Error against iteration";
+    SampleErrors Lower, "Error per sample", "Show error per sample",
+        "Computed against measured radiance";
+    Samples Lower, "Samples", "Show samples", "Table of samples";
+    Lights Lower, "Lights", "Show lights", "Table of virtual and known lights";
+    Materials Lower, "Materials", "Show materials", "Table of reflectances with intervals";
+    Compare Lower, "Compare", "Show compare", "Photographs beside what the results make of them";
+    Masks Lower, "Masks", "Show masks", "What is left out of photographs, and tools to draw it";
+    Log Lower, "Log", "Show log", "What happened, with warnings";
+    Speed Study, "Speed and accuracy", "Show speed and accuracy",
+        "What seconds buy in accuracy on this capture";
+    Stability Study, "Stability", "Show stability", "What this capture can bear";
+}
+
+impl Pane {
+    pub fn place(self) -> Place {
+        self.entry().place
+    }
+
+    /// What its tab says.
+    pub fn title(self) -> &'static str {
+        self.entry().title
+    }
+
+    /// The name of the command that shows it, and what it is for.
+    pub fn command(self) -> (&'static str, &'static str) {
+        let Entry { command, help, .. } = self.entry();
+        (command, help)
+    }
+}
