@@ -33,9 +33,9 @@ pub struct LightModel {
 /// 0 where the sky has so many cells, which is what the default spacing gives.
 const CELLS: f64 = 35.0;
 /// Ridge on the light that a lamp sends more of in one direction than in others, as a part of the
-/// background's. It only decides in directions that hardly any row sees: a lamp that sends all light of
-/// a scene one way costs as much by it as residuals of 0.3 %.
-const LAMP_RIDGE: f64 = 1e-3;
+/// background's. It only decides in directions that hardly any row sees: a lamp that is a hundred times as
+/// bright there as one that explains all light costs as much by it as residuals of 0.3 %.
+const LAMP_RIDGE: f64 = 1e-7;
 
 impl LightModel {
     /// A background with the lights that the artist gave and the sky that photographs show; every
