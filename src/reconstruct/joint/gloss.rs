@@ -227,14 +227,7 @@ impl<'a> LitMaterial<'a> {
             let start = State { emission: Vec::new(), ..fit.state.clone() };
             let fit = with_terms(problem, &model, &problem.weights, channel, ROUGH, |terms| {
                 let system = Channel { rows: &problem.rows, design: &design, channel };
-                let terms = Terms {
-                    ridge: &[],
-                    ridge_units: &[],
-                    pairs: &[],
-                    centre: &[],
-                    held: &[],
-                    ..*terms
-                };
+                let terms = Terms { ridge: &[], pairs: &[], centre: &[], held: &[], ..*terms };
                 system.fit(&terms, &start, problem.watch())
             })?;
             sum += fit.value;

@@ -219,15 +219,13 @@ fn lights<'a>(
         let shown = of_sky(&seen, sun)?;
         // Where lamps stand is seen better before a sky than among the lobes of a room, which may
         // imitate those beside them.
-        if let Some(own) = found.iter_mut().find(|lit| lit.unknown == Unknown::Room) {
+        let own = found.iter_mut().find(|lit| lit.unknown == Unknown::Room);
+        if let Some(own) = own.filter(|_| shown.best.fitted.model.lamps() > 0) {
             let lamps = shown.best.fitted.model.parts.iter().filter(|part| part.is_lamp());
             let model = lamps.fold(room.clone(), |model, lamp| model.with(lamp.clone()));
-            if model.lamps() > 0 {
-                let again = grown(problem, start(problem, &model)?)?;
-                let cv = compare(problem, &own.step.best, &again.best);
-                if cv.change < 0.0 {
-                    own.step = again;
-                }
+            let again = grown(problem, start(problem, &model)?)?;
+            if compare(problem, &own.step.best, &again.best).change < 0.0 {
+                own.step = again;
             }
         }
         found.push(lit(shown, &seen, Unknown::SeenSky));
@@ -237,13 +235,13 @@ fn lights<'a>(
     let mut trials = Vec::new();
     for next in found {
         let cv = compare(problem, &best.step.best, &next.step.best);
-        let is_taken = is_taken(&cv, &best, &next);
+        let supported = is_taken(&cv, &best, &next);
         let part = match (next.unknown, &worlds.undecided) {
             (Unknown::SeenSky, Some(sky)) => TrialPart::SeenSky(sky.cells.len()),
             _ => TrialPart::Room,
         };
-        trials.push(Trial { supported: is_taken, ..cv.trial(part) });
-        if is_taken {
+        trials.push(Trial { supported, ..cv.trial(part) });
+        if supported {
             best = next;
         }
     }

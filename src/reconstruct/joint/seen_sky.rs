@@ -19,7 +19,8 @@ const STRIDE: usize = 2;
 /// Pixels of a photograph within a cell that tell its mean.
 const ENOUGH_PIXELS: usize = 8;
 /// Part of the pixels of a photograph within a cell that are about as bright as their mean. A lamp or the
-/// sun in a cell, which says nothing of the light around it, leaves most of them far darker.
+/// sun in a cell, which says nothing of the light around it, leaves most of them far darker. Set, like the
+/// next, with the random scene coat-0 in view, whose lamps are 100 times as bright as its walls.
 const ALIKE: f64 = 0.75;
 /// Pixels are about as bright as their mean within this factor either way.
 const AS_BRIGHT: f64 = 2.0;

@@ -187,7 +187,7 @@ impl Channel<'_> {
     pub fn fit(&self, terms: &Terms, start: &State, watch: &Watch) -> Result<Fit, BoundedError> {
         let norms = self.norms(terms);
         let ridge = Ridge::new(terms, &norms);
-        let norms = ridge.with_norms(&norms);
+        let norms = ridge.column_scales(&norms);
         let mut state = start.clone();
         for (emission, held) in state.emission.iter_mut().zip(terms.held) {
             *emission = held.unwrap_or(*emission);

@@ -208,8 +208,9 @@ impl<'a> Ridge<'a> {
         }
     }
 
-    /// The norms of the columns together with ridge and pairs: a column that no row sees has no other.
-    pub fn with_norms(&self, norms: &[f64]) -> Vec<f64> {
+    /// By what each column is scaled: its norm together with ridge and pairs, which alone a column has that
+    /// no row sees.
+    pub fn column_scales(&self, norms: &[f64]) -> Vec<f64> {
         let mut squares: Vec<f64> =
             norms.iter().zip(&self.ridge).map(|(norm, ridge)| (norm * norm).max(*ridge)).collect();
         for pair in self.terms.pairs {
