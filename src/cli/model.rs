@@ -1,6 +1,7 @@
 //! `lobelia model CAPTURE`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::anyhow;
 use clap::ArgMatches;
@@ -9,7 +10,11 @@ use crate::cli::print::{note_line, say, say_line};
 use crate::cli::{Ending, arguments};
 use crate::io::model as files;
 use crate::io::{Error, Fault};
+use crate::model::to_edges;
 use crate::model::{AdjustOptions, Estimate, Model, ModelError, Solution, Stroke, solve};
+
+/// What is written beside the model where that is changed.
+const BEFORE: &str = "model.before.json";
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let capture = arguments::required_path(matches, "capture");
@@ -35,6 +40,11 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         .into());
     }
     let model = files::read(&file)?;
+    let things: Vec<&String> = matches.get_many("fit-to-edges").into_iter().flatten().collect();
+    let model = match things.is_empty() {
+        true => model,
+        false => fitted(&capture, &file, model, &things)?,
+    };
     let solution =
         solve(&model, &AdjustOptions::default()).map_err(|error| fault(&file, &error))?;
     print(&model, &solution);
@@ -63,6 +73,42 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     files::write_cameras(&cameras, &model, &solution.cameras)?;
     say_line!("written: {}", cameras.display());
     Ok(())
+}
+
+/// Fits things to the lines of the photographs, one after the other, and writes the model then.
+fn fitted(
+    capture: &Path,
+    file: &Path,
+    mut model: Model,
+    things: &[&String],
+) -> Result<Model, Ending> {
+    let before = model.clone();
+    let lines = model.photographs.iter().map(|own| {
+        let shown = files::show(capture, &own.name, files::LONGEST)?;
+        Ok(Arc::new(files::lines(&shown)))
+    });
+    let lines: Vec<_> = lines.collect::<Result<_, Error>>()?;
+    for &id in things {
+        let Some(thing) = model.things.iter().position(|own| own.id == *id) else {
+            let names: Vec<&str> = model.things.iter().map(|own| own.id.as_str()).collect();
+            let problem = format!(
+                "{}: --fit-to-edges names {id}, which is no thing there. Name one of: {}",
+                file.display(),
+                names.join(", ")
+            );
+            return Err(anyhow!(problem).into());
+        };
+        let solution =
+            solve(&model, &AdjustOptions::default()).map_err(|error| fault(file, &error))?;
+        let fitted = to_edges::fit(&model, &solution, thing, &lines, files::caster)
+            .map_err(|error| fault(file, &error))?;
+        say_line!("{}", fitted.words(id));
+        model = fitted.model;
+    }
+    files::write(&capture.join(BEFORE), &before)?;
+    files::save(capture, &model)?;
+    say_line!("written: {}", file.display());
+    Ok(model)
 }
 
 fn fault(file: &Path, error: &ModelError) -> Error {

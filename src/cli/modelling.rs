@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Arg, Command, value_parser};
+use clap::{Arg, ArgAction, Command, value_parser};
 
 pub(super) fn new() -> Command {
     Command::new("new")
@@ -60,5 +60,15 @@ pub(super) fn model(capture: Arg) -> Command {
                 .value_name("FILE")
                 .help("Mesh to write, .obj or .glb [default: CAPTURE/scene.obj]")
                 .value_parser(value_parser!(PathBuf)),
+        )        .arg(
+            Arg::new("fit-to-edges")
+                .long("fit-to-edges")
+                .value_name("THING")
+                .help(
+                    "Move a thing until its outline lies on the lines of the photographs, and the \
+                     strokes about it in model.json with it; the former file stays as \
+                     model.before.json; may be repeated",
+                )
+                .action(ArgAction::Append),
         )
 }

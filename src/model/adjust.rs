@@ -71,15 +71,26 @@ pub fn adjust(
     start: &State,
     options: &AdjustOptions,
 ) -> Result<Adjusted, ModelError> {
-    let unknowns = Unknowns::of(model, start);
-    let mut state = start.clone();
-    let mut rows = residuals::rows(model, &state, &unknowns).map_err(|stroke| {
+    let rows = |state: &State, unknowns: &Unknowns| residuals::rows(model, state, unknowns);
+    minimise(start, Unknowns::of(model, start), rows, options).map_err(|stroke| {
         ModelError::new(
             format!("strokes[{stroke}]"),
             format!("{} lies behind its camera as it is placed", model.stroke_name(stroke)),
             "Check that the stroke names the right corner and photograph",
         )
-    })?;
+    })
+}
+
+/// Moves what is unknown to where the cost of some residuals is least. `residuals` are those of a
+/// state; one that has none is not gone to, and is the error where it is the first.
+pub(super) fn minimise<E>(
+    start: &State,
+    unknowns: Unknowns,
+    residuals: impl Fn(&State, &Unknowns) -> Result<Vec<Row>, E>,
+    options: &AdjustOptions,
+) -> Result<Adjusted, E> {
+    let mut state = start.clone();
+    let mut rows = residuals(&state, &unknowns)?;
     let first = cost(&rows, options.loss_px);
     let mut now = first;
     let (mut damping, mut growth) = (1e-4, 2.0);
@@ -101,7 +112,7 @@ pub fn adjust(
         };
         let (length, predicted) = normal.measure(&step, damping);
         let tried = unknowns.moved(&state, &step);
-        let next = residuals::rows(model, &tried, &unknowns);
+        let next = residuals(&tried, &unknowns);
         let after = next.as_ref().map_or(f64::INFINITY, |rows| cost(rows, options.loss_px));
         if after < now || (after == now && length <= options.tolerance_px) {
             let ratio = (now - after) / predicted.max(f64::MIN_POSITIVE);

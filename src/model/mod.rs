@@ -19,6 +19,7 @@ pub mod determined;
 mod edit;
 pub mod found;
 pub mod jet;
+pub mod lines;
 mod report;
 pub mod residuals;
 pub mod rig;
@@ -26,6 +27,7 @@ pub mod snap;
 mod solve;
 pub mod strokes;
 pub mod things;
+pub mod to_edges;
 pub mod unknowns;
 pub mod view;
 

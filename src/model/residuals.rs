@@ -62,7 +62,7 @@ pub fn rows(model: &Model, state: &State, unknowns: &Unknowns) -> Result<Vec<Row
             Stroke::Edge { between: [a, b], from, to, .. } => place(*a)
                 .zip(place(*b))
                 .zip(view)
-                .and_then(|((a, b), view)| view.edge([&a, &b], [*from, *to])),
+                .and_then(|((a, b), view)| view.edge([&a, &b], &[*from, *to])),
             Stroke::Rim { thing, top, pixel, .. } => {
                 let angle = match unknowns.angle(index) {
                     Some(column) => Jet::unknown(state.angles[index], column),
@@ -106,6 +106,20 @@ fn measured(difference: &Jet, weight: f64) -> Row {
     Row { value, slopes, ..Row::default() }
 }
 
+/// By how much a place in a photograph misses the projected line through two points, in pixels;
+/// `None` where the camera is not placed, or does not see that line as one.
+pub(super) fn from_edge(
+    model: &Model,
+    state: &State,
+    unknowns: &Unknowns,
+    photograph: usize,
+    between: [&Jet3; 2],
+    place: DVec2,
+) -> Option<Row> {
+    let rows = View { model, state, unknowns, photograph }.edge(between, &[place])?;
+    rows.into_iter().next().filter(|row| row.value.is_finite())
+}
+
 /// A placed photograph.
 struct View<'a> {
     model: &'a Model,
@@ -121,7 +135,7 @@ impl View<'_> {
 
     fn pick(&self, point: &Jet3, pixel: DVec2) -> Option<Vec<Row>> {
         let (pose, lens) = self.state.camera(self.model, self.photograph)?;
-        let first = self.unknowns.pose(self.photograph)?;
+        let first = self.unknowns.pose(self.photograph);
         let projected = pose.project(&lens, position(point))?;
         let difference = projected.pixel - pixel;
         let mut rows =
@@ -130,7 +144,7 @@ impl View<'_> {
             rows[0].slopes.push((column, by.x));
             rows[1].slopes.push((column, by.y));
         };
-        for k in 0..3 {
+        for (k, first) in (0..3).filter_map(|k| Some((k, first?))) {
             put(first + k, projected.by_turn[k]);
             put(first + 3 + k, -projected.by_point[k]);
         }
@@ -151,7 +165,7 @@ impl View<'_> {
 
     fn line(&self, axis: DVec3, from: DVec2, to: DVec2) -> Option<Vec<Row>> {
         let (pose, lens) = self.state.camera(self.model, self.photograph)?;
-        let first = self.unknowns.pose(self.photograph)?;
+        let first = self.unknowns.pose(self.photograph);
         let (a, b) = (lens.undistort(from)?, lens.undistort(to)?);
         let direction = flip(pose.world_from_camera.transpose() * axis);
         let (half, middle) = (0.5 * (a.place - b.place), 0.5 * (a.place + b.place));
@@ -166,7 +180,8 @@ impl View<'_> {
         let by_half = DVec2::new(toward.y, -toward.x) / length;
         let by_toward = DVec2::new(-half.y, half.x) / length - toward * (distance / length.powi(2));
         let mut row = Row { value: scale * distance, is_drawn: true, ..Row::default() };
-        for (k, turn) in turned(direction).into_iter().enumerate() {
+        let turns = turned(direction).into_iter().enumerate();
+        for ((k, turn), first) in turns.filter_map(|own| Some((own, first?))) {
             let by = turn.truncate() - middle * turn.z;
             row.slopes.push((first + k, scale * by_toward.dot(by)));
         }
@@ -184,9 +199,10 @@ impl View<'_> {
         Some(vec![row])
     }
 
-    fn edge(&self, [p, q]: [&Jet3; 2], ends: [DVec2; 2]) -> Option<Vec<Row>> {
+    /// The distances of places in the photograph from the projected line through two points.
+    fn edge(&self, [p, q]: [&Jet3; 2], places: &[DVec2]) -> Option<Vec<Row>> {
         let (pose, lens) = self.state.camera(self.model, self.photograph)?;
-        let first = self.unknowns.pose(self.photograph)?;
+        let first = self.unknowns.pose(self.photograph);
         let (seen_p, seen_q) =
             (pose.image_from_world(position(p)), pose.image_from_world(position(q)));
         if seen_p.z <= 1e-9 && seen_q.z <= 1e-9 {
@@ -203,7 +219,8 @@ impl View<'_> {
         // How the normal changes with each unknown but those of the lens.
         let mut changes: Vec<(usize, DVec3)> = Vec::new();
         let (turn_p, turn_q) = (turned(seen_p), turned(seen_q));
-        for (k, axis) in DVec3::AXES.into_iter().enumerate() {
+        let axes = DVec3::AXES.into_iter().enumerate();
+        for ((k, axis), first) in axes.filter_map(|own| Some((own, first?))) {
             changes.push((first + k, turn_p[k].cross(seen_q) + seen_p.cross(turn_q[k])));
             let shift = -into(axis);
             changes.push((first + 3 + k, shift.cross(seen_q) + seen_p.cross(shift)));
@@ -226,6 +243,6 @@ impl View<'_> {
             }
             Some(Row { value: lens.focal_px * distance, slopes, is_drawn: true, stroke: 0 })
         };
-        Some(vec![row(ends[0])?, row(ends[1])?])
+        places.iter().map(|place| row(*place)).collect()
     }
 }

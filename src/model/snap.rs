@@ -7,6 +7,8 @@
 
 use glam::DVec2;
 
+use super::lines::Line;
+
 /// Places along the line at most, and pixels between them at least.
 const MOST_PLACES: usize = 120;
 const APART_PX: f64 = 2.0;
@@ -22,6 +24,8 @@ const LEAST: f64 = 0.015;
 const AGREE_PX: f64 = 0.75;
 /// The part of all places that must agree.
 const AGREED: f64 = 0.5;
+/// The part of a drawn line beside which a line that was found must run.
+const BESIDE: f64 = 0.7;
 
 /// The edge nearest to a line, by its ends, or `None` where the photograph shows none within
 /// `reach_px` of it. `brightness` is that of a place in the photograph, as it is shown:
@@ -68,6 +72,22 @@ pub fn line(
     }
     let (from, slope) = fitted(&own)?;
     Some([ends[0] + from * normal, ends[1] + (from + slope) * normal])
+}
+
+/// Where a drawn line comes to lie on one of `lines`: that of which both ends are nearest, within
+/// `reach_px`, and which runs beside most of it.
+pub fn to_lines(ends: [DVec2; 2], lines: &[Line], reach_px: f64) -> Option<[DVec2; 2]> {
+    let length = ends[0].distance(ends[1]);
+    let off = |line: &Line| {
+        let along = line.direction();
+        let places = ends.map(|end| (end - line.ends[0]).dot(along).clamp(0.0, line.length()));
+        let beside = (places[0] - places[1]).abs();
+        let feet = ends.map(|end| line.foot(end));
+        let off = feet[0].distance(ends[0]).max(feet[1].distance(ends[1]));
+        (off < reach_px && beside >= BESIDE * length).then_some((off, feet))
+    };
+    let near = lines.iter().filter_map(off).min_by(|a, b| a.0.total_cmp(&b.0));
+    near.map(|(_, feet)| feet).filter(|_| length > 0.0)
 }
 
 /// Where brightness changes most, as an offset; `None` where it changes alike everywhere.
@@ -137,6 +157,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_line_comes_to_lie_on_the_nearest_that_was_found() {
+        let line = |a: (f64, f64), b: (f64, f64)| Line { ends: [DVec2::from(a), DVec2::from(b)] };
+        let lines = [
+            line((0.0, 10.0), (100.0, 10.0)),
+            line((100.0, 13.0), (0.0, 13.0)),
+            line((48.0, 0.0), (48.0, 90.0)),
+        ];
+        let snapped =
+            |a: (f64, f64), b: (f64, f64)| to_lines([DVec2::from(a), DVec2::from(b)], &lines, 4.0);
+        let on_second = [DVec2::new(20.0, 13.0), DVec2::new(80.0, 13.0)];
+        assert_eq!(snapped((20.0, 12.0), (80.0, 13.5)), Some(on_second));
+        assert_eq!(snapped((20.0, 12.0), (80.0, 18.0)), None, "one end is far");
+        assert_eq!(snapped((90.0, 10.0), (150.0, 10.0)), None, "most of it is beyond the line");
+        assert_eq!(snapped((20.0, 12.0), (20.0, 12.0)), None, "a point");
+        assert_eq!(to_lines(on_second, &[], 4.0), None);
     }
 
     #[test]

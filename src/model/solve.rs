@@ -124,7 +124,8 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
     })
 }
 
-fn faces(model: &Model, state: &State, corners: &[Vec<DVec3>]) -> Vec<Face> {
+/// The faces of all placed things.
+pub(super) fn faces(model: &Model, state: &State, corners: &[Vec<DVec3>]) -> Vec<Face> {
     let values = state.constants();
     let placed = (0..model.things.len()).filter(|&index| state.things[index].is_some());
     placed
@@ -160,7 +161,7 @@ fn boundless(model: &Model, state: &State) -> Vec<ModelError> {
 }
 
 /// Things whose sizes came out negative, or whose outlines run the wrong way.
-fn inside_out(model: &Model, state: &State) -> Vec<ModelError> {
+pub(super) fn inside_out(model: &Model, state: &State) -> Vec<ModelError> {
     let mut problems = Vec::new();
     let corners = state.corners(model);
     for (index, thing) in model.things.iter().enumerate() {

@@ -125,6 +125,35 @@ impl Unknowns {
         all
     }
 
+    /// None: all is as it is in a state.
+    pub fn none(model: &Model, state: &State) -> Self {
+        Self {
+            parameters: model.things.iter().map(things::parameters).collect(),
+            lenses: vec![[None; 5]; state.lenses.len()],
+            poses: vec![None; state.poses.len()],
+            things: state
+                .things
+                .iter()
+                .map(|own| vec![None; own.iter().flatten().count()])
+                .collect(),
+            points: vec![None; state.points.len()],
+            angles: vec![None; state.angles.len()],
+            ..Self::default()
+        }
+    }
+
+    /// The parameters of one placed thing that are not held.
+    pub fn of_thing(model: &Model, state: &State, thing: usize) -> Self {
+        let mut all = Self::none(model, state);
+        let held = &model.things[thing].held;
+        for part in 0..all.things[thing].len() {
+            let name = &all.parameters[thing][part].name;
+            let is_free = !held.iter().any(|(own, _)| own == name);
+            all.things[thing][part] = all.add(Owner::Thing(thing), part, is_free);
+        }
+        all
+    }
+
     fn add(&mut self, owner: Owner, part: usize, is_unknown: bool) -> Option<usize> {
         is_unknown.then(|| {
             self.list.push(Unknown { owner, part });
@@ -176,8 +205,11 @@ impl Unknowns {
 
     /// A point with its derivatives; `None` where it is not placed.
     pub fn point(&self, state: &State, index: usize) -> Option<Jet3> {
-        let (value, first) = (state.points[index]?, self.points[index]?);
-        Some(std::array::from_fn(|k| Jet::unknown(value[k], first + k)))
+        let value = state.points[index]?;
+        Some(std::array::from_fn(|k| match self.points[index] {
+            Some(first) => Jet::unknown(value[k], first + k),
+            None => Jet::constant(value[k]),
+        }))
     }
 
     /// The state after a step of the unknowns. Turns are about the cameras' own axes.

@@ -12,6 +12,7 @@ use crate::io::results::Results;
 use crate::io::tags::StoredLights;
 use crate::io::truth::Truth;
 use crate::model::FoundCameras;
+use crate::model::lines::Line;
 use crate::reconstruct::lobes::CoverageMask;
 use crate::reconstruct::{Reconstruction, Update};
 use crate::render::edits::Edits;
@@ -22,7 +23,7 @@ use crate::scene::clutter::Suggestion;
 use crate::study::Finding;
 use crate::study::pictures::PictureScore;
 use crate::worker::merge::MergeReport;
-use crate::worker::modelling::{ModelDrawing, SolvedModel};
+use crate::worker::modelling::{EdgesFitted, ModelDrawing, SolvedModel};
 use crate::worker::relight::Relit;
 
 /// The number of a job; later jobs have larger ones.
@@ -61,6 +62,10 @@ pub enum JobEvent {
     ModelSolved(Arc<SolvedModel>),
     /// What was solved as a photograph shows it.
     ModelDrawn(Arc<ModelDrawing>),
+    /// The lines of a photograph, by its index.
+    LinesFound(usize, Arc<Vec<Line>>),
+    /// A thing was fitted to the lines of the photographs, or cannot be.
+    FittedToEdges(Arc<EdgesFitted>),
     /// Model, mesh and cameras were written into the capture.
     ModelUsed(Arc<SolvedModel>),
     /// Which engines find cameras, and which of them are installed.

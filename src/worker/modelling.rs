@@ -1,5 +1,6 @@
 //! Jobs of modelling: placing cameras and things by strokes, and what is drawn of them.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,7 +9,10 @@ use glam::Vec3;
 use crate::geometry::bvh::RayCaster;
 use crate::io;
 use crate::io::engines::{self, Places, Search, Subject};
+use crate::io::import::Shown;
 use crate::io::model::{self as files, NAME};
+use crate::model::lines::Line;
+use crate::model::to_edges::{self, Fitted};
 use crate::model::{AdjustOptions, Model, ModelError, Solution, solve};
 use crate::scene::wireframe::{self, Stroke};
 use crate::watch::{Cancelled, Watch};
@@ -75,6 +79,24 @@ pub enum Modelling {
         /// Index into `Model::photographs`.
         photograph: usize,
     },
+    /// Find the lines of a photograph.
+    FindLines {
+        /// As it was read.
+        shown: Arc<Shown>,
+        /// Index into `Model::photographs`.
+        photograph: usize,
+    },
+    /// Find where a thing's outline lies on the lines of the photographs.
+    FitToEdges {
+        /// The capture's folder.
+        folder: PathBuf,
+        /// What [`JobEvent::ModelSolved`] gave.
+        of: Arc<SolvedModel>,
+        /// Index into `Model::things`.
+        thing: usize,
+        /// By photograph, those that are known; others are found first.
+        lines: BTreeMap<usize, Arc<Vec<Line>>>,
+    },
     /// Write model, mesh and cameras into the capture.
     Use {
         /// The capture's folder.
@@ -97,6 +119,19 @@ impl std::fmt::Debug for SolvedModel {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.debug_struct("SolvedModel").field("outcome", &self.outcome).finish_non_exhaustive()
     }
+}
+
+/// What a fit to edges has found.
+#[derive(Debug)]
+pub struct EdgesFitted {
+    /// What was fitted.
+    pub of: Arc<SolvedModel>,
+    /// Index into `Model::things`.
+    pub thing: usize,
+    /// Where it fits, or why it does not.
+    pub outcome: Result<Fitted, ModelError>,
+    /// Of every photograph.
+    pub lines: Vec<Arc<Vec<Line>>>,
 }
 
 /// Carries a job out; an error in the words of the terminal.
@@ -123,34 +158,26 @@ pub(super) fn perform(
             let strokes = drawn(&of, photograph, watch)?;
             JobEvent::ModelDrawn(Arc::new(ModelDrawing { of, photograph, strokes }))
         }
+        Modelling::FindLines { shown, photograph } => {
+            JobEvent::LinesFound(photograph, Arc::new(files::lines(&shown)))
+        }
+        Modelling::FitToEdges { folder, of, thing, lines } => {
+            JobEvent::FittedToEdges(Arc::new(fitted(&folder, of, thing, &lines, watch)?))
+        }
         Modelling::Use { folder, of } => {
             write(&folder, &of)?;
             JobEvent::ModelUsed(of)
         }
         Modelling::Show { folder, name, longest } => {
-            let file = photograph(&folder, &name)?;
-            let orientation = io::model::orientation(&folder, &name)?;
-            JobEvent::Shown(Arc::new(io::import::show(&file, orientation, longest)?))
+            JobEvent::Shown(Arc::new(files::show(&folder, &name, longest)?))
         }
-    })
-}
-
-/// The file of a photograph.
-fn photograph(folder: &Path, name: &str) -> Result<PathBuf, io::Error> {
-    io::inside::join(folder, name).ok_or_else(|| {
-        io::Error::Invalid(io::Fault::new(
-            &folder.join(NAME),
-            name,
-            "this photograph lies outside of the capture",
-            "Put it into the capture's folder, and correct its path",
-        ))
     })
 }
 
 fn subjects(folder: &Path, model: &Model) -> Result<Vec<Subject>, io::Error> {
     let subject = |own: &crate::model::Photograph| {
         Ok(Subject {
-            file: photograph(folder, &own.name)?,
+            file: files::photograph(folder, &own.name)?,
             orientation: io::model::orientation(folder, &own.name)?,
             size: own.size,
             focal_px: model.lenses.get(own.lens).and_then(|lens| lens.focal_px),
@@ -170,6 +197,29 @@ fn solved(model: Arc<Model>) -> SolvedModel {
     let edges = mesh.as_ref().map_or_else(Vec::new, |mesh| wireframe::edges(mesh, MOST_EDGES));
     let caster = mesh.map(|mesh| RayCaster::build(&mesh.positions, &mesh.triangles));
     SolvedModel { model, outcome, edges, caster }
+}
+
+fn fitted(
+    folder: &Path,
+    of: Arc<SolvedModel>,
+    thing: usize,
+    known: &BTreeMap<usize, Arc<Vec<Line>>>,
+    watch: &Watch,
+) -> Result<EdgesFitted, io::Error> {
+    watch.begin(of.model.photographs.len() as u64);
+    let mut lines = Vec::new();
+    for (index, own) in of.model.photographs.iter().enumerate() {
+        watch.tick()?;
+        lines.push(match known.get(&index) {
+            Some(lines) => lines.clone(),
+            None => Arc::new(files::lines(&files::show(folder, &own.name, files::LONGEST)?)),
+        });
+    }
+    let outcome = match &of.outcome {
+        Ok(solution) => to_edges::fit(&of.model, solution, thing, &lines, files::caster),
+        Err(error) => Err(error.clone()),
+    };
+    Ok(EdgesFitted { of, thing, outcome, lines })
 }
 
 fn drawn(of: &SolvedModel, photograph: usize, watch: &Watch) -> Result<Vec<Stroke>, Cancelled> {

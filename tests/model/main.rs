@@ -2,8 +2,12 @@
 
 mod degenerate; // cases without an answer
 mod files; // model.json written, read, damaged
+mod lines; // lines found in pictures of known lines
+mod painted; // pictures of known outlines
 mod opencv; // projections against OpenCV
 mod rig; // cameras that an engine placed, put into the world
+mod to_edges; // things moved onto the lines of photographs
+mod to_edges_captures; // the same on captures that are not in the repository
 mod scipy; // the adjustment against SciPy's least_squares
 mod scenes; // strokes with one pixel of error on captures of known answer
 

@@ -280,6 +280,8 @@ pub enum ModelAction {
     Next(bool),
     /// Lets lines snap to the photograph's edges, or not.
     Snap,
+    /// Moves the selected thing onto the lines of the photographs.
+    FitToEdges,
     /// Fills the view with the photograph.
     Fit,
     /// Writes mesh and cameras, and opens the capture.

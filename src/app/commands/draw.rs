@@ -63,6 +63,14 @@ pub(super) fn draw(list: &mut Vec<Command>) {
     add(
         list,
         Draw,
+        "Fit to edges",
+        key(NONE, Key::E),
+        Action::Model(ModelAction::FitToEdges),
+        "Move the selected thing until its outline lies on the lines of the photographs",
+    );
+    add(
+        list,
+        Draw,
         "Next photograph",
         key(NONE, Key::PageDown),
         Action::Model(ModelAction::Next(true)),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::keeping::{forget_kept, keep, open};
 use super::tool::{Selected, Target, Tool};
-use super::{Placement, searching};
+use super::{Placement, edges, searching};
 use crate::app::actions::ModelAction;
 use crate::app::gesture::Gesture;
 use crate::app::layout::Workspace;
@@ -29,6 +29,7 @@ pub fn apply(state: &mut State, what: ModelAction) {
         }
         ModelAction::Use => use_model(state),
         ModelAction::Find(what) => searching::apply(state, what),
+        ModelAction::FitToEdges => edges::begin(state),
         ModelAction::Change(name, model) => {
             let gesture = state.hand.gesture();
             change(state, name, model, gesture);
@@ -112,9 +113,11 @@ fn on_page(state: &mut State, what: ModelAction) {
             std::mem::swap(from, to);
             "turn line around".to_owned()
         }
-        ModelAction::Show | ModelAction::Use | ModelAction::Change(..) | ModelAction::Find(_) => {
-            return;
-        }
+        ModelAction::Show
+        | ModelAction::Use
+        | ModelAction::Change(..)
+        | ModelAction::Find(_)
+        | ModelAction::FitToEdges => return,
     };
     let is_gone = edited.strokes.len() < model.strokes.len()
         || edited.things.len() < model.things.len()

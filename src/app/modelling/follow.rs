@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::acting::used;
 use super::keeping::keep;
-use super::{ModelPage, searching};
+use super::{ModelPage, edges, searching};
 use crate::app::gesture::Gesture;
 use crate::app::state::State;
 use crate::worker::{Command, Event, JobEvent, Modelling};
@@ -33,6 +33,7 @@ pub fn follow(state: &mut State) {
     page.solve_what_is_drawn();
     page.draw_what_is_shown();
     page.read_what_is_shown();
+    page.search_what_is_shown();
     if page.is_busy() {
         state.ctx.request_repaint_after(PULSE);
     }
@@ -78,6 +79,15 @@ fn reader_event(state: &mut State, event: Event) {
         }
         return;
     }
+    if page.searching.take_if(|job| *job == event.job).is_some() {
+        // What ends otherwise would end so again: such a photograph has no lines.
+        let (photograph, lines) = match event.what {
+            JobEvent::LinesFound(photograph, lines) => (photograph, lines),
+            _ => (page.shown, Arc::default()),
+        };
+        page.lines.insert(photograph, lines);
+        return;
+    }
     let ctx = &state.ctx;
     match event.what {
         JobEvent::Shown(shown) => page.pictures.take(ctx, event.job, Ok(&shown)),
@@ -100,6 +110,12 @@ fn solver_event(state: &mut State, event: Event) {
     } else if page.drawn.take_if(|job| *job == event.job).is_some() {
         if let JobEvent::ModelDrawn(drawing) = event.what {
             page.drawing = Some(drawing);
+        }
+    } else if page.fitting.take_if(|job| *job == event.job).is_some() {
+        match event.what {
+            JobEvent::FittedToEdges(found) => edges::fitted(state, &found),
+            JobEvent::Failed(text) => edges::failed(state, text),
+            _ => {}
         }
     } else if page.using.take_if(|job| *job == event.job).is_some() {
         match event.what {

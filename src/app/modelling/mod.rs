@@ -7,6 +7,7 @@
 pub mod acting;
 pub mod begin;
 mod document;
+mod edges;
 pub mod drag;
 pub mod finding;
 pub mod follow;
@@ -15,12 +16,14 @@ mod pictures;
 mod searching;
 pub mod tool;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui;
 
 use crate::io::engines::Search;
+use crate::model::lines::Line;
 use crate::model::{Model, Solution};
 use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
 
@@ -38,6 +41,8 @@ pub struct Overlays {
     pub hidden: bool,
     /// Points that an engine has found.
     pub points: bool,
+    /// Lines that were found in the photograph.
+    pub lines: bool,
 }
 
 /// Which part of the photograph is seen.
@@ -72,6 +77,8 @@ pub struct ModelPage {
     pub failure: Option<String>,
     pub drawing: Option<Arc<ModelDrawing>>,
     pub pictures: Pictures,
+    /// The lines of the photographs that were looked at.
+    pub lines: BTreeMap<usize, Arc<Vec<Line>>>,
     pub finding: Finding,
     solver: Worker,
     reader: Worker,
@@ -81,6 +88,9 @@ pub struct ModelPage {
     tried: Option<Arc<Model>>,
     drawn: Option<Job>,
     using: Option<Job>,
+    /// A photograph is searched for lines, a thing fitted to them.
+    searching: Option<Job>,
+    fitting: Option<Job>,
 }
 
 impl Default for Placement {
@@ -108,7 +118,13 @@ impl ModelPage {
             selected: Selected::default(),
             drag: None,
             placement: Placement::default(),
-            overlays: Overlays { strokes: true, model: true, hidden: true, points: true },
+            overlays: Overlays {
+                strokes: true,
+                model: true,
+                hidden: true,
+                points: true,
+                lines: true,
+            },
             finding: Finding::new(search),
             snaps: true,
             wants_number: false,
@@ -123,6 +139,9 @@ impl ModelPage {
             tried: None,
             drawn: None,
             using: None,
+            lines: BTreeMap::new(),
+            searching: None,
+            fitting: None,
         })
     }
 
@@ -147,6 +166,8 @@ impl ModelPage {
             || self.solving.is_some()
             || self.drawn.is_some()
             || self.using.is_some()
+            || self.searching.is_some()
+            || self.fitting.is_some()
             || self.pictures.is_reading()
             || self.finding.is_busy()
     }

@@ -9,10 +9,11 @@ use eframe::egui::{self, Color32, ColorImage, TextureHandle, Vec2, vec2};
 use glam::DVec2;
 
 use crate::io::import::Shown;
+use crate::io::model::LONGEST;
+use crate::model::lines::Picture as Pixels;
 use crate::worker::Job;
 
-/// Longer side of the photograph that is looked at, and of the small ones, in pixels.
-const LONGEST: usize = 3072;
+/// Longer side of the small photographs, in pixels.
 const SMALL: usize = 192;
 /// As many are kept in full.
 const MOST: usize = 3;
@@ -51,6 +52,11 @@ impl Pictures {
         self.small.get(&photograph)
     }
 
+    /// The pixels of a photograph that is there in full.
+    pub fn pixels(&self, photograph: usize) -> Option<&Arc<Shown>> {
+        self.pixels.get(&photograph)
+    }
+
     pub fn is_reading(&self) -> bool {
         self.reading.is_some()
     }
@@ -78,20 +84,8 @@ impl Pictures {
     /// it is not there in full.
     pub fn brightness(&self, photograph: usize, pixel: DVec2) -> Option<f64> {
         let shown = self.pixels.get(&photograph)?;
-        let place = pixel / shown.step as f64 - 0.5;
-        let (x, y) = (place.x.floor(), place.y.floor());
-        let is_inside =
-            x >= 0.0 && y >= 0.0 && x + 1.0 < shown.width as f64 && y + 1.0 < shown.height as f64;
-        if !is_inside {
-            return None;
-        }
-        let at = |dx: usize, dy: usize| {
-            let [r, g, b] = shown.pixels[(y as usize + dy) * shown.width + x as usize + dx];
-            f64::from(u32::from(r) + u32::from(g) + u32::from(b)) / 765.0
-        };
-        let (s, t) = (place.x - x, place.y - y);
-        let row = |dy| (1.0 - s) * at(0, dy) + s * at(1, dy);
-        Some((1.0 - t) * row(0) + t * row(1))
+        let Shown { step, width, height, ref pixels } = **shown;
+        Pixels { pixels, width, height, step }.brightness(pixel)
     }
 
     pub fn asked(&mut self, job: Job, wanted: &Wanted) {

@@ -120,7 +120,8 @@ fn follow(
     }
 }
 
-/// Moves the line that was drawn onto the photograph's edge, where there is one.
+/// Moves what was drawn onto a line that was found in the photograph, or else onto the edge that is
+/// nearest, where there is one.
 fn snap(page: &ModelPage, view: &View, drag: &Drag, model: &mut Model) {
     let index = match drag.what {
         Dragged::New(Tool::Line(_) | Tool::Mark(Target::Edge(_))) => model.strokes.len() - 1,
@@ -133,7 +134,10 @@ fn snap(page: &ModelPage, view: &View, drag: &Drag, model: &mut Model) {
     };
     let reach_px = f64::from(SNAP / view.scale).clamp(1.5, MOST_SNAP_PX);
     let brightness = |pixel| page.pictures.brightness(drag.photograph, pixel);
-    if let Some([a, b]) = snap::line([*from, *to], reach_px, brightness) {
+    let lines = page.lines.get(&drag.photograph).map_or(&[][..], |lines| lines);
+    let found = snap::to_lines([*from, *to], lines, reach_px);
+    let found = found.or_else(|| snap::line([*from, *to], reach_px, brightness));
+    if let Some([a, b]) = found {
         (*from, *to) = (a, b);
     }
 }

@@ -15,6 +15,7 @@ pub const EDGE: Color32 = Color32::from_rgb(255, 150, 30);
 const MARK: Color32 = Color32::from_rgb(64, 220, 255);
 const OFF: Color32 = Color32::from_rgb(255, 80, 200);
 const POINT: Color32 = Color32::from_rgb(250, 240, 160);
+const FOUND: Color32 = Color32::from_rgba_premultiplied(96, 120, 120, 120);
 const RIM: Color32 = Color32::from_black_alpha(130);
 /// A stroke that is off by more is marked, in pixels.
 const SHOWN_PX: f64 = 1.0;
@@ -29,6 +30,9 @@ pub fn axis_color(axis: Axis) -> Color32 {
 }
 
 pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &View) {
+    if page.overlays.lines {
+        lines(painter, page, view);
+    }
     if page.overlays.points {
         points(painter, page, model, view);
     }
@@ -50,6 +54,15 @@ pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &Vie
     }
     known(painter, page, model, view);
     target(painter, page, model, view);
+}
+
+/// Lines that were found in the photograph: faint, on dark as on bright.
+fn lines(painter: &Painter, page: &ModelPage, view: &View) {
+    for line in page.lines.get(&page.shown).iter().flat_map(|lines| lines.iter()) {
+        let ends = line.ends.map(|end| view.at(end));
+        painter.line_segment(ends, Line::new(2.4, Color32::from_black_alpha(60)));
+        painter.line_segment(ends, Line::new(1.0, FOUND));
+    }
 }
 
 /// Points that an engine has found in this photograph, where its camera sees them now.

@@ -18,11 +18,13 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
             }
             let help = keys::named(
                 ui.ctx(),
-                "Lines come to lie on the edge of the photograph that is nearest (S). Hold Ctrl to \
-                 draw one as the hand does.",
+                "Lines come to lie on the line or edge of the photograph that is nearest (S). Hold \
+                 Ctrl to draw one as the hand does.",
             );
             ui.toggle_value(&mut page.snaps, "Snap").on_hover_text(help);
             let overlays = &mut page.overlays;
+            ui.toggle_value(&mut overlays.lines, "Lines")
+                .on_hover_text("Lines that were found in this photograph: strokes snap to them");
             if !model.found_points.is_empty() {
                 ui.toggle_value(&mut overlays.points, "Points")
                     .on_hover_text("Points that the engine has found, where the camera sees them");

@@ -5,6 +5,7 @@ use eframe::egui::{self, ComboBox, DragValue};
 use super::{Proposal, diagram, surfaces, tools};
 use crate::app::actions::{Action, ModelAction};
 use crate::app::entry::{self, Unit};
+use crate::app::keys;
 use crate::app::modelling::ModelPage;
 use crate::app::panels::numbers::named;
 use crate::model::things::{Kind, parameters};
@@ -28,6 +29,7 @@ pub fn thing_ui(
     let kind = own.shape.name();
     tools::heading_ui(ui, &format!("{} ({kind})", own.id), &buttons, actions);
     diagram::diagram_ui(ui, page, model, index);
+    fit_ui(ui, page, actions);
     ui.add_space(4.0);
     let mut edited = own.clone();
     let mut name = None;
@@ -50,6 +52,24 @@ pub fn thing_ui(
         page.tool = crate::app::modelling::tool::Tool::Select;
     }
     Some((name, changed))
+}
+
+fn fit_ui(ui: &mut egui::Ui, page: &ModelPage, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let help = keys::named(
+            ui.ctx(),
+            "Move it until its outline lies on the lines of the photographs; the strokes about it \
+             move with it (E)",
+        );
+        let response = ui.add_enabled(!page.is_fitting(), egui::Button::new("Fit to edges"));
+        let response = response.on_hover_text(help).on_disabled_hover_text("It is being fitted");
+        if response.clicked() {
+            actions.push(Action::Model(ModelAction::FitToEdges));
+        }
+        if page.is_fitting() {
+            ui.spinner();
+        }
+    });
 }
 
 fn name_ui(ui: &mut egui::Ui, model: &Model, own: &mut Thing) -> Option<String> {

@@ -1,0 +1,78 @@
+//! The lines of the photographs, and things that are fitted to them.
+
+use std::sync::Arc;
+
+use super::ModelPage;
+use super::keeping::keep;
+use crate::app::state::State;
+use crate::worker::{Command, EdgesFitted, Modelling};
+
+const NOT_FITTED: &str = "Nothing was moved";
+
+impl ModelPage {
+    /// Has the photograph that is looked at searched for lines, once it is read.
+    pub(super) fn search_what_is_shown(&mut self) {
+        let photograph = self.shown;
+        if self.searching.is_some() || self.lines.contains_key(&photograph) {
+            return;
+        }
+        if let Some(shown) = self.pictures.pixels(photograph) {
+            let find = Modelling::FindLines { shown: shown.clone(), photograph };
+            self.searching = Some(self.reader.send(Command::Model(find)));
+        }
+    }
+
+    pub fn is_fitting(&self) -> bool {
+        self.fitting.is_some()
+    }
+}
+
+/// Has the selected thing fitted, or says why it cannot be.
+pub(super) fn begin(state: &mut State) {
+    let Some(page) = &mut state.modelling else { return };
+    let thing = page.model().and_then(|model| page.selected.thing(model));
+    let obstacle = match (thing, &page.solved) {
+        (None, _) => Some("Select a thing first."),
+        _ if page.is_fitting() => Some("A thing is being fitted already."),
+        (_, Some(solved)) if page.is_solved() && solved.outcome.is_ok() => None,
+        _ if page.is_solving() => Some("The strokes are still being solved."),
+        _ => Some("The strokes cannot be solved: the list Fit says why."),
+    };
+    if let Some(obstacle) = obstacle {
+        state.messages.notice(obstacle);
+        return;
+    }
+    if let Some((thing, of)) = thing.zip(page.solved.clone()) {
+        let (folder, lines) = (page.folder.clone(), page.lines.clone());
+        let fit = Modelling::FitToEdges { folder, of, thing, lines };
+        page.fitting = Some(page.solver.send(Command::Model(fit)));
+    }
+}
+
+/// A thing was fitted: one step of undo, unless the model has changed since.
+pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
+    let Some(page) = &mut state.modelling else { return };
+    page.lines.extend(found.lines.iter().cloned().enumerate());
+    let model = &found.of.model;
+    let is_same = page.model().is_some_and(|own| Arc::ptr_eq(own, model));
+    let id = &model.things[found.thing].id;
+    match &found.outcome {
+        _ if !is_same => {
+            state.messages.notice("The model has changed meanwhile: nothing was moved.");
+        }
+        Err(problem) => state.messages.error(NOT_FITTED, problem.to_string()),
+        Ok(fitted) => {
+            if let Some(document) = &mut page.document {
+                let name = format!("fit {id} to edges");
+                document.change(name, Arc::new(fitted.model.clone()), None);
+            }
+            state.messages.notice(fitted.words(id));
+            keep(state);
+        }
+    }
+}
+
+/// The job has ended without an answer.
+pub(super) fn failed(state: &mut State, text: String) {
+    state.messages.error(NOT_FITTED, text);
+}
