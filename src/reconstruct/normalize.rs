@@ -90,7 +90,11 @@ pub fn initial_diffuse(
     let of_buffers: Vec<Normalization> = views
         .buffers
         .par_iter()
-        .map(|buffer| Normalization::of(buffer.image, watch))
+        .map(|buffer| {
+            let normalization = Normalization::of(buffer.image, watch);
+            buffer.image.release();
+            normalization
+        })
         .collect::<Result<_, Cancelled>>()?;
     for (buffer, normalization) in views.buffers.iter().zip(of_buffers) {
         normalizations[buffer.photograph] = Some(normalization);

@@ -129,6 +129,7 @@ pub fn of(
         }
         is_wanted().then_some(())
     })?;
+    image.release();
     Some(texels)
 }
 
