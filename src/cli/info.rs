@@ -88,6 +88,7 @@ fn print(capture: &Capture) {
                     .flat_map(|y| (0..image.width()).filter_map(move |x| image.radiance(x, y)))
                     .flatten()
                     .fold(0.0, f32::max);
+                image.release();
                 say!(
                     "  radiance up to {largest:.4}, {} invalid or saturated pixels",
                     image.invalid_count()

@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 
+use super::accept::{Loaded, Sensor, accept, bytes};
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::tags::ChartTag;
-use super::transforms::{self, Cameras, Frame, Images, Vignetting};
-use super::{Error, Fault, brackets, exr, masks, mesh, photograph, raw, single, tags};
-use crate::exposures::options::DARKEST_CORNER;
+use super::transforms::{self, Cameras, Frame, Images};
+use super::{Error, Fault, brackets, mesh, photograph, raw, scratch, single, tags};
 use crate::exposures::{MergeOptions, Merged};
-use crate::scene::{Camera, Capture, Display, Image, Photograph, charts};
+use crate::scene::{Capture, Display, Image, Photograph, charts};
 use crate::watch::Watch;
 
 const GEOMETRY: &str = "scene.obj";
@@ -56,6 +55,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         saturation: tags.saturation,
         vignetting: cameras.vignetting,
         color_matrix: tags.color_matrix,
+        in_files: bytes(&cameras) > scratch::MOST_IN_MEMORY,
     };
     let images = load_images(&camera_file, &cameras, &sensor, watch, &mut warnings)?;
     let photographs = std::iter::zip(cameras.frames, images)
@@ -147,15 +147,6 @@ pub fn find_geometry(folder: &Path) -> Result<PathBuf, Error> {
     }
 }
 
-/// What all images are read by.
-struct Sensor {
-    /// Pixels at or above it are no measurements.
-    saturation: Option<f32>,
-    vignetting: Option<Vignetting>,
-    /// Linear Rec. 709 from the channels of the images.
-    color_matrix: Option<DMat3>,
-}
-
 /// What is to be done with a frame's image.
 enum Job<'a> {
     Decode(&'a Path),
@@ -164,9 +155,6 @@ enum Job<'a> {
     /// No measurement; only the size is compared.
     Show(&'a Path),
 }
-
-/// A frame's image, if it is a measurement, and what is to be said about it.
-type Loaded = (Option<Image>, Vec<String>);
 
 /// The image of each frame, `None` where it is no measurement. Files are decoded in parallel;
 /// results and complaints are in the order of the frames whatever the number of threads.
@@ -355,69 +343,4 @@ fn check_shown(file: &Path, frame: &Frame) -> Vec<String> {
 
 fn measured(file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
     accept(picture::read(file)?, file, frame, sensor)
-}
-
-/// Radiance as an image of the frame's camera.
-fn accept(picture: Picture, file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
-    let Picture { width, height, pixels, mut notes } = picture;
-    let pixels = frame.orientation.turn((width, height), pixels);
-    let (width, height) = frame.orientation.size((width, height));
-    let camera = &frame.camera;
-    if (width, height) != (camera.width, camera.height) {
-        return Err(Error::Invalid(Fault::new(
-            file,
-            "",
-            format!(
-                "the image has {width} x {height} pixels, but its camera in {} has {} x {}",
-                frame.place, camera.width, camera.height
-            ),
-            "Give w, h and the intrinsics of this image, or the image that the camera was \
-             calibrated on",
-        )));
-    }
-    let mut image = Image::new(width, height, pixels, sensor.saturation);
-    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref(), frame.orientation)?);
-    if !image.measures_anything() {
-        notes.push(format!(
-            "{}: no pixel is a measurement: all are saturated, negative, not finite or masked. \
-             Check the image, its mask, and the saturation level in tags.json.",
-            file.display()
-        ));
-    }
-    if let Some(matrix) = &sensor.color_matrix {
-        image.recolor(|pixel| exr::color::converted(pixel, matrix));
-    }
-    if let Some(vignetting) = sensor.vignetting {
-        divide_out(&mut image, camera, vignetting, file, &frame.place)?;
-    }
-    Ok((Some(image), notes))
-}
-
-/// Undoes the vignetting. Validity has been decided before, on what the sensor gave.
-fn divide_out(
-    image: &mut Image,
-    camera: &Camera,
-    vignetting: Vignetting,
-    file: &Path,
-    place: &str,
-) -> Result<(), Error> {
-    let factor =
-        |x: usize, y: usize| vignetting.factor(camera, DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
-    let darkest = (0..camera.height)
-        .flat_map(|y| (0..camera.width).map(move |x| (x, y)))
-        .map(|(x, y)| factor(x, y))
-        .fold(f64::INFINITY, f64::min);
-    if darkest < DARKEST_CORNER {
-        return Err(Error::Invalid(Fault::new(
-            file,
-            "",
-            format!(
-                "the vignetting of the camera file leaves {:.1} % of the light at a pixel of {place}",
-                100.0 * darkest
-            ),
-            "Correct vignetting.a and .b in transforms.json: r is in half diagonals",
-        )));
-    }
-    image.scale(|x, y| (1.0 / factor(x, y)) as f32);
-    Ok(())
 }

@@ -6,6 +6,7 @@
 //! before it is believed: sizes are bounded before memory is asked for, and every [`Error`]
 //! names the file, the place, what is wrong and what to do.
 
+mod accept;
 pub mod atomic;
 mod binary;
 pub mod brackets;
@@ -45,6 +46,7 @@ pub mod raw;
 pub mod records;
 pub mod response;
 pub mod results;
+pub mod scratch;
 pub mod settings;
 mod single;
 pub mod solution;

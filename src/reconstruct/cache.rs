@@ -9,7 +9,8 @@
 //! Products of two runs are kept: of the last that ended, and of the last that was stopped after
 //! making something new. So an artist who stops a run loses neither the earlier result nor the
 //! stages that were done. Besides what a result consists of, they hold the visibility buffers (16
-//! bytes for each pixel of the photographs; one copy as long as geometry and cameras are the same).
+//! bytes for each pixel of the photographs, about one where they are many; one copy as long as
+//! geometry and cameras are the same).
 //! All memory is released with the last clone of the cache.
 
 use std::fmt;

@@ -211,7 +211,7 @@ pub fn corrected(capture: &Capture, gains: &[Gain]) -> Option<Capture> {
         let photograph = &mut corrected.photographs[gain.photograph];
         let factor = gain.gain.recip() as f32;
         if let Some(image) = &mut photograph.image {
-            std::sync::Arc::make_mut(image).scale(|_, _| factor);
+            *image = std::sync::Arc::new(image.with_gain(factor));
         }
     }
     Some(corrected)

@@ -6,6 +6,7 @@
 //! takes products over from earlier runs of the same inputs ([`cache`]).
 
 pub mod bright;
+mod candidates;
 mod checks;
 mod clock;
 pub mod emission;
@@ -101,6 +102,7 @@ pub(crate) enum Stream {
     Folds,
     Relook,
     Unseen,
+    Candidates,
 }
 
 /// What a running reconstruction has come to; the products are final when they are sent.

@@ -27,13 +27,14 @@ impl Normalization {
     /// that channel at zero.
     pub fn of(image: &Image, watch: &Watch) -> Result<Self, Cancelled> {
         let mut gain = [1.0; CHANNELS];
+        let step = stride(image);
         for _ in 0..MAX_ITERATIONS {
             watch.check()?;
             // Both steps only ever scale pixels and channels, so the normalised image is known
             // from the channels' accumulated gains, and need not be stored.
             let (mut sum, mut count) = ([0.0f64; CHANNELS], 0.0f64);
-            for y in 0..image.height() {
-                for x in 0..image.width() {
+            for y in (0..image.height()).step_by(step) {
+                for x in (0..image.width()).step_by(step) {
                     let Some(radiance) = image.radiance(x, y) else { continue };
                     let Some(colour) = normalized(radiance, gain) else { continue };
                     for (sum, value) in sum.iter_mut().zip(colour) {
@@ -64,6 +65,15 @@ impl Normalization {
     }
 }
 
+/// Pixels are read again and again: of a photograph that has more, every so many-th along a row and
+/// a column.
+const MOST_PIXELS: usize = 1 << 20;
+
+fn stride(image: &Image) -> usize {
+    let pixels = image.width() * image.height();
+    (pixels as f64 / MOST_PIXELS as f64).sqrt().ceil().max(1.0) as usize
+}
+
 fn normalized(radiance: Radiance, gain: Rgb) -> Option<Rgb> {
     let scaled: Rgb = std::array::from_fn(|c| f64::from(radiance[c]) * gain[c]);
     let sum: f64 = scaled.iter().sum();
@@ -80,7 +90,11 @@ pub fn initial_diffuse(
     let of_buffers: Vec<Normalization> = views
         .buffers
         .par_iter()
-        .map(|buffer| Normalization::of(buffer.image, watch))
+        .map(|buffer| {
+            let normalization = Normalization::of(buffer.image, watch);
+            buffer.image.release();
+            normalization
+        })
         .collect::<Result<_, Cancelled>>()?;
     for (buffer, normalization) in views.buffers.iter().zip(of_buffers) {
         normalizations[buffer.photograph] = Some(normalization);

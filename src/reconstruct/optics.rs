@@ -92,12 +92,16 @@ fn visit(
 ) -> Result<(), Cancelled> {
     let capture = views.capture;
     let is_specular = |material: &usize| capture.materials[*material].kind != MaterialKind::Diffuse;
+    // Mostly there are none, and the pixels need not be looked at.
+    if !(0..capture.materials.len()).any(|material| is_specular(&material)) {
+        return Ok(());
+    }
     for (index, buffer) in views.buffers.iter().enumerate() {
         watch.check()?;
         for (x, y) in
             (0..buffer.camera.height).flat_map(|y| (0..buffer.camera.width).map(move |x| (x, y)))
         {
-            let Some((_, triangle)) = buffer.hit(x, y) else { continue };
+            let Some(triangle) = buffer.triangle(x, y) else { continue };
             let material = capture.material_of(triangle).filter(is_specular);
             if let Some(material) = material.filter(|_| buffer.is_off_edges(x, y)) {
                 each(material, (index, x, y));

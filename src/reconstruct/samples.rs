@@ -3,12 +3,13 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::geometry::spaced::{TooManyPoints, indices, select_spaced};
+use crate::geometry::spaced::{indices, select_spaced};
 use crate::math::rgb::Radiance;
 use crate::math::sampling::Random;
 use crate::options;
+use crate::reconstruct::candidates::{self, Candidate, material_of, materials};
 use crate::reconstruct::{Error, Stream};
-use crate::scene::{Optics, Role, SurfacePoint, Views, agreed};
+use crate::scene::{SurfacePoint, Views, agreed};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -91,29 +92,6 @@ impl Sample {
     }
 }
 
-/// A pixel that could become a sample: there are millions, so it says no more than which.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Candidate {
-    /// Index into `Views::buffers`.
-    buffer: u32,
-    /// Pixels before it, row by row.
-    pixel: u32,
-}
-
-impl Candidate {
-    fn new(buffer: usize, pixel: usize) -> Result<Self, TooManyPoints> {
-        let index = |number: usize| u32::try_from(number).map_err(|_| TooManyPoints(number));
-        Ok(Self { buffer: index(buffer)?, pixel: index(pixel)? })
-    }
-
-    /// The position and the triangle that the pixel shows.
-    fn hit(self, views: &Views) -> (Vec3, u32) {
-        let buffer = &views.buffers[self.buffer as usize];
-        let (pixel, width) = (self.pixel as usize, buffer.camera.width);
-        buffer.hit(pixel % width, pixel / width).expect("candidates show something")
-    }
-}
-
 /// Random points that keep a distance d from each other and leave no room for another cover
 /// an area A with about 0.697 A/d² points (a jamming coverage of 0.547 by discs of radius d/2).
 pub const JAMMING_DENSITY: f64 = 0.697;
@@ -132,7 +110,9 @@ pub fn place(
     let capture = views.capture;
     let mut warnings = Vec::new();
     watch.begin(4);
-    let mut candidates = candidates(views, options, options.reject_edges)?;
+    let wanted =
+        candidates::Wanted { min_cosine: options.min_cosine, samples: options.count, seed };
+    let mut candidates = candidates::find(views, &wanted, options.reject_edges)?;
     watch.tick()?;
 
     // A material that shows only beside edges is better sampled there than not at all.
@@ -141,7 +121,7 @@ pub fn place(
         shown[material as usize] += 1;
     }
     if options.reject_edges && shown.contains(&0) {
-        let edge = self::candidates(views, options, false)?;
+        let edge = candidates::find(views, &wanted, false)?;
         let mut rescued = vec![0usize; capture.materials.len()];
         for candidate in edge {
             let material = material_of(views, candidate);
@@ -189,53 +169,6 @@ pub fn place(
     }
     watch.tick()?;
     Ok(cloud)
-}
-
-/// The material of each candidate.
-fn materials(views: &Views, candidates: &[Candidate]) -> Vec<u32> {
-    candidates.par_iter().map(|candidate| material_of(views, *candidate) as u32).collect()
-}
-
-fn material_of(views: &Views, candidate: Candidate) -> usize {
-    let (_, triangle) = candidate.hit(views);
-    match views.capture.surfaces[views.capture.mesh.surface[triangle as usize] as usize].role {
-        Role::Material(material) => material,
-        _ => unreachable!("candidates lie on surfaces with a material"),
-    }
-}
-
-/// Every pixel that measures a surface with a material, photograph by photograph, row by row.
-fn candidates(
-    views: &Views,
-    options: &SampleOptions,
-    off_edges: bool,
-) -> Result<Vec<Candidate>, TooManyPoints> {
-    let capture = views.capture;
-    let mut candidates = Vec::new();
-    for (index, buffer) in views.buffers.iter().enumerate() {
-        let camera = buffer.camera.position.as_vec3();
-        let (width, height) = (buffer.camera.width, buffer.camera.height);
-        Candidate::new(index, width * height)?;
-        candidates.par_extend((0..height).into_par_iter().flat_map_iter(|y| {
-            let pixel = move |x| {
-                let (position, triangle) = buffer.hit(x, y)?;
-                let surface = capture.mesh.surface[triangle as usize] as usize;
-                let usable = matches!(capture.surfaces[surface].role, Role::Material(_))
-                    && views.optics(triangle) == Optics::Opaque
-                    && (!off_edges || buffer.is_off_edges(x, y))
-                    && buffer.image.radiance(x, y).is_some();
-                let sight = (camera - position).normalize_or_zero();
-                let cosine = views.normals[triangle as usize].dot(sight).abs();
-                if !usable || f64::from(cosine) < options.min_cosine {
-                    return None;
-                }
-                // Smaller than the number of pixels, which was found to fit.
-                Candidate::new(index, y * width + x).ok()
-            };
-            (0..width).filter_map(pixel)
-        }));
-    }
-    Ok(candidates)
 }
 
 /// The minimum distance at which about `count` of the points, in a random order, are kept.
@@ -350,17 +283,4 @@ fn read(
         radiance: agreed(&measured),
     };
     Some((sample, seen))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pixel_whose_number_does_not_fit_is_an_error() {
-        let last = u32::MAX as usize;
-        assert_eq!(Candidate::new(7, last), Ok(Candidate { buffer: 7, pixel: u32::MAX }));
-        assert_eq!(Candidate::new(7, last + 1), Err(TooManyPoints(last + 1)));
-        assert_eq!(Candidate::new(last + 1, 0), Err(TooManyPoints(last + 1)));
-    }
 }

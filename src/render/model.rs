@@ -171,8 +171,10 @@ impl Model {
 fn cameras(capture: &Capture) -> Vec<View> {
     let mut names = Names::default();
     let white = |image: &Image| {
-        let mut values: Vec<f32> =
-            image.pixels().iter().flatten().copied().filter(|value| value.is_finite()).collect();
+        // Of more than a million pixels, every so many-th.
+        let step = image.pixels().len().div_ceil(1 << 20).max(1);
+        let pixels = image.pixels().step_by(step);
+        let mut values: Vec<f32> = pixels.flatten().filter(|value| value.is_finite()).collect();
         let index = (values.len().saturating_sub(1) as f64 * 0.99) as usize;
         if values.is_empty() {
             1.0

@@ -1,7 +1,10 @@
 //! A photograph's linear radiance, with the pixels that are no measurement marked.
 
+use std::fmt;
+use std::io::{self, Write};
 use std::sync::Arc;
 
+use super::pixels::{Bits, Pixels, Stored};
 use crate::math::rgb::Radiance;
 
 /// A pixel at or above this in a channel is no measurement, in whatever unit: sums of such values
@@ -10,40 +13,18 @@ use crate::math::rgb::Radiance;
 const LARGEST: f32 = 1e18;
 
 /// Linear radiance in the capture's arbitrary unit, row by row from the top.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone)]
 pub struct Image {
     width: usize,
     height: usize,
     /// Shared by all states of the mask.
-    pixels: Arc<Vec<Radiance>>,
-    /// What each pixel is to the reconstruction.
-    states: Vec<State>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// Finite, not negative, below saturation and below [`LARGEST`] in every channel.
-    Measured,
-    Invalid,
-    /// Left out by a mask: it shows what is not of the scene. Without the mask it would be measured.
-    Masked,
-    /// Left out by a mask, and invalid without it.
-    MaskedInvalid,
-}
-
-impl State {
-    fn is_masked(self) -> bool {
-        matches!(self, Self::Masked | Self::MaskedInvalid)
-    }
-
-    fn with_mask(self, is_masked: bool) -> Self {
-        match (self, is_masked) {
-            (Self::Measured | Self::Masked, false) => Self::Measured,
-            (Self::Measured | Self::Masked, true) => Self::Masked,
-            (Self::Invalid | Self::MaskedInvalid, false) => Self::Invalid,
-            (Self::Invalid | Self::MaskedInvalid, true) => Self::MaskedInvalid,
-        }
-    }
+    pixels: Arc<Pixels>,
+    /// By which they are multiplied when they are read.
+    gain: f32,
+    /// What is not finite, negative, saturated or [`LARGEST`] in a channel.
+    invalid: Arc<Bits>,
+    /// Left out by a mask: it shows what is not of the scene.
+    masked: Arc<Bits>,
 }
 
 impl Image {
@@ -62,11 +43,15 @@ impl Image {
         let limit = saturation.unwrap_or(LARGEST).min(LARGEST);
         let is_measured =
             |pixel: &Radiance| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit);
-        let states = pixels
-            .iter()
-            .map(|pixel| if is_measured(pixel) { State::Measured } else { State::Invalid })
-            .collect();
-        Self { width, height, pixels: Arc::new(pixels), states }
+        let invalid = Bits::of(pixels.len(), |index| !is_measured(&pixels[index]));
+        Self {
+            width,
+            height,
+            pixels: Arc::new(Pixels::new(pixels)),
+            gain: 1.0,
+            invalid: Arc::new(invalid),
+            masked: Arc::default(),
+        }
     }
 
     pub fn width(&self) -> usize {
@@ -77,37 +62,46 @@ impl Image {
         self.height
     }
 
+    /// A pixel as it was read, though it may be invalid.
+    pub fn pixel(&self, x: usize, y: usize) -> Radiance {
+        self.at(y * self.width + x)
+    }
+
     /// Every pixel as it was read, invalid ones included.
-    pub fn pixels(&self) -> &[Radiance] {
-        &self.pixels
+    pub fn pixels(&self) -> impl ExactSizeIterator<Item = Radiance> + '_ {
+        (0..self.width * self.height).map(|index| self.at(index))
     }
 
     /// Whether another image is the same one, apart from its mask.
     pub fn has_pixels_of(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.pixels, &other.pixels)
+        Arc::ptr_eq(&self.pixels, &other.pixels) && self.gain.to_bits() == other.gain.to_bits()
     }
 
     /// The radiance of a pixel, or `None` where it is no measurement.
     pub fn radiance(&self, x: usize, y: usize) -> Option<Radiance> {
         let index = y * self.width + x;
-        (self.states[index] == State::Measured).then(|| self.pixels[index])
+        (!self.invalid.get(index) && !self.masked.get(index)).then(|| self.at(index))
     }
 
     /// The radiance that a pixel would have without a mask, or `None` where it is no measurement.
     pub fn radiance_without_mask(&self, x: usize, y: usize) -> Option<Radiance> {
         let index = y * self.width + x;
-        matches!(self.states[index], State::Measured | State::Masked).then(|| self.pixels[index])
+        (!self.invalid.get(index)).then(|| self.at(index))
+    }
+
+    #[inline]
+    fn at(&self, index: usize) -> Radiance {
+        self.pixels.get(index).map(|value| value * self.gain)
     }
 
     /// Leaves out the pixels for which `is_left_out(x, y)`, beside those that are left out already.
     /// From here on nothing reads them as radiance: this is all that a mask is to the
     /// reconstruction.
     pub fn mask(&mut self, is_left_out: impl Fn(usize, usize) -> bool) {
-        for (index, state) in self.states.iter_mut().enumerate() {
-            if is_left_out(index % self.width, index / self.width) {
-                *state = state.with_mask(true);
-            }
-        }
+        let (width, masked) = (self.width, &self.masked);
+        let is_masked =
+            |index: usize| masked.get(index) || is_left_out(index % width, index / width);
+        self.masked = Arc::new(Bits::of(width * self.height, is_masked));
     }
 
     /// Leaves out these pixels, row by row from the top, and no others.
@@ -115,51 +109,106 @@ impl Image {
     /// # Panics
     /// If `is_left_out` does not have an entry for each pixel.
     pub fn set_mask(&mut self, is_left_out: &[bool]) {
-        assert_eq!(is_left_out.len(), self.states.len());
-        for (state, &is_left_out) in self.states.iter_mut().zip(is_left_out) {
-            *state = state.with_mask(is_left_out);
-        }
+        assert_eq!(is_left_out.len(), self.width * self.height);
+        self.masked = Arc::new(Bits::of(is_left_out.len(), |index| is_left_out[index]));
     }
 
     /// For each pixel, row by row from the top, whether a mask leaves it out.
     pub fn mask_pixels(&self) -> Vec<bool> {
-        self.states.iter().map(|state| state.is_masked()).collect()
+        (0..self.width * self.height).map(|index| self.masked.get(index)).collect()
     }
 
     /// Whether a mask leaves a pixel out. Other pixels that are no measurement are often the
     /// brightest ones; what a mask leaves out says nothing of what is beside it.
     pub fn is_masked(&self, x: usize, y: usize) -> bool {
-        self.states[y * self.width + x].is_masked()
+        self.masked.get(y * self.width + x)
     }
 
     /// The number of pixels that a mask leaves out.
     pub fn masked_count(&self) -> usize {
-        self.states.iter().filter(|state| state.is_masked()).count()
+        self.masked.count()
     }
 
     /// The number of other pixels that are no measurement: saturated, negative or not finite.
     pub fn invalid_count(&self) -> usize {
-        self.states.iter().filter(|state| **state == State::Invalid).count()
+        self.invalid.count_without(&self.masked)
     }
 
     /// Whether any pixel is a measurement.
     pub fn measures_anything(&self) -> bool {
-        self.states.contains(&State::Measured)
+        self.invalid.count_with(&self.masked) < self.width * self.height
     }
 
     /// Changes the radiance of every pixel, leaving validity as it was decided on the values that
     /// the sensor gave.
     pub fn recolor(&mut self, of: impl Fn(Radiance) -> Radiance) {
-        Arc::make_mut(&mut self.pixels).iter_mut().for_each(|pixel| *pixel = of(*pixel));
+        self.pixels = Arc::new(Pixels::new(self.pixels().map(of).collect()));
+        self.gain = 1.0;
     }
 
     /// Multiplies the radiance of every pixel by `gain(x, y)`, leaving validity as it was
     /// decided on the values that the sensor gave.
     pub fn scale(&mut self, gain: impl Fn(usize, usize) -> f32) {
-        let pixels = Arc::make_mut(&mut self.pixels);
-        for (index, pixel) in pixels.iter_mut().enumerate() {
+        let scaled = |(index, pixel): (usize, Radiance)| {
             let gain = gain(index % self.width, index / self.width);
-            *pixel = pixel.map(|value| value * gain);
+            pixel.map(|value| value * gain)
+        };
+        self.pixels = Arc::new(Pixels::new(self.pixels().enumerate().map(scaled).collect()));
+        self.gain = 1.0;
+    }
+
+    /// The same with every pixel multiplied by one factor when it is read.
+    pub fn with_gain(&self, gain: f32) -> Self {
+        if self.gain != 1.0 {
+            let mut scaled = self.clone();
+            scaled.scale(|_, _| gain);
+            return scaled;
         }
+        Self { gain, ..self.clone() }
+    }
+
+    /// Bytes that the pixels take, in memory or, once they are [kept elsewhere](Self::keep), there.
+    pub fn byte_count(&self) -> usize {
+        self.pixels.byte_count()
+    }
+
+    /// Writes the pixels to where they can be read back from by [`Self::keep`].
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        self.pixels.write(out)
+    }
+
+    /// Reads the pixels from bytes that [`Self::write`] has written from now on, and no longer from
+    /// memory. Returns whether it does: not where there are not as many bytes.
+    pub fn keep(&mut self, bytes: Box<dyn Stored>) -> bool {
+        let stored = self.pixels.stored(bytes);
+        let is_kept = stored.is_some();
+        if let Some(stored) = stored {
+            self.pixels = Arc::new(stored);
+        }
+        is_kept
+    }
+
+    /// To be called after all pixels were read: those that are kept elsewhere leave memory until
+    /// they are read again.
+    pub fn release(&self) {
+        self.pixels.release();
     }
 }
+
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Image({} x {})", self.width, self.height)
+    }
+}
+
+impl PartialEq for Image {
+    fn eq(&self, other: &Self) -> bool {
+        let size = |own: &Self| (own.width, own.height);
+        size(self) == size(other)
+            && (&self.invalid, &self.masked) == (&other.invalid, &other.masked)
+            && (self.has_pixels_of(other) || self.pixels().eq(other.pixels()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -10,9 +10,11 @@ pub mod clutter;
 pub mod dome;
 pub mod emitter;
 pub mod gloss;
+mod hits;
 pub mod image;
 pub mod mask;
 mod mirrors;
+mod pixels;
 pub mod views;
 pub mod wireframe;
 
@@ -28,4 +30,5 @@ pub use gloss::{Arrivals, Gloss, Viewing, fresnel};
 pub use image::Image;
 pub use mask::{Mask, Shape};
 pub use mirrors::{MirrorsAndGlass, Optics, without_glass};
+pub use pixels::Stored;
 pub use views::{Seen, SurfacePoint, Views, VisibilityCache};

@@ -8,10 +8,12 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::hits::{self, Hits, NO_HIT, PixelHit, Runs};
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
+use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::agreement::{agreed, agreeing, brightness};
 use crate::scene::{Camera, Capture, Image, Optics};
@@ -46,25 +48,17 @@ pub struct VisibilityBuffer<'a> {
     camera_from_world: Mat3,
     focal_px: Vec2,
     principal_px: Vec2,
-    hits: Arc<[PixelHit]>,
+    mesh: &'a Mesh,
+    hits: Hits,
 }
 
 /// The hits of all visibility buffers, without the photographs, to be used by later runs: they
 /// depend on the mesh, the cameras and on which photographs are measurements, and on no tag. 16
-/// bytes a pixel.
+/// bytes a pixel, or of more than [`WHOLE_PIXELS`] about one.
 #[derive(Clone)]
 pub struct VisibilityCache {
-    hits: Vec<Arc<[PixelHit]>>,
+    hits: Vec<Hits>,
     normals: Arc<[Vec3]>,
-}
-
-/// What the ray through a pixel's centre met.
-#[derive(Clone, Copy)]
-struct PixelHit {
-    position: Vec3,
-    /// The triangle, or `NOTHING`. Its highest bit is set where the nine hits around the pixel lie
-    /// on one smooth piece of one surface; it is kept here because both are read together.
-    triangle_and_clean: u32,
 }
 
 /// A side of a point on the known surfaces.
@@ -75,20 +69,9 @@ pub struct SurfacePoint {
     pub normal: Vec3,
 }
 
-const NOTHING: u32 = u32::MAX >> 1;
-const CLEAN: u32 = 1 << 31;
-const NO_HIT: PixelHit = PixelHit { position: Vec3::ZERO, triangle_and_clean: NOTHING };
-
-impl PixelHit {
-    fn triangle(self) -> Option<u32> {
-        let triangle = self.triangle_and_clean & !CLEAN;
-        (triangle != NOTHING).then_some(triangle)
-    }
-
-    fn is_clean(self) -> bool {
-        self.triangle_and_clean & CLEAN != 0
-    }
-}
+/// Up to so many pixels of all photographs their positions are held, which makes them quicker to
+/// read: 256 MB.
+pub const WHOLE_PIXELS: usize = 1 << 24;
 
 /// Photographs asked for the radiance of a point that a ray hits, if they agree and at most.
 const ENOUGH_VIEWS: usize = 3;
@@ -104,15 +87,33 @@ impl<'a> Views<'a> {
         caster: &'a RayCaster,
         watch: &Watch,
     ) -> Result<Self, Cancelled> {
+        Self::holding(capture, caster, WHOLE_PIXELS, watch)
+    }
+
+    /// As [`Self::new`], holding positions of up to so many pixels; whatever their number, what is
+    /// read is the same.
+    pub fn holding(
+        capture: &'a Capture,
+        caster: &'a RayCaster,
+        most: usize,
+        watch: &Watch,
+    ) -> Result<Self, Cancelled> {
         let normals: Arc<[Vec3]> = (0..capture.mesh.triangles.len())
             .map(|triangle| capture.mesh.normal(triangle))
             .collect();
         let mut buffers = Vec::new();
         watch.begin(capture.measurements().map(|(_, camera, _)| camera.height as u64).sum());
+        let pixels: usize =
+            capture.measurements().map(|(_, camera, _)| camera.width * camera.height).sum();
         for (photograph, camera, image) in capture.measurements() {
-            let mut buffer = VisibilityBuffer::new(photograph, camera, image);
-            buffer.cast(caster, watch)?;
-            buffer.mark_clean(capture, &normals);
+            let mut buffer = VisibilityBuffer::new(photograph, camera, image, &capture.mesh);
+            let mut hits = buffer.cast(caster, watch)?;
+            buffer.mark_clean(capture, &normals, &mut hits);
+            if pixels > most {
+                buffer.hits = Hits::Packed(Arc::new(Runs::of(&hits)));
+            } else {
+                buffer.hits = Hits::Whole(hits.into());
+            }
             buffers.push(buffer);
         }
         let offset_m = offset_m(capture);
@@ -135,7 +136,7 @@ impl<'a> Views<'a> {
                 assert_eq!(camera.width * camera.height, hits.len());
                 VisibilityBuffer {
                     hits: hits.clone(),
-                    ..VisibilityBuffer::new(photograph, camera, image)
+                    ..VisibilityBuffer::new(photograph, camera, image, &capture.mesh)
                 }
             })
             .collect();
@@ -152,7 +153,7 @@ impl<'a> Views<'a> {
 
     /// Whether any pixel of any photograph shows the known geometry.
     pub fn shows_anything(&self) -> bool {
-        self.buffers.iter().any(|buffer| buffer.hits.iter().any(|hit| hit.triangle().is_some()))
+        self.buffers.iter().any(VisibilityBuffer::shows_anything)
     }
 
     /// The side of the surface that a ray met.
@@ -201,17 +202,18 @@ impl<'a> Views<'a> {
         let direction = towards / distance;
         let seen = Seen { x, y, direction, cosine: direction.dot(point.normal) };
         let index = y * buffer.camera.width + x;
-        let hit = buffer.hits[index];
+        let hit = buffer.hits.seen(index);
         if let Some(triangle) = hit.triangle().filter(|_| hit.is_clean()) {
+            let position = buffer.hits.position(buffer.camera, buffer.mesh, index);
             let footprint = distance / buffer.focal_px.min_element();
             let normal = self.normals[triangle as usize];
             // How far along the line of sight the point is off the pixel's tangent plane.
             let cosine = normal.dot(direction).abs().max(0.02);
-            let off_plane = normal.dot(point.position - hit.position).abs() / cosine;
+            let off_plane = normal.dot(point.position - position).abs() / cosine;
             if off_plane <= footprint {
                 return Some(seen);
             }
-            if distance > buffer.position.distance(hit.position) + 4.0 * footprint
+            if distance > buffer.position.distance(position) + 4.0 * footprint
                 && off_plane > 4.0 * footprint
             {
                 return None;
@@ -265,7 +267,7 @@ pub struct Seen {
 
 impl<'a> VisibilityBuffer<'a> {
     /// Without hits.
-    fn new(photograph: usize, camera: &'a Camera, image: &'a Image) -> Self {
+    fn new(photograph: usize, camera: &'a Camera, image: &'a Image, mesh: &'a Mesh) -> Self {
         Self {
             photograph,
             camera,
@@ -274,21 +276,23 @@ impl<'a> VisibilityBuffer<'a> {
             camera_from_world: camera.world_from_camera.transpose().as_mat3(),
             focal_px: camera.focal_px.as_vec2(),
             principal_px: camera.principal_px.as_vec2(),
-            hits: Arc::default(),
+            mesh,
+            hits: Hits::default(),
         }
     }
 
-    fn cast(&mut self, caster: &RayCaster, watch: &Watch) -> Result<(), Cancelled> {
-        let (camera, position) = (self.camera, self.position);
-        self.hits = std::iter::repeat_n(NO_HIT, camera.width * camera.height).collect();
-        let rows = Arc::make_mut(&mut self.hits).par_chunks_mut(camera.width.max(1));
+    fn cast(&self, caster: &RayCaster, watch: &Watch) -> Result<Vec<PixelHit>, Cancelled> {
+        let camera = self.camera;
+        let mut hits = vec![NO_HIT; camera.width * camera.height];
+        let rows = hits.par_chunks_mut(camera.width.max(1));
         rows.enumerate().try_for_each(|(y, row)| {
             watch.tick()?;
             for (x, hit) in row.iter_mut().enumerate() {
-                *hit = cast(caster, camera, position, x, y);
+                *hit = hits::cast(caster, camera, x, y);
             }
             Ok(())
-        })
+        })?;
+        Ok(hits)
     }
 
     /// The pixel that a point in front of the camera projects into.
@@ -310,28 +314,39 @@ impl<'a> VisibilityBuffer<'a> {
         inside.then_some((pixel.x as usize, pixel.y as usize))
     }
 
-    fn mark_clean(&mut self, capture: &Capture, normals: &[Vec3]) {
+    fn mark_clean(&self, capture: &Capture, normals: &[Vec3], hits: &mut [PixelHit]) {
         let width = self.camera.width;
-        let clean: Vec<bool> = (0..self.hits.len())
-            .into_par_iter()
-            .map(|index| self.is_clean(capture, normals, index % width, index / width))
-            .collect();
-        for (hit, clean) in Arc::make_mut(&mut self.hits).iter_mut().zip(clean) {
+        let is_clean = |index: usize| {
+            self.is_clean(capture, normals, hits, index % width.max(1), index / width.max(1))
+        };
+        let clean: Vec<bool> = (0..hits.len()).into_par_iter().map(is_clean).collect();
+        for (hit, clean) in hits.iter_mut().zip(clean) {
             if clean {
-                hit.triangle_and_clean |= CLEAN;
+                hit.seen.mark_clean();
             }
         }
     }
 
     /// The triangle and position that a pixel's centre sees.
     pub fn hit(&self, x: usize, y: usize) -> Option<(Vec3, u32)> {
-        let hit = self.hits[y * self.camera.width + x];
-        Some((hit.position, hit.triangle()?))
+        let index = y * self.camera.width + x;
+        let triangle = self.hits.seen(index).triangle()?;
+        Some((self.hits.position(self.camera, self.mesh, index), triangle))
+    }
+
+    /// The triangle alone, which is quicker to read.
+    pub fn triangle(&self, x: usize, y: usize) -> Option<u32> {
+        self.hits.seen(y * self.camera.width + x).triangle()
     }
 
     /// Whether a pixel is off every face and silhouette edge by a pixel.
     pub fn is_off_edges(&self, x: usize, y: usize) -> bool {
-        self.hits[y * self.camera.width + x].is_clean()
+        self.hits.seen(y * self.camera.width + x).is_clean()
+    }
+
+    /// Whether any pixel shows the known geometry.
+    pub fn shows_anything(&self) -> bool {
+        self.hits.any()
     }
 
     /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel. About
@@ -359,12 +374,23 @@ impl<'a> VisibilityBuffer<'a> {
         Some(sum.map(|value| value / count as f32))
     }
 
-    fn is_clean(&self, capture: &Capture, normals: &[Vec3], x: usize, y: usize) -> bool {
+    fn is_clean(
+        &self,
+        capture: &Capture,
+        normals: &[Vec3],
+        hits: &[PixelHit],
+        x: usize,
+        y: usize,
+    ) -> bool {
+        let hit = |x: usize, y: usize| {
+            let hit = &hits[y * self.camera.width + x];
+            Some((hit.position, hit.seen.triangle()?))
+        };
         let (width, height) = (self.camera.width, self.camera.height);
         if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
             return false;
         }
-        let Some((position, triangle)) = self.hit(x, y) else { return false };
+        let Some((position, triangle)) = hit(x, y) else { return false };
         let mesh = &capture.mesh;
         let triangle = triangle as usize;
         let sight = position - self.position;
@@ -375,7 +401,7 @@ impl<'a> VisibilityBuffer<'a> {
         let steepness = normal.dot(direction).abs().max(0.02);
         (y - 1..=y + 1).all(|v| {
             (x - 1..=x + 1).all(|u| {
-                let Some((other, neighbour)) = self.hit(u, v) else { return false };
+                let Some((other, neighbour)) = hit(u, v) else { return false };
                 let neighbour = neighbour as usize;
                 if neighbour == triangle {
                     return true;
@@ -400,18 +426,4 @@ pub(super) fn offset_m(capture: &Capture) -> f32 {
         (high - low).length().max(low.abs().max_element()).max(high.abs().max_element())
     });
     2e-5 * extent
-}
-
-fn cast(caster: &RayCaster, camera: &Camera, origin: Vec3, x: usize, y: usize) -> PixelHit {
-    let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-    let Some(direction) = camera.direction(centre) else { return NO_HIT };
-    let direction = direction.as_vec3();
-    let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-    match caster.closest(&ray) {
-        Some(hit) => {
-            let position = origin + direction * hit.t;
-            PixelHit { position, triangle_and_clean: hit.triangle }
-        }
-        None => NO_HIT,
-    }
 }

@@ -170,9 +170,9 @@ fn what_is_no_card_pins_nothing() {
         |room: &mut Room, photograph: usize, value: [f32; 3], of: &dyn Fn(usize) -> bool| {
             let image = room.capture.photographs[photograph].image.as_ref().unwrap();
             let (width, height) = (image.width(), image.height());
-            let pixels = image.pixels().iter().enumerate();
+            let pixels = image.pixels().enumerate();
             let pixels =
-                pixels.map(|(k, &pixel)| if of(k % width) { value } else { pixel }).collect();
+                pixels.map(|(k, pixel)| if of(k % width) { value } else { pixel }).collect();
             let image = Image::new(width, height, pixels, Some(100.0));
             room.capture.photographs[photograph].image = Some(Arc::new(image));
         };

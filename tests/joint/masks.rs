@@ -23,10 +23,10 @@ fn painted(mut room: Room, intruder: Radiance, with_masks: bool) -> Room {
     for (index, photograph) in room.capture.photographs.iter_mut().enumerate() {
         let image = photograph.image.as_ref().unwrap();
         let (width, height) = (image.width(), image.height());
-        let pixel = |(k, &pixel): (usize, &Radiance)| {
+        let pixel = |(k, pixel): (usize, Radiance)| {
             if covers(index, k % width, k / width) { intruder } else { pixel }
         };
-        let pixels = image.pixels().iter().enumerate().map(pixel).collect();
+        let pixels = image.pixels().enumerate().map(pixel).collect();
         let mut image = Image::new(width, height, pixels, None);
         if with_masks {
             image.mask(|x, y| covers(index, x, y));

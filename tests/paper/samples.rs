@@ -125,7 +125,7 @@ fn every_view_of_a_sample_is_listed_with_its_pixel() {
                 assert!(off <= 0.5 + 1e-3, "{pixel} was read at {centre}");
                 let [x, y] = view.pixel;
                 let image: &Image = photograph.image.as_ref().unwrap();
-                assert_eq!(view.radiance, image.pixels()[y * camera.width + x]);
+                assert_eq!(view.radiance, image.pixel(x, y));
             }
             // Whether it is seen, decided where the answer is the same a pixel's width about.
             let distance = p.distance(camera.position);

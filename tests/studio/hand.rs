@@ -144,7 +144,7 @@ fn a_photograph_in_its_camera_is_selected() {
 fn a_saturated_value_is_told_from_a_measured_one() {
     let mut own = lobelia::scene::Capture::clone(&capture());
     let image = own.photographs[0].image.clone().expect("a measurement");
-    let pixels = image.pixels().to_vec();
+    let pixels = image.pixels().collect();
     let blown = lobelia::scene::Image::new(image.width(), image.height(), pixels, Some(0.0));
     own.photographs[0].image = Some(std::sync::Arc::new(blown));
     let mut content = bare();

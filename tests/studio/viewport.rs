@@ -301,7 +301,7 @@ fn a_photograph_of_a_distorting_lens_is_shown_to_its_rim() {
         );
         let image = photograph.image.as_ref().expect("a measurement");
         let (width, height) = (image.width(), image.height());
-        let mut pixels = image.pixels().to_vec();
+        let mut pixels = image.pixels().collect::<Vec<_>>();
         for (index, pixel) in pixels.iter_mut().enumerate() {
             let (x, y) = (index % width, index / width);
             if x.min(y) < 4 || x + 4 >= width || y + 4 >= height {

@@ -159,7 +159,7 @@ fn the_same_seed_gives_the_same_capture() {
         let same =
             a.capture.measurements().zip(b.capture.measurements()).all(|((i, c, x), (j, d, y))| {
                 let bits = |image: &lobelia::scene::Image| -> Vec<u32> {
-                    image.pixels().iter().flatten().map(|v| v.to_bits()).collect()
+                    image.pixels().flatten().map(f32::to_bits).collect()
                 };
                 i == j && c == d && bits(x) == bits(y)
             });

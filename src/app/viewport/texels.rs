@@ -129,6 +129,7 @@ pub fn of(
         }
         is_wanted().then_some(())
     })?;
+    image.release();
     Some(texels)
 }
 
@@ -136,7 +137,7 @@ fn pixel(image: &Image, x: i64, y: i64) -> [f32; 4] {
     let (width, height) = (image.width() as i64, image.height() as i64);
     let (x, y) = (x.clamp(0, width - 1) as usize, y.clamp(0, height - 1) as usize);
     let valid = image.radiance_without_mask(x, y).is_some();
-    let [r, g, b] = image.pixels()[y * image.width() + x].map(|v| if v.is_nan() { 0.0 } else { v });
+    let [r, g, b] = image.pixel(x, y).map(|v| if v.is_nan() { 0.0 } else { v });
     [r, g, b, if valid { VALID } else { INVALID }]
 }
 

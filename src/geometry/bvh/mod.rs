@@ -22,6 +22,7 @@ mod wide;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use ray::Sheared;
 use traverse::Slot;
 use wide::WideTree;
 
@@ -54,6 +55,18 @@ pub struct Hit {
 pub struct RayCaster {
     tree: WideTree,
     instructions: Instructions,
+}
+
+/// The distance at which [`RayCaster::closest`] found that a ray meets a triangle, to the bit.
+pub fn distance_to(corners: &[Vec3; 3], ray: &Ray) -> f32 {
+    let Sheared { axes, origin, shear } = Sheared::new(ray);
+    let [a, b, c] = corners.map(|corner| {
+        let [x, y, z] = [0, 1, 2].map(|axis| corner[axes[axis]] - origin[axis]);
+        [x - shear[0] * z, y - shear[1] * z, z]
+    });
+    let edge = |p: [f32; 3], q: [f32; 3]| q[0] * p[1] - q[1] * p[0];
+    let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+    (u * a[2] + v * b[2] + w * c[2]) * shear[2] / (u + v + w)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

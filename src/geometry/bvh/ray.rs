@@ -56,6 +56,32 @@ impl Prepared {
             }
         }
 
+        let Sheared { axes, origin, shear } = Sheared::new(ray);
+        Self {
+            near_row: [0, 1, 2].map(|axis| 2 * axis + usize::from(backward[axis])),
+            near_origin,
+            far_origin,
+            inverse,
+            axes,
+            origin,
+            shear,
+            t_min: ray.t_min,
+        }
+    }
+}
+
+/// The space in which a ray runs along z: see `Prepared`.
+pub struct Sheared {
+    pub axes: [usize; 3],
+    pub origin: [f32; 3],
+    pub shear: [f32; 3],
+}
+
+impl Sheared {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        let direction = ray.direction.to_array();
+        let size = direction.map(f32::abs);
         let z = if size[0] >= size[1] && size[0] >= size[2] {
             0
         } else if size[1] >= size[2] {
@@ -66,14 +92,9 @@ impl Prepared {
         let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let scale = 1.0 / direction[z];
         Self {
-            near_row: [0, 1, 2].map(|axis| 2 * axis + usize::from(backward[axis])),
-            near_origin,
-            far_origin,
-            inverse,
             axes,
-            origin: axes.map(|axis| origin[axis]),
+            origin: axes.map(|axis| ray.origin[axis]),
             shear: [direction[axes[0]] * scale, direction[axes[1]] * scale, scale],
-            t_min: ray.t_min,
         }
     }
 }

@@ -107,7 +107,7 @@ fn shown(views: &Views, index: usize, directions: &[Vec3]) -> BTreeMap<usize, Sh
     let buffer = &views.buffers[index];
     let camera = buffer.camera;
     let beyond = |x: usize, y: usize| {
-        (y - 1..=y + 1).all(|y| (x - 1..=x + 1).all(|x| buffer.hit(x, y).is_none()))
+        (y - 1..=y + 1).all(|y| (x - 1..=x + 1).all(|x| buffer.triangle(x, y).is_none()))
     };
     let pixel = |x: usize, y: usize| {
         if !beyond(x, y) || buffer.image.is_masked(x, y) {

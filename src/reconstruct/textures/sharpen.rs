@@ -28,6 +28,9 @@ struct Pixel {
 
 /// Places within a pixel along a side at most, where it covers many texels.
 const MOST_PLACES: f32 = 6.0;
+/// Pixels that are held at most, unless the map has so many texels that it needs more.
+const MOST_PIXELS: usize = 1 << 23;
+const PIXELS_PER_TEXEL: usize = 8;
 /// Parts of the pixels that are added up apart, whatever the number of threads.
 const PARTS: usize = 4;
 
@@ -40,7 +43,8 @@ pub(super) fn sharpen(
     rounds: usize,
     watch: &Watch,
 ) -> Result<Vec<Option<Radiance>>, Cancelled> {
-    let pixels = pixels(views, unwrap, watch)?;
+    let most = MOST_PIXELS.max(start.len().saturating_mul(PIXELS_PER_TEXEL));
+    let pixels = pixels(views, unwrap, most, watch)?;
     let mut texels = Vec::new();
     let mut entry = |texel: &Option<Radiance>| {
         texel.map_or(NONE, |texel| {
@@ -168,20 +172,42 @@ impl Grid {
     }
 }
 
-/// Every pixel of every photograph that measures nothing but the surface.
-fn pixels(views: &Views, unwrap: &Unwrap, watch: &Watch) -> Result<Vec<Pixel>, Cancelled> {
+/// Every pixel of every photograph that measures nothing but the surface; where they are more than
+/// `most`, a lattice of them in each photograph.
+fn pixels(
+    views: &Views,
+    unwrap: &Unwrap,
+    most: usize,
+    watch: &Watch,
+) -> Result<Vec<Pixel>, Cancelled> {
     let mut entry = vec![None; views.capture.mesh.triangles.len()];
     for (index, &triangle) in unwrap.triangles.iter().enumerate() {
         entry[triangle] = Some(index);
     }
+    let on_surface = |buffer: &VisibilityBuffer, x: usize, y: usize| {
+        let triangle = buffer.triangle(x, y).filter(|_| buffer.is_off_edges(x, y))?;
+        Some((triangle, entry[triangle as usize]?))
+    };
+    let mut step = 1;
+    let all: usize = views.buffers.iter().map(|own| own.camera.width * own.camera.height).sum();
+    if all > most {
+        let of_row = |buffer: &VisibilityBuffer, y: usize| {
+            (0..buffer.camera.width).filter(|x| on_surface(buffer, *x, y).is_some()).count()
+        };
+        let of_photograph = |buffer: &VisibilityBuffer| -> usize {
+            (0..buffer.camera.height).into_par_iter().map(|y| of_row(buffer, y)).sum()
+        };
+        let count: usize = views.buffers.iter().map(of_photograph).sum();
+        step = (count as f64 / most.max(1) as f64).sqrt().ceil().max(1.0) as usize;
+    }
     let mut pixels = Vec::new();
     for buffer in &views.buffers {
         let width = buffer.camera.width;
-        let rows = (0..buffer.camera.height).into_par_iter().map(|y| {
+        let lines: Vec<usize> = (0..buffer.camera.height).step_by(step).collect();
+        let rows = lines.into_par_iter().map(|y| {
             watch.check()?;
             let pixel = |x: usize| {
-                let (_, triangle) = buffer.hit(x, y).filter(|_| buffer.is_off_edges(x, y))?;
-                let index = entry[triangle as usize]?;
+                let (triangle, index) = on_surface(buffer, x, y)?;
                 let radiance = buffer.image.radiance(x, y)?;
                 let plane = Plane::new(views, unwrap, triangle as usize, index)?;
                 let place = |dx: f64, dy: f64| plane.texel(buffer, x as f64 + dx, y as f64 + dy);
@@ -190,10 +216,11 @@ fn pixels(views: &Views, unwrap: &Unwrap, watch: &Watch) -> Result<Vec<Pixel>, C
                 let down = place(0.5, 1.0)? - place(0.5, 0.0)?;
                 Some(Pixel { middle, right, down, radiance })
             };
-            Ok((0..width).filter_map(pixel).collect::<Vec<_>>())
+            Ok((0..width).step_by(step).filter_map(pixel).collect::<Vec<_>>())
         });
         let rows = rows.collect::<Result<Vec<_>, Cancelled>>()?;
         pixels.extend(rows.into_iter().flatten());
+        buffer.image.release();
     }
     Ok(pixels)
 }

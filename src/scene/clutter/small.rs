@@ -60,7 +60,7 @@ impl SmallView {
                 }
                 is_valid.push(count == rows.len() * columns.len());
                 // What is no measurement is mostly too bright for the sensor.
-                let raw = || image.pixels()[rows.start * full.0 + columns.start];
+                let raw = || image.pixel(columns.start, rows.start);
                 pixels.push(match count {
                     0 => raw().map(|own| if own.is_finite() { own.clamp(0.0, 1e9) } else { 0.0 }),
                     count => sum.map(|own| own / count as f32),
