@@ -11,7 +11,8 @@ use crate::cli::progress::Display;
 use crate::cli::report::{plural, report};
 use crate::cli::{Ending, arguments, job};
 use crate::io;
-use crate::reconstruct::Options;
+use crate::reconstruct::memory::gigabytes;
+use crate::reconstruct::{MemoryNeed, Options};
 use crate::worker::{Command, JobEvent, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -41,6 +42,19 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         plural(capture.materials.len(), "material"),
         plural(capture.photographs.len(), "photograph"),
     ));
+    let need = MemoryNeed::of(&capture, &options);
+    let in_files = match need.in_files {
+        0 => String::new(),
+        bytes => format!(
+            "; beside it {} of photographs in files, of which memory holds what there is room for",
+            gigabytes(bytes)
+        ),
+    };
+    display.say(&format!(
+        "memory: up to {}, most of it in the stage {}{in_files}",
+        gigabytes(need.peak()),
+        need.largest().name()
+    ));
     let command = Command::Reconstruct {
         capture: capture.clone(),
         options: Box::new(options.clone()),
@@ -64,6 +78,9 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     for line in report(&capture, &reconstruction, load_secs) {
         say_line!("{line}");
+    }
+    if let Some(peak) = io::process::peak_memory() {
+        display.say(&format!("memory at the peak: {}", gigabytes(peak)));
     }
     say_line!("written to {}", folder.display());
     display.say(&next(&path, &folder));

@@ -1,4 +1,4 @@
-//! How much memory this process has used, as Linux tells it.
+//! How much memory this process has used and how much there is, as Linux tells it.
 
 use std::fs;
 
@@ -15,4 +15,25 @@ pub fn peak_memory() -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes << 10)
+}
+
+/// Memory that is free or would be made free, in bytes; `None` where the system does not tell.
+/// Within a container that has a limit, what is left of that.
+pub fn available_memory() -> Option<u64> {
+    let info = fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    let text = |file: &str| fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok();
+    let number = |file: &str| text(file)?.trim().parse::<u64>().ok();
+    let limit = || {
+        // What is read from files counts as taken, and is given away where memory is short.
+        let stat = text("memory.stat")?;
+        let of = |name: &str| {
+            stat.lines().find_map(|line| line.strip_prefix(name)?.trim().parse::<u64>().ok())
+        };
+        let files: u64 = ["active_file ", "inactive_file "].into_iter().filter_map(of).sum();
+        let taken = number("memory.current")?.saturating_sub(files);
+        Some(number("memory.max")?.saturating_sub(taken))
+    };
+    Some((kilobytes << 10).min(limit().unwrap_or(u64::MAX)))
 }

@@ -114,6 +114,11 @@ const MOST_CANDIDATES: usize = 1 << 24;
 /// Candidates for each sample then, at least.
 const CANDIDATES_PER_SAMPLE: usize = 32;
 
+/// Candidates that are held at most for so many samples.
+pub(super) fn most_candidates(samples: usize) -> usize {
+    MOST_CANDIDATES.max(samples.saturating_mul(CANDIDATES_PER_SAMPLE))
+}
+
 /// Per material up to which [`hash`] its pixels become candidates; `None` where all do, since there
 /// are not too many. Materials that show in few pixels keep all of theirs: the others share what
 /// is left evenly.
@@ -122,7 +127,7 @@ fn thinned(
     samples: usize,
     material: &(dyn Fn(&VisibilityBuffer, usize, usize) -> Option<usize> + Sync),
 ) -> Option<Vec<u32>> {
-    let most = MOST_CANDIDATES.max(samples.saturating_mul(CANDIDATES_PER_SAMPLE));
+    let most = most_candidates(samples);
     let pixels: usize = views.buffers.iter().map(|own| own.camera.width * own.camera.height).sum();
     if pixels <= most {
         return None;

@@ -41,7 +41,7 @@ impl SolveSize {
     /// multiplied by unknowns: the same again where specular samples have rows of their own. Every
     /// channel that is being solved has a copy weighted by its slopes (the Jacobian), and the
     /// products of its columns with each other.
-    fn peak_bytes(&self) -> u128 {
+    pub(super) fn peak_bytes(&self) -> u128 {
         let entries = |rows: usize| rows as u128 * self.lobes as u128;
         let (single, double) = (size_of::<f32>() as u128, size_of::<f64>() as u128);
         let light_sets = self.light_sets.min(self.threads).max(1);

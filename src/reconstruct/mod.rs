@@ -17,6 +17,7 @@ pub mod joint;
 pub mod cache;
 pub mod lights;
 pub mod lobes;
+pub mod memory;
 pub mod normalize;
 pub mod optics;
 pub mod options;
@@ -53,6 +54,7 @@ use crate::solve::bounded::BoundedError;
 use crate::watch::{Cancelled, Watch};
 
 pub use cache::StageCache;
+pub use memory::MemoryNeed;
 pub use options::{Method, Options};
 pub use predict::Predicted;
 pub use quality::Quality;
@@ -208,6 +210,21 @@ pub enum Error {
         gigabytes: u128,
         /// Options that make it smaller, as a list in words.
         lower: &'static str,
+    },
+    /// The machine has not the memory for the run.
+    #[error(
+        "the run takes up to {needed} of memory, most in the stage {stage}, and {available} are \
+         free: {lower}; or close other programs"
+    )]
+    Memory {
+        /// In words, beside the capture, which is there already.
+        needed: String,
+        /// In words.
+        available: String,
+        /// The stage that takes most.
+        stage: &'static str,
+        /// What to change.
+        lower: String,
     },
     /// Pixels cannot be numbered.
     #[error(

@@ -172,6 +172,11 @@ impl Image {
         self.pixels.byte_count()
     }
 
+    /// Bytes of memory that the pixels take: none where they are kept elsewhere.
+    pub fn memory_bytes(&self) -> usize {
+        if self.pixels.is_stored() { 0 } else { self.byte_count() }
+    }
+
     /// Writes the pixels to where they can be read back from by [`Self::keep`].
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         self.pixels.write(out)

@@ -86,6 +86,10 @@ impl Pixels {
         (bytes.bytes().len() == self.byte_count()).then_some(Self::Stored { is_half, bytes })
     }
 
+    pub fn is_stored(&self) -> bool {
+        matches!(self, Self::Stored { .. })
+    }
+
     pub fn release(&self) {
         if let Self::Stored { bytes, .. } = self {
             bytes.release();

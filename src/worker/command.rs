@@ -22,6 +22,7 @@ use crate::worker::merge::{self, Merging};
 use crate::worker::modelling::{self, Modelling};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
+use crate::worker::room;
 
 /// A job for the worker.
 #[derive(Clone, Debug)]
@@ -282,6 +283,9 @@ impl Command {
             }
             Self::Reconstruct { capture, options, stage_cache } => {
                 let update = |update| emit(JobEvent::Update(update));
+                if let Err(error) = room::check(&capture, &options) {
+                    return JobEvent::Failed(error.to_string());
+                }
                 let result = match &stage_cache {
                     Some(stage_cache) => {
                         reconstruct::run_cached(&capture, &options, stage_cache, watch, &update)

@@ -12,6 +12,7 @@ mod merge;
 mod modelling;
 mod panics;
 mod render;
+mod room;
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -11,6 +11,7 @@ mod import; // captures of other programs' cameras and meshes
 mod info; // what `info` tells
 mod joint; // a whole run with the default method
 mod masks; // masks suggested, written, found again
+mod memory; // what a run takes of memory, foreseen and measured
 mod merge; // exposures merged: EXIF, grouping, times, refusals
 mod modelling; // captures begun with photographs alone: new, model
 mod options; // flags, options files, help

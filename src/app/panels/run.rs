@@ -14,7 +14,8 @@ use crate::app::keys;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::options::Declaration;
-use crate::reconstruct::{Method, Stage};
+use crate::reconstruct::memory::gigabytes;
+use crate::reconstruct::{MemoryNeed, Method, Stage};
 
 pub struct RunPanelState {
     declarations: Vec<Declaration>,
@@ -51,6 +52,7 @@ pub fn run_ui(
             no_radiance_ui(ui, project, actions);
             finished(ui, project);
             next(ui, project, state, actions);
+            memory(ui, project);
         }
     }
     ui.separator();
@@ -286,6 +288,22 @@ fn next(
             }
         }
     });
+}
+
+/// What the next run takes of memory.
+fn memory(ui: &mut egui::Ui, project: &Project) {
+    if project.capture.measurements().next().is_none() {
+        return;
+    }
+    let need = MemoryNeed::of(&project.capture, &project.edit().run_options());
+    let text = format!("Takes up to {} of memory.", gigabytes(need.peak()));
+    let help = format!(
+        "At most, of a whole run: {} are the photographs and the mesh, which are there already; the \
+         stage that takes most is {}. A run that does not fit is refused.",
+        gigabytes(need.loaded),
+        need.largest().name()
+    );
+    ui.weak(text).on_hover_text(help);
 }
 
 /// Where the next run begins, in a sentence.

@@ -5,7 +5,7 @@
 
 mod cells;
 pub(super) mod light;
-mod sharpen;
+pub(super) mod sharpen;
 mod texels;
 
 use std::collections::VecDeque;

@@ -43,7 +43,7 @@ pub(super) fn sharpen(
     rounds: usize,
     watch: &Watch,
 ) -> Result<Vec<Option<Radiance>>, Cancelled> {
-    let most = MOST_PIXELS.max(start.len().saturating_mul(PIXELS_PER_TEXEL));
+    let most = most_pixels(start.len());
     let pixels = pixels(views, unwrap, most, watch)?;
     let mut texels = Vec::new();
     let mut entry = |texel: &Option<Radiance>| {
@@ -81,6 +81,11 @@ pub(super) fn sharpen(
     }
     let texel = |&entry: &u32| (entry != NONE).then(|| texels[entry as usize]);
     Ok(grid.entry.iter().map(texel).collect())
+}
+
+/// Pixels that are held at most for a map of so many texels.
+pub fn most_pixels(texels: usize) -> usize {
+    MOST_PIXELS.max(texels.saturating_mul(PIXELS_PER_TEXEL))
 }
 
 /// Pixels, in sum, that have to show a texel for it to follow from them.

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -110,6 +111,9 @@ impl Sum for Mirrored<'_> {
     }
 }
 
+/// Cells after which pixels leave memory that are kept elsewhere.
+const CELLS_HELD: usize = 256;
+
 impl Texels<'_> {
     /// Per texel its diffuse reflectance; `None` where no photograph measures it, or no light falls.
     pub fn reflectances(
@@ -121,7 +125,12 @@ impl Texels<'_> {
             Some(gloss) => Some((self.incidents(watch)?, gloss)),
             None => None,
         };
+        let done = AtomicUsize::new(0);
         let of_cell = |cell: Cell| {
+            // What was read for other places need not stay in memory.
+            if done.fetch_add(1, Ordering::Relaxed) % CELLS_HELD == CELLS_HELD - 1 {
+                self.views.buffers.iter().for_each(|buffer| buffer.image.release());
+            }
             let texels = self.grid.texels(cell);
             let mut photographed: Vec<Vec<Photographed>> =
                 texels.iter().map(|_| Vec::new()).collect();
