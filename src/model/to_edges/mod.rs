@@ -3,7 +3,7 @@
 //! Cameras and all other things are held. Places on the outline that no face hides are each given
 //! the nearest line of like direction; then the thing's numbers are moved to where the distances
 //! of the places' feet on those lines from the projected outline are least, by the machinery and
-//! the robust loss of the adjustment ([`adjust`](super::adjust)). That is repeated while the
+//! the robust loss of the adjustment ([`adjust`]). That is repeated while the
 //! distance within which lines count shrinks. As wrong lines may be nearer than the right ones, the
 //! search begins from several places, and what leaves the least of the outline without a line
 //! counts. What was typed about the thing counts as it does there,
