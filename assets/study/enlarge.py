@@ -10,25 +10,14 @@ import argparse
 import json
 import math
 import os
+import pathlib
 import shutil
+import sys
 
 import numpy as np
-import OpenEXR
 
-
-def read(path):
-    with OpenEXR.File(path) as file:
-        channels = file.channels()
-        if "RGB" in channels:
-            return np.asarray(channels["RGB"].pixels, np.float32)
-        return np.stack([np.asarray(channels[c].pixels, np.float32) for c in "RGB"], -1)
-
-
-def write(path, pixels):
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    pixels = np.ascontiguousarray(np.clip(pixels, 0, 60000).astype(np.float16))
-    with OpenEXR.File(header, {"RGB": pixels}) as file:
-        file.write(path)
+sys.path.append(str(pathlib.Path(__file__).parents[1] / "examples" / "generator"))
+from exrio import read_exr, write_exr  # noqa: E402
 
 
 def along(pixels, factor, axis):
@@ -73,8 +62,8 @@ def main():
         file = os.path.join(arguments.out, path)
         again = index // len(frames)
         if again == 0:
-            pixels = read(os.path.join(arguments.capture, frame["file_path"]))
-            write(file, along(along(pixels, arguments.factor, 0), arguments.factor, 1))
+            pixels = read_exr(os.path.join(arguments.capture, frame["file_path"]))
+            write_exr(file, along(along(pixels, arguments.factor, 0), arguments.factor, 1))
         else:
             if os.path.lexists(file):
                 os.remove(file)

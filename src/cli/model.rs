@@ -83,10 +83,8 @@ fn fitted(
     things: &[&String],
 ) -> Result<Model, Ending> {
     let before = model.clone();
-    let lines = model.photographs.iter().map(|own| {
-        let shown = files::show(capture, &own.name, files::LONGEST)?;
-        Ok(Arc::new(files::lines(&shown)))
-    });
+    let lines =
+        model.photographs.iter().map(|own| files::lines_of(capture, &own.name).map(Arc::new));
     let lines: Vec<_> = lines.collect::<Result<_, Error>>()?;
     for &id in things {
         let Some(thing) = model.things.iter().position(|own| own.id == *id) else {

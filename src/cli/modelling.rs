@@ -60,7 +60,8 @@ pub(super) fn model(capture: Arg) -> Command {
                 .value_name("FILE")
                 .help("Mesh to write, .obj or .glb [default: CAPTURE/scene.obj]")
                 .value_parser(value_parser!(PathBuf)),
-        )        .arg(
+        )
+        .arg(
             Arg::new("fit-to-edges")
                 .long("fit-to-edges")
                 .value_name("THING")

@@ -11,8 +11,13 @@ pub fn forget_peak_memory() {
 
 /// The largest resident set since, in bytes; `None` where the system does not tell.
 pub fn peak_memory() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    in_bytes("/proc/self/status", "VmHWM:")
+}
+
+/// A number of kB that a file gives under a name, in bytes.
+fn in_bytes(file: &str, name: &str) -> Option<u64> {
+    let text = fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes << 10)
 }
@@ -20,9 +25,7 @@ pub fn peak_memory() -> Option<u64> {
 /// Memory that is free or would be made free, in bytes; `None` where the system does not tell.
 /// Within a container that has a limit, what is left of that.
 pub fn available_memory() -> Option<u64> {
-    let info = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    let free = in_bytes("/proc/meminfo", "MemAvailable:")?;
     let text = |file: &str| fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok();
     let number = |file: &str| text(file)?.trim().parse::<u64>().ok();
     let limit = || {
@@ -35,5 +38,5 @@ pub fn available_memory() -> Option<u64> {
         let taken = number("memory.current")?.saturating_sub(files);
         Some(number("memory.max")?.saturating_sub(taken))
     };
-    Some((kilobytes << 10).min(limit().unwrap_or(u64::MAX)))
+    Some(free.min(limit().unwrap_or(u64::MAX)))
 }

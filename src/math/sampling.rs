@@ -57,6 +57,11 @@ pub fn grid_side(count: usize) -> usize {
     (count as f64).sqrt().ceil() as usize
 }
 
+/// The step along rows and columns by which about `most` of `count` pixels are left, or all of fewer.
+pub fn lattice_step(count: usize, most: usize) -> usize {
+    grid_side(count.div_ceil(most.max(1))).max(1)
+}
+
 /// `side`² points, one jittered in each cell of a square grid over [0, 1)².
 pub fn stratified(side: usize, random: &mut Random) -> impl Iterator<Item = Vec2> {
     (0..side * side).map(move |cell| {
@@ -164,6 +169,16 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_lattice_leaves_about_as_many_pixels_as_are_wanted() {
+        // The root of count/most, rounded up; every pixel where they are few.
+        for (count, most, step) in
+            [(0, 10, 1), (100, 100, 1), (101, 100, 2), (400, 100, 2), (401, 100, 3)]
+        {
+            assert_eq!(lattice_step(count, most), step, "{count} of {most}");
+        }
+    }
 
     #[test]
     fn hemisphere_maps_have_the_mean_cosine_of_their_density() {

@@ -1,6 +1,7 @@
 //! What must hold before a run and within it, and what the artist should know about its result.
 
 use crate::math::rgb::CHANNELS;
+use crate::math::sampling::lattice_step;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
@@ -85,7 +86,7 @@ pub(super) fn of_photographs(views: &Views) -> Vec<String> {
         let (camera, position) = (buffer.camera, buffer.camera.position.as_vec3());
         let (mut shown, mut inner) = (0usize, 0usize);
         let pixels = camera.width * camera.height;
-        let step = (pixels as f64 / MOST_PIXELS as f64).sqrt().ceil().max(1.0) as usize;
+        let step = lattice_step(pixels, MOST_PIXELS);
         let column = |y: usize| (0..camera.width).step_by(step).map(move |x| (x, y));
         for (x, y) in (0..camera.height).step_by(step).flat_map(column) {
             if let Some((hit, triangle)) = buffer.hit(x, y) {

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::sampling::lattice_step;
 use crate::reconstruct::samples::SampleCloud;
 use crate::scene::{Image, Views};
 use crate::watch::{Cancelled, Watch};
@@ -27,7 +28,7 @@ impl Normalization {
     /// that channel at zero.
     pub fn of(image: &Image, watch: &Watch) -> Result<Self, Cancelled> {
         let mut gain = [1.0; CHANNELS];
-        let step = stride(image);
+        let step = lattice_step(image.width() * image.height(), MOST_PIXELS);
         for _ in 0..MAX_ITERATIONS {
             watch.check()?;
             // Both steps only ever scale pixels and channels, so the normalised image is known
@@ -68,11 +69,6 @@ impl Normalization {
 /// Pixels are read again and again: of a photograph that has more, every so many-th along a row and
 /// a column.
 const MOST_PIXELS: usize = 1 << 20;
-
-fn stride(image: &Image) -> usize {
-    let pixels = image.width() * image.height();
-    (pixels as f64 / MOST_PIXELS as f64).sqrt().ceil().max(1.0) as usize
-}
 
 fn normalized(radiance: Radiance, gain: Rgb) -> Option<Rgb> {
     let scaled: Rgb = std::array::from_fn(|c| f64::from(radiance[c]) * gain[c]);

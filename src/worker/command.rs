@@ -18,11 +18,11 @@ use crate::study::{Findings, Study};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::elsewhere::{self, SceneExport};
 use crate::worker::event::JobEvent;
+use crate::worker::memory;
 use crate::worker::merge::{self, Merging};
 use crate::worker::modelling::{self, Modelling};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
-use crate::worker::room;
 
 /// A job for the worker.
 #[derive(Clone, Debug)]
@@ -283,7 +283,7 @@ impl Command {
             }
             Self::Reconstruct { capture, options, stage_cache } => {
                 let update = |update| emit(JobEvent::Update(update));
-                if let Err(error) = room::check(&capture, &options) {
+                if let Err(error) = memory::check(&capture, &options) {
                     return JobEvent::Failed(error.to_string());
                 }
                 let result = match &stage_cache {

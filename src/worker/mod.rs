@@ -12,7 +12,7 @@ mod merge;
 mod modelling;
 mod panics;
 mod render;
-mod room;
+mod memory;
 
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};

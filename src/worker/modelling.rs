@@ -212,7 +212,7 @@ fn fitted(
         watch.tick()?;
         lines.push(match known.get(&index) {
             Some(lines) => lines.clone(),
-            None => Arc::new(files::lines(&files::show(folder, &own.name, files::LONGEST)?)),
+            None => Arc::new(files::lines_of(folder, &own.name)?),
         });
     }
     let outcome = match &of.outcome {

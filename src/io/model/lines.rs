@@ -30,6 +30,11 @@ pub fn show(folder: &Path, name: &str, longest: usize) -> Result<Shown, Error> {
     import::show(&photograph(folder, name)?, orientation(folder, name)?, longest)
 }
 
+/// The lines of a photograph of a capture.
+pub fn lines_of(folder: &Path, name: &str) -> Result<Vec<Line>, Error> {
+    Ok(lines(&show(folder, name, LONGEST)?))
+}
+
 /// The lines of a photograph that was read.
 pub fn lines(shown: &Shown) -> Vec<Line> {
     let Shown { step, width, height, ref pixels } = *shown;

@@ -51,7 +51,7 @@ mod write;
 
 pub use begin::new_capture;
 pub use cameras::{Unplaced, orientation, unplaced, write_cameras};
-pub use lines::{LONGEST, caster, lines, photograph, show};
+pub use lines::{LONGEST, caster, lines, lines_of, photograph, show};
 pub use mesh::{check_own, geometry, write_glb, write_obj};
 pub use open::{Opened, forget, is_begun, keep, lacks_mesh, open, save};
 pub use read::read;

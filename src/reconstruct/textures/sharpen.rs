@@ -10,6 +10,7 @@ use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance};
+use crate::math::sampling::lattice_step;
 use crate::reconstruct::unwrap::Unwrap;
 use crate::scene::Views;
 use crate::scene::views::VisibilityBuffer;
@@ -203,7 +204,7 @@ fn pixels(
             (0..buffer.camera.height).into_par_iter().map(|y| of_row(buffer, y)).sum()
         };
         let count: usize = views.buffers.iter().map(of_photograph).sum();
-        step = (count as f64 / most.max(1) as f64).sqrt().ceil().max(1.0) as usize;
+        step = lattice_step(count, most);
     }
     let mut pixels = Vec::new();
     for buffer in &views.buffers {
