@@ -4,6 +4,7 @@
 
 mod display; // photographs of 8 bits
 mod dropping; // files that are dropped, numbers that are typed
+mod edges; // things fitted to the lines of photographs
 mod finding; // cameras by engines that are scripts
 mod frames; // what a frame takes in a large scene
 mod gestures; // each movement of the hand is one step of undo
@@ -25,6 +26,8 @@ mod tagging; // materials, undo and redo
 mod tones; // tone mapping in the 3D view
 mod viewport; // the 3D view: what is drawn and named
 
+#[path = "../shared/displaced.rs"]
+mod displaced;
 #[path = "../shared/skip.rs"]
 mod skip;
 
