@@ -39,7 +39,7 @@ fn photographs(folder: &Path, model: &Model) -> Vec<PathBuf> {
 }
 
 /// A capture with photographs and a model.
-fn capture(folder: &Path, model: &Model) -> PathBuf {
+pub fn capture(folder: &Path, model: &Model) -> PathBuf {
     let files = photographs(&folder.join("photographs"), model);
     let capture = folder.join("capture");
     files::new_capture(&capture, &files, &lobelia::watch::Watch::new()).unwrap();
@@ -283,7 +283,7 @@ fn is_same(a: &Stroke, b: &Stroke) -> bool {
         && pixels(a).iter().zip(&pixels(b)).all(|(a, b)| a.distance(*b) < 0.01)
 }
 
-fn solved(model: &Model) -> Solution {
+pub fn solved(model: &Model) -> Solution {
     solve(model, &AdjustOptions::default()).unwrap()
 }
 
@@ -350,7 +350,7 @@ fn six_photographs_drawn_by_hand_give_the_cores_cameras() {
 }
 
 /// A begun capture of one empty photograph.
-fn empty(folder: &Path) -> PathBuf {
+pub fn empty(folder: &Path) -> PathBuf {
     let mut model = golden("boxes-one.json");
     (model.things, model.strokes) = Default::default();
     let capture = capture(folder, &model);
@@ -358,7 +358,7 @@ fn empty(folder: &Path) -> PathBuf {
     capture
 }
 
-const SIZE: (usize, usize) = (640, 480);
+pub const SIZE: (usize, usize) = (640, 480);
 
 fn line(window: &mut Window, key: Key, from: [f64; 2], to: [f64; 2]) {
     window.key(NONE, key);
