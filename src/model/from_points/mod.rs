@@ -1,7 +1,7 @@
 //! Things that are fitted to points which an engine found: a plane or a box, by the points inside of
 //! an outline that is drawn on a photograph.
 //!
-//! Of the points that the photograph shows there, those count that most agree on ([`plane`]): others
+//! Of the points that the photograph shows there, those count that most agree on: others
 //! lie behind, or are wrong. A plane becomes a polygon, the rectangle around its points; a box has
 //! its faces where points lie in planes at right angles, stands upright, and on what is below it.
 //! Either is marked by its corners in photographs that show the points, as if they had been
