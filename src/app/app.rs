@@ -88,7 +88,7 @@ impl eframe::App for Studio {
         if let Some(page) = state.import.as_mut().filter(|page| page.is_shown) {
             panels::import::import_ui(ui, page, &mut actions);
         } else if let Some(page) = state.modelling.as_mut().filter(|page| page.is_shown) {
-            panels::modelling::model_ui(ui, page, &mut actions);
+            panels::modelling::model_ui(ui, page, state.project.as_ref(), &mut actions);
         } else if state.project.is_some() {
             panels::workspace_ui(ui, state, &mut actions);
         } else {

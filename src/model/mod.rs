@@ -18,6 +18,7 @@ mod conventions;
 pub mod determined;
 mod edit;
 pub mod found;
+pub mod from_points;
 pub mod jet;
 pub mod lines;
 mod report;
@@ -56,7 +57,8 @@ pub struct Model {
     pub points: Vec<Point>,
     /// What places everything.
     pub strokes: Vec<Stroke>,
-    /// Points that an engine has found; they are shown and take no part.
+    /// Points that an engine has found: things can be fitted to them; they take no part in the
+    /// adjustment.
     pub found_points: Arc<Vec<FoundPoint>>,
     /// The unit of [`Photograph::found`] is the metre: where no length is given, that is kept.
     pub found_in_metres: bool,

@@ -4,6 +4,8 @@
 //! candidate. The straight line that most candidates lie on is taken (all pairs from the line's two
 //! ends are tried), and fitted to those by least squares. Where fewer than half of the places agree
 //! there is no edge, and the line stays as it was drawn.
+//!
+//! A corner is moved onto the crossing of two lines that were found in the photograph.
 
 use glam::DVec2;
 
@@ -26,6 +28,21 @@ const AGREE_PX: f64 = 0.75;
 const AGREED: f64 = 0.5;
 /// The part of a drawn line beside which a line that was found must run.
 const BESIDE: f64 = 0.7;
+/// Lines cross where the sine of the angle between them is at least this: 15°.
+const CROSSING: f64 = 0.26;
+/// A line that was found counts beyond its ends by this part of its length, and by so many times the
+/// reach at most: it often ends before the corner that it makes.
+const BEYOND: f64 = 0.25;
+const BEYOND_REACH: f64 = 2.0;
+
+/// Where two lines of a photograph cross.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// In pixels.
+    pub at: DVec2,
+    /// The two.
+    pub lines: [Line; 2],
+}
 
 /// The edge nearest to a line, by its ends, or `None` where the photograph shows none within
 /// `reach_px` of it. `brightness` is that of a place in the photograph, as it is shown:
@@ -88,6 +105,28 @@ pub fn to_lines(ends: [DVec2; 2], lines: &[Line], reach_px: f64) -> Option<[DVec
     };
     let near = lines.iter().filter_map(off).min_by(|a, b| a.0.total_cmp(&b.0));
     near.map(|(_, feet)| feet).filter(|_| length > 0.0)
+}
+
+/// The crossing of two of `lines` that is nearest to a place, within `reach_px` of it.
+pub fn to_crossing(place: DVec2, lines: &[Line], reach_px: f64) -> Option<Crossing> {
+    let beyond = |line: &Line| (BEYOND * line.length()).min(BEYOND_REACH * reach_px);
+    // A line that is farther from the place has no crossing near it.
+    let is_near = |line: &&Line| line.distance(place) < reach_px + beyond(line);
+    let near: Vec<&Line> = lines.iter().filter(is_near).collect();
+    let crossing = |a: &Line, b: &Line| {
+        let (along, other) = (a.direction(), b.direction());
+        let sine = along.perp_dot(other);
+        if sine.abs() < CROSSING {
+            return None;
+        }
+        let at = a.ends[0] + along * ((b.ends[0] - a.ends[0]).perp_dot(other) / sine);
+        let is_on = [a, b].into_iter().all(|line| line.distance(at) <= beyond(line));
+        (is_on && at.distance(place) < reach_px).then_some(Crossing { at, lines: [*a, *b] })
+    };
+    let pairs = near.iter().enumerate();
+    let pairs = pairs.flat_map(|(index, a)| near[index + 1..].iter().map(move |b| (*a, *b)));
+    let found = pairs.filter_map(|(a, b)| crossing(a, b));
+    found.min_by(|a, b| a.at.distance(place).total_cmp(&b.at.distance(place)))
 }
 
 /// Where brightness changes most, as an offset; `None` where it changes alike everywhere.
@@ -175,6 +214,39 @@ mod tests {
         assert_eq!(snapped((90.0, 10.0), (150.0, 10.0)), None, "most of it is beyond the line");
         assert_eq!(snapped((20.0, 12.0), (20.0, 12.0)), None, "a point");
         assert_eq!(to_lines(on_second, &[], 4.0), None);
+    }
+
+    #[test]
+    fn a_corner_comes_to_lie_on_the_nearest_crossing() {
+        let line = |a: (f64, f64), b: (f64, f64)| Line { ends: [DVec2::from(a), DVec2::from(b)] };
+        let lines = [
+            // Two that end before the corner (100, 50) which they make, by 4 px and 3 px.
+            line((20.0, 50.0), (96.0, 50.0)),
+            line((100.0, 53.0), (100.0, 120.0)),
+            // One through the first, which is farther from the corner.
+            line((92.0, 20.0), (92.0, 80.0)),
+            // Nearly along the first, and one that ends too far before the corner.
+            line((20.0, 46.0), (140.0, 52.0)),
+            line((150.0, 100.0), (120.0, 70.0)),
+        ];
+        let at = |x: f64, y: f64, reach: f64| to_crossing(DVec2::new(x, y), &lines, reach);
+        let found = at(102.0, 49.0, 5.0).unwrap();
+        assert!(found.at.distance(DVec2::new(100.0, 50.0)) < 1e-9, "{found:?}");
+        assert_eq!(found.lines, [lines[0], lines[1]]);
+        let found = at(93.0, 51.0, 5.0).unwrap();
+        assert!(found.at.distance(DVec2::new(92.0, 50.0)) < 1e-9, "{found:?}");
+        assert_eq!(at(110.0, 60.0, 5.0), None, "none is within reach");
+        assert_eq!(at(60.0, 50.0, 5.0), None, "a line alone has no crossing");
+        let apart = |gap: f64| {
+            let lines =
+                [line((0.0, 0.0), (20.0, 0.0)), line((20.0 + gap, 0.5), (20.0 + gap, 40.0))];
+            to_crossing(DVec2::new(20.0 + gap, 1.0), &lines, 4.0)
+        };
+        assert!(apart(4.0).is_some(), "a quarter of its length beyond its end");
+        assert_eq!(apart(6.0), None, "more");
+        assert_eq!(to_crossing(DVec2::ZERO, &[], 4.0), None);
+        let point = line((3.0, 3.0), (3.0, 3.0));
+        assert_eq!(to_crossing(DVec2::splat(3.0), &[point, lines[0]], 4.0), None);
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod image;
 pub mod mask;
 mod mirrors;
 mod pixels;
+pub mod shown;
 pub mod views;
 pub mod wireframe;
 

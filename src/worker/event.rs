@@ -23,8 +23,9 @@ use crate::scene::clutter::Suggestion;
 use crate::study::Finding;
 use crate::study::pictures::PictureScore;
 use crate::worker::merge::MergeReport;
-use crate::worker::modelling::{EdgesFitted, ModelDrawing, SolvedModel};
+use crate::worker::modelling::{EdgesFitted, ModelDrawing, PointsFitted, SolvedModel};
 use crate::worker::relight::Relit;
+use crate::worker::reprojection::Reprojection;
 
 /// The number of a job; later jobs have larger ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -62,10 +63,14 @@ pub enum JobEvent {
     ModelSolved(Arc<SolvedModel>),
     /// What was solved as a photograph shows it.
     ModelDrawn(Arc<ModelDrawing>),
+    /// The faces of what was solved as a photograph shows them.
+    ModelReprojected(Arc<Reprojection>),
     /// The lines of a photograph, by its index.
     LinesFound(usize, Arc<Vec<Line>>),
     /// A thing was fitted to the lines of the photographs, or cannot be.
     FittedToEdges(Arc<EdgesFitted>),
+    /// A thing was fitted to points, or cannot be.
+    FittedToPoints(Arc<PointsFitted>),
     /// Model, mesh and cameras were written into the capture.
     ModelUsed(Arc<SolvedModel>),
     /// Which engines find cameras, and which of them are installed.

@@ -12,6 +12,7 @@ mod merge;
 mod modelling;
 mod panics;
 mod render;
+mod reprojection;
 mod memory;
 
 use std::collections::HashMap;
@@ -29,10 +30,11 @@ pub use command::{Command, EditSource, StoreResults};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
-pub use modelling::{EdgesFitted, ModelDrawing, Modelling, SolvedModel};
+pub use modelling::{EdgesFitted, ModelDrawing, Modelling, PointsFitted, SolvedModel};
 pub use panics::record_panics;
 pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};
+pub use reprojection::Reprojection;
 
 /// The worker thread. Dropping this cancels all jobs and waits for the thread to end.
 pub struct Worker {

@@ -4,19 +4,22 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::geometry::bvh::RayCaster;
+use crate::geometry::mesh::Mesh;
 use crate::io;
 use crate::io::engines::{self, Places, Search, Subject};
 use crate::io::import::Shown;
 use crate::io::model::{self as files, NAME};
+use crate::model::from_points::{self, Wanted};
 use crate::model::lines::Line;
 use crate::model::to_edges::{self, Fitted};
 use crate::model::{AdjustOptions, Model, ModelError, Solution, solve};
 use crate::scene::wireframe::{self, Stroke};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::JobEvent;
+use crate::worker::reprojection;
 
 /// Edges that are drawn; of more only creases.
 const MOST_EDGES: usize = 20_000;
@@ -29,8 +32,10 @@ pub struct SolvedModel {
     pub outcome: Result<Solution, ModelError>,
     /// Edges of the faces, in metres.
     edges: Vec<[Vec3; 2]>,
-    /// What hides them.
-    caster: Option<RayCaster>,
+    /// The faces, with the ids of their surfaces.
+    pub(super) mesh: Option<(Mesh, Vec<String>)>,
+    /// What hides edges and faces.
+    pub(super) caster: Option<RayCaster>,
 }
 
 /// The edges of a solved model as one photograph shows them.
@@ -79,6 +84,13 @@ pub enum Modelling {
         /// Index into `Model::photographs`.
         photograph: usize,
     },
+    /// Draw the faces of what was placed as a photograph shows them.
+    Reproject {
+        /// What [`JobEvent::ModelSolved`] gave.
+        of: Arc<SolvedModel>,
+        /// Index into `Model::photographs`.
+        photograph: usize,
+    },
     /// Find the lines of a photograph.
     FindLines {
         /// As it was read.
@@ -96,6 +108,17 @@ pub enum Modelling {
         thing: usize,
         /// By photograph, those that are known; others are found first.
         lines: BTreeMap<usize, Arc<Vec<Line>>>,
+    },
+    /// Fit a plane or a box to the points in an outline.
+    FitToPoints {
+        /// What [`JobEvent::ModelSolved`] gave.
+        of: Arc<SolvedModel>,
+        /// That the outline is drawn on, by its index.
+        photograph: usize,
+        /// In its pixels.
+        outline: Vec<DVec2>,
+        /// What is fitted.
+        wanted: Wanted,
     },
     /// Write model, mesh and cameras into the capture.
     Use {
@@ -134,6 +157,15 @@ pub struct EdgesFitted {
     pub lines: Vec<Arc<Vec<Line>>>,
 }
 
+/// What a fit to points has found.
+#[derive(Debug)]
+pub struct PointsFitted {
+    /// What was solved before.
+    pub of: Arc<SolvedModel>,
+    /// The model with the new thing, or why there is none.
+    pub outcome: Result<from_points::Fitted, ModelError>,
+}
+
 /// Carries a job out; an error in the words of the terminal.
 pub(super) fn perform(
     job: Modelling,
@@ -158,11 +190,21 @@ pub(super) fn perform(
             let strokes = drawn(&of, photograph, watch)?;
             JobEvent::ModelDrawn(Arc::new(ModelDrawing { of, photograph, strokes }))
         }
+        Modelling::Reproject { of, photograph } => {
+            JobEvent::ModelReprojected(Arc::new(reprojection::reprojected(of, photograph)))
+        }
         Modelling::FindLines { shown, photograph } => {
             JobEvent::LinesFound(photograph, Arc::new(files::lines(&shown)))
         }
         Modelling::FitToEdges { folder, of, thing, lines } => {
             JobEvent::FittedToEdges(Arc::new(fitted(&folder, of, thing, &lines, watch)?))
+        }
+        Modelling::FitToPoints { of, photograph, outline, wanted } => {
+            let outcome = match &of.outcome {
+                Ok(solution) => from_points::fit(&of.model, solution, photograph, &outline, wanted),
+                Err(error) => Err(error.clone()),
+            };
+            JobEvent::FittedToPoints(Arc::new(PointsFitted { of, outcome }))
         }
         Modelling::Use { folder, of } => {
             write(&folder, &of)?;
@@ -190,13 +232,10 @@ fn solved(model: Arc<Model>) -> SolvedModel {
     let outcome = solve(&model, &AdjustOptions::default());
     let faces = outcome.as_ref().map_or(&[][..], |solution| &solution.faces);
     // Faces of things that have run away make no mesh; then nothing is drawn of them.
-    let mesh = match faces {
-        [] => None,
-        faces => files::geometry(Path::new(NAME), faces).ok().map(|own| own.mesh),
-    };
-    let edges = mesh.as_ref().map_or_else(Vec::new, |mesh| wireframe::edges(mesh, MOST_EDGES));
-    let caster = mesh.map(|mesh| RayCaster::build(&mesh.positions, &mesh.triangles));
-    SolvedModel { model, outcome, edges, caster }
+    let mesh = reprojection::mesh(faces);
+    let edges = mesh.as_ref().map_or_else(Vec::new, |own| wireframe::edges(&own.0, MOST_EDGES));
+    let caster = mesh.as_ref().map(|(own, _)| RayCaster::build(&own.positions, &own.triangles));
+    SolvedModel { model, outcome, edges, mesh, caster }
 }
 
 fn fitted(

@@ -21,6 +21,9 @@ mod render; // pictures of a recovered scene
 mod score; // `score` against the truth
 mod surfaces; // textures and gloss
 
+#[path = "../shared/displaced.rs"]
+mod displaced;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use lobelia::io::exr;
 use serde_json::Value;
 
-use crate::{Run, example, files_below, json, lobelia};
+use crate::{Run, displaced, example, files_below, json, lobelia};
 
 /// What the model of the boxes has.
 const SURFACES: [&str; 6] =
@@ -195,4 +195,46 @@ fn a_photograph_that_cannot_be_read_leaves_nothing_behind() {
         (&frame["w"], &frame["h"], &frame["orientation"]),
         (&32.into(), &48.into(), &6.into())
     );
+}
+
+/// The capture of the example's photographs with one thing beside its edges: fitted, its strokes are
+/// near to those that were drawn on the edges, and the model as it was is kept.
+#[test]
+fn a_thing_is_fitted_to_the_edges_of_the_photographs() {
+    let [drawn, displaced] = displaced::models();
+    let folder = tempfile::tempdir().unwrap();
+    let capture = displaced::capture(folder.path(), &displaced);
+    let (file, kept) = (capture.join("model.json"), capture.join("model.before.json"));
+    let before = fs::read(&file).unwrap();
+    let fit = |things: &[&str]| {
+        let mut command = lobelia();
+        command.arg("model").arg(&capture);
+        for thing in things {
+            command.args(["--fit-to-edges", thing]);
+        }
+        Run::of(&mut command)
+    };
+    // A name that is none is refused, with those that there are.
+    fit(&["crate"]).fails(1, &["model.json", "names crate", "box1"]);
+    assert!(fs::read(&file).unwrap() == before && !kept.exists());
+    let run = fit(&[displaced::THING]).succeeds();
+    for part in ["box1 is fitted to edges: ", " % of its outline lies on lines", "scene.obj"] {
+        assert!(run.out.contains(part), "\"{part}\" is missing in: {}", run.out);
+    }
+    assert_eq!(fs::read(&kept).unwrap(), before, "the model as it was");
+    let read = |file: &Path| lobelia::io::model::read(file).unwrap();
+    let off = displaced::apart_px(&read(&file), &drawn);
+    let was = displaced::apart_px(&displaced, &drawn);
+    assert!(was > 2.5 && off < 0.8, "{was} px before, {off} px after");
+    assert!(capture.join("scene.obj").exists());
+    // Where no line is near, nothing is written.
+    fs::remove_file(&kept).unwrap();
+    let second = fs::read(&file).unwrap();
+    for photograph in &drawn.photographs {
+        let (width, height) = photograph.size;
+        let grey = vec![[0.4; 3]; width * height];
+        exr::write_rgb(&capture.join(&photograph.name), width, height, &grey).unwrap();
+    }
+    fit(&[displaced::THING]).fails(1, &["model.json, things[", "no lines of the photographs"]);
+    assert!(fs::read(&file).unwrap() == second && !kept.exists());
 }

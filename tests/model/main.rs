@@ -2,6 +2,7 @@
 
 mod degenerate; // cases without an answer
 mod files; // model.json written, read, damaged
+mod from_points; // planes and boxes from points of an engine
 mod lines; // lines found in pictures of known lines
 mod painted; // pictures of known outlines
 mod opencv; // projections against OpenCV
@@ -10,6 +11,9 @@ mod to_edges; // things moved onto the lines of photographs
 mod to_edges_captures; // the same on captures that are not in the repository
 mod scipy; // the adjustment against SciPy's least_squares
 mod scenes; // strokes with one pixel of error on captures of known answer
+
+#[path = "../shared/box_of_points.rs"]
+mod box_of_points;
 
 use std::path::{Path, PathBuf};
 

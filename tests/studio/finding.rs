@@ -58,7 +58,7 @@ impl Window {
         window
     }
 
-    fn wait_part(&mut self, part: &str) {
+    pub fn wait_part(&mut self, part: &str) {
         self.wait(part, |window| window.has_part(part));
     }
 

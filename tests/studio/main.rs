@@ -2,8 +2,10 @@
 //! whatever adapter the machine has; a software one will do.
 #![cfg(feature = "studio")]
 
+mod blink; // the model's faces over the photograph
 mod display; // photographs of 8 bits
 mod dropping; // files that are dropped, numbers that are typed
+mod edges; // things fitted to the lines of photographs
 mod finding; // cameras by engines that are scripts
 mod frames; // what a frame takes in a large scene
 mod gestures; // each movement of the hand is one step of undo
@@ -14,17 +16,23 @@ mod masks; // what is left out of photographs
 mod modelling; // the Model page: captures from photographs alone
 mod numbers; // values, plots and the guide
 mod nothing_lost; // what a project holds stays there
+mod points; // planes and boxes from points that are drawn around
 mod projects; // save, reopen, recovery, a moved capture
 mod pictures; // the window and the 3D view beside stored pictures
 mod relighting; // lights and objects that are set into the scene
 mod rendering; // pictures that are written
 mod runs; // run to the end, cancel
+mod snapping; // corners where two lines cross
 mod start; // the start page, errors, the palette
 mod studies; // speed and stability of the open capture
 mod tagging; // materials, undo and redo
 mod tones; // tone mapping in the 3D view
 mod viewport; // the 3D view: what is drawn and named
 
+#[path = "../shared/box_of_points.rs"]
+mod box_of_points;
+#[path = "../shared/displaced.rs"]
+mod displaced;
 #[path = "../shared/skip.rs"]
 mod skip;
 

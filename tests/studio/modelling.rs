@@ -39,7 +39,7 @@ fn photographs(folder: &Path, model: &Model) -> Vec<PathBuf> {
 }
 
 /// A capture with photographs and a model.
-fn capture(folder: &Path, model: &Model) -> PathBuf {
+pub fn capture(folder: &Path, model: &Model) -> PathBuf {
     let files = photographs(&folder.join("photographs"), model);
     let capture = folder.join("capture");
     files::new_capture(&capture, &files, &lobelia::watch::Watch::new()).unwrap();
@@ -47,20 +47,20 @@ fn capture(folder: &Path, model: &Model) -> PathBuf {
     capture
 }
 
-fn saved(capture: &Path) -> Model {
+pub fn saved(capture: &Path) -> Model {
     files::read(&capture.join("model.json")).unwrap()
 }
 
 impl Window {
     /// A window with the Model page of a capture.
-    fn modelling(home: &Path, capture: &Path) -> Self {
+    pub fn modelling(home: &Path, capture: &Path) -> Self {
         let mut window = Self::at(home, Some(capture));
         window.wait_for(VIEW);
         window
     }
 
     /// Where a pixel of the photograph lies in the window, as the page fits it.
-    fn pixel(&self, size: (usize, usize), pixel: DVec2) -> Pos2 {
+    pub fn pixel(&self, size: (usize, usize), pixel: DVec2) -> Pos2 {
         let rect = self.node(VIEW).rect();
         let (width, height) = (size.0 as f32, size.1 as f32);
         let scale = ((rect.width() - 20.0) / width).min((rect.height() - 20.0) / height);
@@ -68,19 +68,19 @@ impl Window {
         corner + scale * eframe::egui::vec2(pixel.x as f32, pixel.y as f32)
     }
 
-    fn button(&mut self, pos: Pos2, pressed: bool) {
+    pub fn button(&mut self, pos: Pos2, pressed: bool) {
         let (button, modifiers) = (PointerButton::Primary, NONE);
         self.harness.event(Event::PointerButton { pos, button, pressed, modifiers });
         self.harness.run_steps(1);
     }
 
-    fn to(&mut self, pos: Pos2) {
+    pub fn to(&mut self, pos: Pos2) {
         self.harness.event(Event::PointerMoved(pos));
         self.harness.run_steps(1);
     }
 
     /// Presses at the first place, and releases at the last.
-    fn drag(&mut self, places: &[Pos2]) {
+    pub fn drag(&mut self, places: &[Pos2]) {
         self.to(places[0]);
         self.button(places[0], true);
         for place in &places[1..] {
@@ -90,7 +90,7 @@ impl Window {
     }
 
     /// Clicks without waiting for anything.
-    fn press(&mut self, label: &str) {
+    pub fn press(&mut self, label: &str) {
         self.node(label).click();
         self.harness.run_steps(2);
     }
@@ -100,12 +100,12 @@ impl Window {
     }
 
     /// Waits until the page has solved what is drawn.
-    fn wait_solved(&mut self) {
+    pub fn wait_solved(&mut self) {
         self.wait("the solution", |window| !window.harness.state().is_busy());
     }
 
     /// Waits until the model can be used.
-    fn wait_usable(&mut self) {
+    pub fn wait_usable(&mut self) {
         self.wait_solved();
         self.wait("a model to use", |window| !window.is_disabled(USE));
     }
@@ -118,7 +118,7 @@ impl Window {
         self.key(NONE, Key::Enter);
     }
 
-    fn save_model(&mut self) {
+    pub fn save_model(&mut self) {
         self.key(Modifiers::COMMAND, Key::S);
         assert!(self.has_part("Saved"));
     }
@@ -148,7 +148,7 @@ fn add_things(window: &mut Window, model: &Model) {
 }
 
 /// The row of a thing in the list.
-fn row(window: &mut Window, id: &str) {
+pub fn row(window: &mut Window, id: &str) {
     let own = window.labels(&format!("{id}  ")).into_iter().next();
     window.press(&own.unwrap_or_else(|| panic!("no row of {id}")));
 }
@@ -283,7 +283,7 @@ fn is_same(a: &Stroke, b: &Stroke) -> bool {
         && pixels(a).iter().zip(&pixels(b)).all(|(a, b)| a.distance(*b) < 0.01)
 }
 
-fn solved(model: &Model) -> Solution {
+pub fn solved(model: &Model) -> Solution {
     solve(model, &AdjustOptions::default()).unwrap()
 }
 
@@ -350,7 +350,7 @@ fn six_photographs_drawn_by_hand_give_the_cores_cameras() {
 }
 
 /// A begun capture of one empty photograph.
-fn empty(folder: &Path) -> PathBuf {
+pub fn empty(folder: &Path) -> PathBuf {
     let mut model = golden("boxes-one.json");
     (model.things, model.strokes) = Default::default();
     let capture = capture(folder, &model);
@@ -358,7 +358,7 @@ fn empty(folder: &Path) -> PathBuf {
     capture
 }
 
-const SIZE: (usize, usize) = (640, 480);
+pub const SIZE: (usize, usize) = (640, 480);
 
 fn line(window: &mut Window, key: Key, from: [f64; 2], to: [f64; 2]) {
     window.key(NONE, key);

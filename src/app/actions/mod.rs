@@ -8,6 +8,8 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::change::Change;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
 use super::layout::Workspace;
@@ -17,6 +19,7 @@ use super::picture_choices::PictureChoices;
 use super::relight::{Added, NewLight};
 use super::viewport::MaskTool;
 use crate::io::engines::Engine;
+use crate::model::from_points::Wanted;
 use crate::model::{self, Model};
 use crate::scene;
 
@@ -280,8 +283,12 @@ pub enum ModelAction {
     Next(bool),
     /// Lets lines snap to the photograph's edges, or not.
     Snap,
+    /// Shows the faces of the model over the photograph, or the photograph again.
+    Blink,
     /// Moves the selected thing onto the lines of the photographs.
     FitToEdges,
+    /// Fits a plane or a box to the points in an outline, in pixels of a photograph.
+    FitToPoints(usize, Vec<DVec2>, Wanted),
     /// Fills the view with the photograph.
     Fit,
     /// Writes mesh and cameras, and opens the capture.

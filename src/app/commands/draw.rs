@@ -1,11 +1,12 @@
 //! The commands of the Model page.
 
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::list::{add, group, key};
 use super::{Command, Menu};
 use crate::app::actions::{Action, FindAction, ModelAction};
 use crate::app::modelling::tool::{Target, Tool};
+use crate::model::from_points::Wanted;
 use crate::model::{Axis, Shape};
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -46,11 +47,16 @@ pub(super) fn draw(list: &mut Vec<Command>) {
         "Snap to edges",
         key(NONE, Key::S),
         Action::Model(ModelAction::Snap),
-        "Let lines that are drawn come to lie on edges of the photograph, or not",
+        "Let lines that are drawn come to lie on edges of the photograph, and corners where two cross, or not",
     );
     for (index, (name, letter, shape, help)) in things().into_iter().enumerate() {
         let put = if index == 0 { group } else { add };
         put(list, Draw, name, key(NONE, letter), Action::Model(ModelAction::Add(shape)), help);
+    }
+    for (index, (name, key, wanted, help)) in from_points().into_iter().enumerate() {
+        let put = if index == 0 { group } else { add };
+        let action = Action::Model(ModelAction::Tool(Tool::Lasso(wanted)));
+        put(list, Draw, name, Some(key), action, help);
     }
     group(
         list,
@@ -67,6 +73,14 @@ pub(super) fn draw(list: &mut Vec<Command>) {
         key(NONE, Key::E),
         Action::Model(ModelAction::FitToEdges),
         "Move the selected thing until its outline lies on the lines of the photographs",
+    );
+    add(
+        list,
+        Draw,
+        "Faces or photograph",
+        None,
+        Action::Model(ModelAction::Blink),
+        "Show the model's faces over the photograph, or the photograph again; hold W to see the other",
     );
     add(
         list,
@@ -108,6 +122,24 @@ pub(super) fn draw(list: &mut Vec<Command>) {
         Action::Model(ModelAction::Use),
         "Write mesh and cameras into the capture, and go on with tagging",
     );
+}
+
+/// What can be fitted to points that an engine found.
+pub fn from_points() -> [(&'static str, KeyboardShortcut, Wanted, &'static str); 2] {
+    [
+        (
+            "Plane from points",
+            KeyboardShortcut::new(NONE, Key::L),
+            Wanted::Plane,
+            "Draw around points of a flat surface: a rectangle is fitted to those that agree",
+        ),
+        (
+            "Box from points",
+            KeyboardShortcut::new(Modifiers::SHIFT, Key::L),
+            Wanted::Box,
+            "Draw around points of a box: an upright one is fitted to its faces",
+        ),
+    ]
 }
 
 /// The things that can be added, with their keys and what they are.

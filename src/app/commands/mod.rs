@@ -13,7 +13,7 @@ use super::modelling::ModelPage;
 use super::modelling::tool::Selected;
 use super::state::State;
 
-pub use draw::things;
+pub use draw::{from_points, things};
 pub use list::all;
 
 pub struct Command {
@@ -210,6 +210,20 @@ pub const IN_VIEW: [(&str, &str, &str); 20] = [
     ("Esc", "Give it up", "What was being moved goes back"),
 ];
 
+/// The same on the Model page.
+pub const ON_PHOTOGRAPH: [(&str, &str, &str); 6] = [
+    (
+        "W held",
+        "Faces or photograph",
+        "The model's faces over the photograph, as long as it is held",
+    ),
+    ("Ctrl held", "Draw as the hand does", "Strokes and corners do not snap"),
+    ("Space", "Skip a corner", "One that the photograph does not show"),
+    ("Wheel", "Zoom to the cursor", "Plus and minus do, too"),
+    ("Middle drag", "Move the photograph", "Alt+drag does, too"),
+    ("Esc", "Give it up", "What is being drawn, then the tool"),
+];
+
 /// A row of the list of keys.
 pub struct Entry {
     pub menu: &'static str,
@@ -219,7 +233,7 @@ pub struct Entry {
     pub key: String,
 }
 
-/// All commands, and what mouse and keys do in the 3D view, with the keys of Linux and Windows.
+/// All commands, and what mouse and keys do on the Model page and in the 3D view, with the keys of Linux and Windows.
 pub fn entries() -> Vec<Entry> {
     let key = |key: Option<KeyboardShortcut>| {
         key.map_or_else(String::new, |key| key.format(&egui::ModifierNames::NAMES, false))
@@ -230,13 +244,17 @@ pub fn entries() -> Vec<Entry> {
         help: command.help,
         key: key(command.key),
     });
-    let in_view = IN_VIEW.into_iter().map(|(key, name, help)| Entry {
-        menu: "3D view",
-        name,
-        help,
-        key: key.to_owned(),
-    });
-    of_menus.chain(in_view).collect()
+    let of_hand = |menu: &'static str| {
+        move |(key, name, help): (&str, &'static str, &'static str)| Entry {
+            menu,
+            name,
+            help,
+            key: key.to_owned(),
+        }
+    };
+    let on_photograph = ON_PHOTOGRAPH.into_iter().map(of_hand("Model page"));
+    let in_view = IN_VIEW.into_iter().map(of_hand("3D view"));
+    of_menus.chain(on_photograph).chain(in_view).collect()
 }
 
 /// The actions whose keys were pressed. Letters are left to text fields and dialogs.

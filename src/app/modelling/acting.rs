@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::keeping::{forget_kept, keep, open};
 use super::tool::{Selected, Target, Tool};
-use super::{Placement, edges, searching};
+use super::{Placement, edges, points, searching};
 use crate::app::actions::ModelAction;
 use crate::app::gesture::Gesture;
 use crate::app::layout::Workspace;
@@ -30,6 +30,9 @@ pub fn apply(state: &mut State, what: ModelAction) {
         ModelAction::Use => use_model(state),
         ModelAction::Find(what) => searching::apply(state, what),
         ModelAction::FitToEdges => edges::begin(state),
+        ModelAction::FitToPoints(photograph, outline, wanted) => {
+            points::begin(state, photograph, outline, wanted);
+        }
         ModelAction::Change(name, model) => {
             let gesture = state.hand.gesture();
             change(state, name, model, gesture);
@@ -55,6 +58,10 @@ fn on_page(state: &mut State, what: ModelAction) {
     let Some(model) = page.model().cloned() else { return };
     let mut edited = Model::clone(&model);
     let name = match what {
+        ModelAction::Tool(Tool::Lasso(_)) if model.found_points.is_empty() => {
+            state.messages.notice(points::NO_POINTS);
+            return;
+        }
         ModelAction::Tool(tool) => {
             page.tool = if page.tool == tool { Tool::Select } else { tool };
             page.drag = None;
@@ -68,7 +75,11 @@ fn on_page(state: &mut State, what: ModelAction) {
         ModelAction::Snap => {
             page.snaps = !page.snaps;
             let word = if page.snaps { "snap" } else { "do not snap" };
-            state.messages.notice(format!("Lines {word} to edges of the photograph"));
+            state.messages.notice(format!("Lines and corners {word} to edges of the photograph"));
+            return;
+        }
+        ModelAction::Blink => {
+            page.blink.is_on = !page.blink.is_on;
             return;
         }
         ModelAction::Fit => {
@@ -117,7 +128,8 @@ fn on_page(state: &mut State, what: ModelAction) {
         | ModelAction::Use
         | ModelAction::Change(..)
         | ModelAction::Find(_)
-        | ModelAction::FitToEdges => return,
+        | ModelAction::FitToEdges
+        | ModelAction::FitToPoints(..) => return,
     };
     let is_gone = edited.strokes.len() < model.strokes.len()
         || edited.things.len() < model.things.len()

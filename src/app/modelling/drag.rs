@@ -24,6 +24,8 @@ pub struct Drag {
     pub before: Arc<Model>,
     /// What it is worth now, in pixels.
     pub at: DVec2,
+    /// The way to there, where an outline is drawn.
+    pub way: Vec<DVec2>,
 }
 
 /// What is drawn or moved.
@@ -96,7 +98,7 @@ impl Drag {
                 model.strokes.push(Stroke::Length { between, length_m, sd_m: TYPED_SD_M });
                 "known length".to_owned()
             }
-            Dragged::New(Tool::Select) => return None,
+            Dragged::New(Tool::Select | Tool::Lasso(_)) => return None,
             Dragged::Corner(place) => {
                 mark(&mut model, photograph, place, to);
                 (from != to).then(|| format!("show {}", model.place_name(place)))?
@@ -122,6 +124,28 @@ impl Drag {
             }
         };
         Some((name, model))
+    }
+}
+
+impl Drag {
+    /// Where the corner or point that is shown lies, with the pointer at a pixel; `None` where
+    /// something else is drawn or moved.
+    pub fn corner(&self, pointer: DVec2) -> Option<DVec2> {
+        match self.what {
+            Dragged::New(Tool::Mark(Target::Place(_) | Target::NewPoint)) | Dragged::Corner(_) => {
+                Some(pointer)
+            }
+            Dragged::Pixel(stroke) => match self.before.strokes.get(stroke)? {
+                Stroke::Pick { pixel, .. } => Some(*pixel + pointer - self.from),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Whether what is there already is only selected as long as the pointer stays.
+    pub fn moves(&self) -> bool {
+        matches!(self.what, Dragged::Corner(_) | Dragged::Pixel(_))
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::acting::used;
 use super::keeping::keep;
-use super::{ModelPage, edges, searching};
+use super::{ModelPage, edges, points, searching};
 use crate::app::gesture::Gesture;
 use crate::app::state::State;
 use crate::worker::{Command, Event, JobEvent, Modelling};
@@ -32,6 +32,7 @@ pub fn follow(state: &mut State) {
     let Some(page) = &mut state.modelling else { return };
     page.solve_what_is_drawn();
     page.draw_what_is_shown();
+    page.reproject_what_is_shown();
     page.read_what_is_shown();
     page.search_what_is_shown();
     if page.is_busy() {
@@ -111,9 +112,14 @@ fn solver_event(state: &mut State, event: Event) {
         if let JobEvent::ModelDrawn(drawing) = event.what {
             page.drawing = Some(drawing);
         }
+    } else if page.blink.job.take_if(|job| *job == event.job).is_some() {
+        if let JobEvent::ModelReprojected(picture) = event.what {
+            page.blink.picture = Some(picture);
+        }
     } else if page.fitting.take_if(|job| *job == event.job).is_some() {
         match event.what {
             JobEvent::FittedToEdges(found) => edges::fitted(state, &found),
+            JobEvent::FittedToPoints(found) => points::fitted(state, &found),
             JobEvent::Failed(text) => edges::failed(state, text),
             _ => {}
         }

@@ -6,6 +6,7 @@
 
 pub mod acting;
 pub mod begin;
+mod blink;
 mod document;
 mod edges;
 pub mod drag;
@@ -13,6 +14,7 @@ pub mod finding;
 pub mod follow;
 pub mod keeping;
 mod pictures;
+pub mod points;
 mod searching;
 pub mod tool;
 
@@ -27,6 +29,7 @@ use crate::model::lines::Line;
 use crate::model::{Model, Solution};
 use crate::worker::{Command, Job, ModelDrawing, Modelling, SolvedModel, Worker};
 
+use blink::Blink;
 pub use document::Document;
 use drag::Drag;
 use finding::Finding;
@@ -77,6 +80,7 @@ pub struct ModelPage {
     pub failure: Option<String>,
     pub drawing: Option<Arc<ModelDrawing>>,
     pub pictures: Pictures,
+    pub blink: Blink,
     /// The lines of the photographs that were looked at.
     pub lines: BTreeMap<usize, Arc<Vec<Line>>>,
     pub finding: Finding,
@@ -132,6 +136,7 @@ impl ModelPage {
             failure: None,
             drawing: None,
             pictures: Pictures::default(),
+            blink: Blink::default(),
             solver: worker()?,
             reader,
             opening,
@@ -167,6 +172,7 @@ impl ModelPage {
             || self.drawn.is_some()
             || self.using.is_some()
             || self.searching.is_some()
+            || self.blink.job.is_some()
             || self.fitting.is_some()
             || self.pictures.is_reading()
             || self.finding.is_busy()

@@ -1,5 +1,6 @@
 //! What the pointer draws on a photograph, and what is selected there.
 
+use crate::model::from_points::Wanted;
 use crate::model::things::{corner_names, edges};
 use crate::model::{Axis, Model, Place, Shape, Stroke};
 
@@ -17,6 +18,8 @@ pub enum Tool {
     Origin,
     /// Says how long something is.
     Length,
+    /// Draws around points that a thing is fitted to.
+    Lasso(Wanted),
 }
 
 /// What is marked on a photograph.
@@ -79,6 +82,13 @@ impl Tool {
                 format!("Click {}. Hold and drag to place it exactly.", target.name(model))
             }
             Self::Origin => "Click the corner or point that is to lie at (0, 0, 0).".to_owned(),
+            Self::Lasso(Wanted::Plane) => {
+                "Draw around points of one plane, on the photograph; Esc gives it up.".to_owned()
+            }
+            Self::Lasso(Wanted::Box) => {
+                "Draw around points of one box, two or three of its faces; Esc gives it up."
+                    .to_owned()
+            }
             Self::Length => {
                 "Drag from one corner or point to another, then type their distance.".to_owned()
             }

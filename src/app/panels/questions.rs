@@ -273,8 +273,8 @@ fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
                                 Some((ctx.format_shortcut(command.key.as_ref()?), command.name))
                             })
                             .collect();
-                        let view = commands::IN_VIEW;
-                        keys.extend(view.map(|(key, name, _)| (named(ctx, key), name)));
+                        let by_hand = commands::ON_PHOTOGRAPH.iter().chain(&commands::IN_VIEW);
+                        keys.extend(by_hand.map(|(key, name, _)| (named(ctx, key), *name)));
                         for pair in keys.chunks(2) {
                             for (key, name) in pair {
                                 ui.monospace(key.as_str());

@@ -34,7 +34,7 @@ pub(super) fn points(items: Vec<Field>, photographs: usize) -> Result<Vec<FoundP
         let wrong = || {
             item.wrong_with(
                 "this is no point: \"x y z\" and the numbers of photographs are due",
-                "Correct it, or leave found_points out: they are only shown",
+                "Correct it, or leave found_points out: cameras and things stand without them",
             )
         };
         let mut words = item.text()?.split_whitespace();

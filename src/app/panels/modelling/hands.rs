@@ -10,14 +10,21 @@ use crate::app::actions::{Action, ModelAction};
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::drag::{Drag, Dragged};
 use crate::app::modelling::tool::{Selected, Target, Tool};
-use crate::model::{Model, Place, Stroke, snap};
+use crate::model::from_points::Wanted;
+use crate::model::snap::{self, Crossing};
+use crate::model::{Model, Place, Stroke};
 
 /// How near the pointer must be to a mark, and to a line, in points.
 const NEAR: f32 = 9.0;
 const NEAR_LINE: f32 = 5.0;
-/// How far a line moves to an edge of the photograph, in points and at most in pixels.
+/// How far a line moves to an edge of the photograph, and a corner to a crossing of two, in points
+/// and at most in pixels.
 const SNAP: f32 = 6.0;
+const SNAP_CORNER: f32 = 9.0;
 const MOST_SNAP_PX: f64 = 12.0;
+
+/// Where something is moved from when the pointer has gone farther, in points.
+const MOVED: f32 = 2.0;
 
 /// Begins, follows and ends what the primary button does.
 pub fn hands_ui(
@@ -29,7 +36,12 @@ pub fn hands_ui(
     actions: &mut Vec<Action>,
 ) {
     let alt = ui.input(|input| input.modifiers.alt);
-    if response.drag_started_by(PointerButton::Primary)
+    // Where frames are slow, a click may begin and end within one.
+    let is_pressed = response.drag_started_by(PointerButton::Primary)
+        || response.contains_pointer()
+            && ui.input(|input| input.pointer.button_pressed(PointerButton::Primary));
+    if is_pressed
+        && page.drag.is_none()
         && !alt
         && let Some(press) = ui
             .input(|input| input.pointer.press_origin())
@@ -82,7 +94,8 @@ fn begin(page: &mut ModelPage, model: &Model, view: &View, press: Pos2) {
         tool => Dragged::New(tool),
     };
     let Some(before) = page.model().cloned() else { return };
-    page.drag = Some(Drag { what, photograph: page.shown, from, before, at: from });
+    page.drag =
+        Some(Drag { what, photograph: page.shown, from, before, at: from, way: vec![from] });
 }
 
 fn follow(
@@ -95,11 +108,19 @@ fn follow(
     let is_over = response.drag_stopped_by(PointerButton::Primary)
         || !ui.input(|input| input.pointer.primary_down());
     let place = response.interact_pointer_pos().or(ui.input(|input| input.pointer.latest_pos()));
-    let Some(drag) = &mut page.drag else { return };
     if let Some(place) = place {
-        drag.at = view.pixel(place);
+        let pointer = view.pixel(place);
+        let crossing = crossing(ui.ctx(), page, view, place);
+        let Some(drag) = &mut page.drag else { return };
+        // The corner lies on the crossing, wherever it was taken hold of.
+        let by = crossing.zip(drag.corner(pointer)).map(|(own, corner)| own.at - corner);
+        drag.at = pointer + by.unwrap_or_default();
     }
-    let drag = drag.clone();
+    if let Some(Drag { what: Dragged::New(Tool::Lasso(wanted)), .. }) = page.drag {
+        lasso(ui, page, view, wanted, is_over, actions);
+        return;
+    }
+    let Some(drag) = page.drag.clone() else { return };
     let near = |pixel: DVec2| place_near(page, &drag.before, view, view.at(pixel));
     let length = |between: [Place; 2]| {
         let [a, b] = between.map(|place| position(page, place));
@@ -108,7 +129,7 @@ fn follow(
     if let Some((name, model)) = drag.model(near, length) {
         let mut model = model;
         if is_over {
-            if page.snaps && !ui.input(|input| input.modifiers.command) {
+            if is_snapping(ui.ctx(), page) {
                 snap(page, view, &drag, &mut model);
             }
             ended(page, &drag, &model);
@@ -118,6 +139,62 @@ fn follow(
     if is_over {
         page.drag = None;
     }
+}
+
+/// Draws around points, and has something fitted to those.
+fn lasso(
+    ui: &egui::Ui,
+    page: &mut ModelPage,
+    view: &View,
+    wanted: Wanted,
+    is_over: bool,
+    actions: &mut Vec<Action>,
+) {
+    let Some(drag) = &mut page.drag else { return };
+    let last = drag.way.last().copied().unwrap_or(drag.from);
+    if view.at(last).distance(view.at(drag.at)) >= MOVED {
+        drag.way.push(drag.at);
+    }
+    if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
+        page.drag = None;
+    } else if is_over && let Some(drag) = page.drag.take() {
+        // A click goes around nothing.
+        if drag.way.len() > 2 {
+            let fit = ModelAction::FitToPoints(drag.photograph, drag.way, wanted);
+            actions.push(Action::Model(fit));
+        }
+    }
+}
+
+/// Whether what is drawn comes to lie on what the photograph shows: Ctrl draws as the hand does.
+fn is_snapping(ctx: &egui::Context, page: &ModelPage) -> bool {
+    page.snaps && !ctx.input(|input| input.modifiers.command)
+}
+
+fn reach_px(view: &View, points: f32) -> f64 {
+    f64::from(points / view.scale).clamp(1.5, MOST_SNAP_PX)
+}
+
+/// The crossing of two lines of the photograph on which a corner comes to lie that is dragged, or that a
+/// click would show.
+pub fn crossing(
+    ctx: &egui::Context,
+    page: &ModelPage,
+    view: &View,
+    pointer: Pos2,
+) -> Option<Crossing> {
+    let pixel = view.pixel(pointer);
+    let corner = match &page.drag {
+        Some(drag) if drag.moves() && view.at(drag.from).distance(pointer) < MOVED => None,
+        Some(drag) => drag.corner(pixel),
+        None => match page.tool {
+            Tool::Mark(Target::Place(_) | Target::NewPoint) => Some(pixel),
+            _ => None,
+        },
+    };
+    let photograph = page.drag.as_ref().map_or(page.shown, |drag| drag.photograph);
+    let lines = page.lines.get(&photograph).filter(|_| is_snapping(ctx, page))?;
+    snap::to_crossing(corner?, lines, reach_px(view, SNAP_CORNER))
 }
 
 /// Moves what was drawn onto a line that was found in the photograph, or else onto the edge that is
@@ -132,7 +209,7 @@ fn snap(page: &ModelPage, view: &View, drag: &Drag, model: &mut Model) {
     else {
         return;
     };
-    let reach_px = f64::from(SNAP / view.scale).clamp(1.5, MOST_SNAP_PX);
+    let reach_px = reach_px(view, SNAP);
     let brightness = |pixel| page.pictures.brightness(drag.photograph, pixel);
     let lines = page.lines.get(&drag.photograph).map_or(&[][..], |lines| lines);
     let found = snap::to_lines([*from, *to], lines, reach_px);

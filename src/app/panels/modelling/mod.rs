@@ -1,6 +1,7 @@
 //! The Model page: tools and things at the left, the photograph in the middle with the others
 //! below, numbers and the fit at the right.
 
+mod blink;
 mod diagram;
 mod find;
 mod fit;
@@ -22,13 +23,19 @@ use crate::app::actions::{Action, ModelAction};
 use crate::app::keys;
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::Selected;
+use crate::app::project::Project;
 use crate::app::theme;
 use crate::model::Model;
 
 /// A change that a panel proposes: what undo calls it, and the model after it.
 type Proposal = Option<(String, Model)>;
 
-pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Action>) {
+pub fn model_ui(
+    ui: &mut egui::Ui,
+    page: &mut ModelPage,
+    project: Option<&Project>,
+    actions: &mut Vec<Action>,
+) {
     let Some(model) = page.model().cloned() else {
         egui::CentralPanel::default_margins().show(ui, |ui| match &page.problem {
             Some(problem) => {
@@ -95,7 +102,7 @@ pub fn model_ui(ui: &mut egui::Ui, page: &mut ModelPage, actions: &mut Vec<Actio
         .show(ui, |ui| thumbs::thumbs_ui(ui, page, &model));
     egui::CentralPanel::default_margins().show(ui, |ui| {
         photograph::bar_ui(ui, page, &model);
-        view::view_ui(ui, page, &model, actions);
+        view::view_ui(ui, page, &model, project, actions);
     });
 }
 

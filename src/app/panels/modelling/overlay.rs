@@ -1,13 +1,17 @@
 //! What is drawn over the photograph: the solved things with hidden edges dashed, the strokes by
 //! what they say, and how far each is off.
 
-use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Shape, Stroke as Line, vec2};
+use eframe::egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke as Line, StrokeKind, vec2,
+};
 use glam::DVec2;
 
-use super::hands::{places, projected};
+use super::hands::{self, places, projected};
 use super::view::View;
 use crate::app::modelling::ModelPage;
+use crate::app::modelling::drag::{Drag, Dragged};
 use crate::app::modelling::tool::{Selected, Target, Tool};
+use crate::model::from_points::{Wanted, holds};
 use crate::model::{Axis, Model, Place, Stroke};
 
 /// Orange as what is selected in the 3D view; cyan and magenta beside it: told apart by any eye.
@@ -33,7 +37,7 @@ pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &Vie
     if page.overlays.lines {
         lines(painter, page, view);
     }
-    if page.overlays.points {
+    if page.overlays.points || matches!(page.tool, Tool::Lasso(_)) {
         points(painter, page, model, view);
     }
     if page.overlays.model {
@@ -53,7 +57,22 @@ pub fn overlay_ui(painter: &Painter, page: &ModelPage, model: &Model, view: &Vie
         }
     }
     known(painter, page, model, view);
+    crossing(painter, page, view);
     target(painter, page, model, view);
+}
+
+/// The two lines on whose crossing a corner comes to lie, and a square around that.
+fn crossing(painter: &Painter, page: &ModelPage, view: &View) {
+    let pointer = painter.ctx().input(|input| input.pointer.latest_pos());
+    let Some(pointer) = pointer.filter(|own| view.rect.contains(*own)) else { return };
+    let Some(found) = hands::crossing(painter.ctx(), page, view, pointer) else { return };
+    for line in found.lines {
+        segment(painter, line.ends.map(|end| view.at(end)), Line::new(1.6, Color32::WHITE));
+    }
+    let square = Rect::from_center_size(view.at(found.at), vec2(13.0, 13.0));
+    for line in [Line::new(4.0, RIM), Line::new(2.0, Color32::WHITE)] {
+        painter.rect_stroke(square, 0.0, line, StrokeKind::Middle);
+    }
 }
 
 /// Lines that were found in the photograph: faint, on dark as on bright.
@@ -69,10 +88,25 @@ fn lines(painter: &Painter, page: &ModelPage, view: &View) {
 fn points(painter: &Painter, page: &ModelPage, model: &Model, view: &View) {
     let Some(solution) = page.solution() else { return };
     let Some(Some(camera)) = solution.cameras.get(page.shown) else { return };
+    let is_lasso = |drag: &&Drag| matches!(drag.what, Dragged::New(Tool::Lasso(_)));
+    let around = page.drag.as_ref().filter(is_lasso).map_or(&[][..], |drag| &drag.way);
     for point in model.found_points.iter().filter(|own| own.photographs.contains(&page.shown)) {
         let place = solution.state.found.point(point.position);
         if let Some((pixel, _)) = camera.project(place) {
-            painter.circle(view.at(pixel), 1.6, POINT, Line::new(0.8, RIM));
+            let (radius, color) = if holds(around, pixel) { (2.6, EDGE) } else { (1.6, POINT) };
+            painter.circle(view.at(pixel), radius, color, Line::new(0.8, RIM));
+        }
+    }
+    let outline: Vec<Pos2> = around.iter().map(|pixel| view.at(*pixel)).collect();
+    if let [first, .., last] = outline[..] {
+        painter.extend(Shape::dashed_line(
+            &[last, first],
+            Line::new(1.2, Color32::WHITE),
+            5.0,
+            4.0,
+        ));
+        for line in [Line::new(3.4, RIM), Line::new(1.6, Color32::WHITE)] {
+            painter.line(outline.clone(), line);
         }
     }
 }
@@ -220,6 +254,8 @@ fn target(painter: &Painter, page: &ModelPage, model: &Model, view: &View) {
     }
     let text = match page.tool {
         Tool::Select => return,
+        Tool::Lasso(Wanted::Plane) => "plane from points".to_owned(),
+        Tool::Lasso(Wanted::Box) => "box from points".to_owned(),
         Tool::Line(axis) => axis.name().to_owned(),
         Tool::Mark(target) => target.name(model),
         Tool::Origin => "origin".to_owned(),

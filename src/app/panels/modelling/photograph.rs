@@ -18,8 +18,8 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
             }
             let help = keys::named(
                 ui.ctx(),
-                "Lines come to lie on the line or edge of the photograph that is nearest (S). Hold \
-                 Ctrl to draw one as the hand does.",
+                "Lines come to lie on the line or edge of the photograph that is nearest, corners \
+                 where two lines cross (S). Hold Ctrl to draw as the hand does.",
             );
             ui.toggle_value(&mut page.snaps, "Snap").on_hover_text(help);
             let overlays = &mut page.overlays;
@@ -29,6 +29,9 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
                 ui.toggle_value(&mut overlays.points, "Points")
                     .on_hover_text("Points that the engine has found, where the camera sees them");
             }
+            let help = "The model's faces over the photograph, in the colours of their materials. \
+                        Hold W to see faces in place of the photograph, or the other way round.";
+            ui.toggle_value(&mut page.blink.is_on, "Faces").on_hover_text(help);
             ui.toggle_value(&mut overlays.hidden, "Hidden")
                 .on_hover_text("Edges behind other faces, dashed");
             ui.toggle_value(&mut overlays.model, "Model")

@@ -8,6 +8,7 @@ use crate::app::commands;
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Target, Tool};
 use crate::app::panels::numbers::{counted, cut, named, short, swatch};
+use crate::model::from_points::Wanted;
 use crate::model::{Axis, Model, Place, Shape, Stroke, Support};
 
 pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: &mut Vec<Action>) {
@@ -55,6 +56,9 @@ pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions:
             }
         }
     });
+    if !model.found_points.is_empty() {
+        points_ui(ui, page);
+    }
     ui.add_space(8.0);
     ui.strong("Things");
     if model.things.is_empty() {
@@ -103,6 +107,31 @@ pub fn tools_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions:
             page.tool = Tool::Mark(Target::Place(place));
         }
     }
+}
+
+/// Things that are fitted to points.
+fn points_ui(ui: &mut egui::Ui, page: &mut ModelPage) {
+    ui.add_space(8.0);
+    ui.strong("From points");
+    ui.horizontal_wrapped(|ui| {
+        for (name, key, wanted, help) in commands::from_points() {
+            let key = ui.ctx().format_shortcut(&key);
+            let tool = Tool::Lasso(wanted);
+            let text = if wanted == Wanted::Plane { "Plane" } else { "Box" };
+            let button = egui::Button::selectable(page.tool == tool, text);
+            let button = ui.add_enabled(!page.is_fitting(), button);
+            let button = button
+                .on_hover_text(format!("{help} ({key})"))
+                .on_disabled_hover_text("A thing is being fitted");
+            if named(button, name.to_owned()).clicked() {
+                page.tool = if page.tool == tool { Tool::Select } else { tool };
+                page.drag = None;
+            }
+        }
+        if page.is_fitting() {
+            ui.spinner();
+        }
+    });
 }
 
 /// What a known place or length says.

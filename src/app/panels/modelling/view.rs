@@ -5,10 +5,11 @@ use eframe::egui::{
 };
 use glam::DVec2;
 
-use super::{hands, overlay};
+use super::{blink, hands, overlay};
 use crate::app::actions::Action;
 use crate::app::modelling::tool::Tool;
 use crate::app::modelling::{ModelPage, Picture, Placement};
+use crate::app::project::Project;
 use crate::model::Model;
 
 /// Free space around a photograph, in points: ends of strokes may lie outside of it.
@@ -50,7 +51,13 @@ impl View {
     }
 }
 
-pub fn view_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: &mut Vec<Action>) {
+pub fn view_ui(
+    ui: &mut egui::Ui,
+    page: &mut ModelPage,
+    model: &Model,
+    project: Option<&Project>,
+    actions: &mut Vec<Action>,
+) {
     let rect = ui.available_rect_before_wrap();
     let response = ui.allocate_rect(rect, Sense::drag());
     let name = "Photograph to draw on";
@@ -84,10 +91,14 @@ pub fn view_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: 
         let place = Rect::from_min_size(view.origin, view.scale * covered.min(size));
         painter.image(texture, place, whole, Color32::WHITE);
     }
-    overlay::overlay_ui(&painter, page, model, &view);
+    blink::key_ui(ui, page);
+    if !blink::faces_ui(&painter, page, project, &view) {
+        overlay::overlay_ui(&painter, page, model, &view);
+    }
     if let Some((texture, covered)) = shown
         && let Some(cursor) = response.hover_pos().or(response.interact_pointer_pos())
         && (page.drag.is_some() || page.tool != Tool::Select)
+        && !matches!(page.tool, Tool::Lasso(_))
         && own.contains(cursor)
         && !hands::is_asked(ui)
     {
