@@ -30,5 +30,5 @@ pub use gloss::{Arrivals, Gloss, Viewing, fresnel};
 pub use image::Image;
 pub use mask::{Mask, Shape};
 pub use mirrors::{MirrorsAndGlass, Optics, without_glass};
-pub use pixels::Stored;
+pub use pixels::{Stored, Values};
 pub use views::{Seen, SurfacePoint, Views, VisibilityCache};
