@@ -11,6 +11,7 @@ pub mod dome;
 pub mod emitter;
 pub mod gloss;
 mod hits;
+mod look;
 pub mod image;
 pub mod mask;
 mod mirrors;
