@@ -1,10 +1,11 @@
 """Makes a capture with many photographs of many pixels out of a small one, to measure memory and time.
 
-    python3 assets/study/enlarge.py CAPTURE OUT --factor 9 --photographs 100
+    python3 assets/study/enlarge.py CAPTURE OUT --factor 9 --photographs 100 --triangles 1000000
 
 needs NumPy and OpenEXR. Every photograph is enlarged by a whole factor, bilinearly, and stored as half floats; its
 camera's intrinsics grow with it. Where more photographs are asked for than there are, they come again: as links to the
-same file, with the camera turned by a little for each, so that no two see the same.
+same file, with the camera turned by a little for each, so that no two see the same. Triangles are quartered at the
+middles of their edges while they stay fewer than are asked for, and some of them then divided in three.
 """
 import argparse
 import json
@@ -37,12 +38,91 @@ def turned(matrix, radians):
     return (np.array(matrix) @ turn).tolist()
 
 
+class Mesh:
+    """An OBJ file whose triangles can be divided. Shared edges stay shared, so that no ray slips through."""
+
+    def __init__(self, file):
+        self.lines, self.values, self.faces = [], {"v": [], "vt": []}, 0
+        for line in open(file):
+            words = line.split()
+            if words and words[0] in self.values:
+                self.values[words[0]].append([float(word) for word in words[1:]])
+            elif words and words[0] == "f":
+                corners = [tuple(int(part) if part else 0 for part in word.split("/")[:2]) for word in words[1:]]
+                corners = [corner if len(corner) == 2 else (*corner, 0) for corner in corners]
+                # A polygon is a fan of triangles.
+                own = [[corners[0], *pair] for pair in zip(corners[1:], corners[2:])]
+                self.lines.append(own)
+                self.faces += len(own)
+            elif line.strip():
+                self.lines.append(line.rstrip("\n"))
+        self.middles = {}
+
+    def middle(self, *corners):
+        """A corner between others; positions are shared by all faces that have the same ones."""
+        made = []
+        for part, name in enumerate(("v", "vt")):
+            indices = tuple(sorted(corner[part] for corner in corners))
+            if 0 in indices:
+                made.append(0)
+                continue
+            if (name, indices) not in self.middles:
+                values = self.values[name]
+                values.append([sum(v) / len(v) for v in zip(*(values[index - 1] for index in indices))])
+                self.middles[name, indices] = len(values)
+            made.append(self.middles[name, indices])
+        return tuple(made)
+
+    def quartered(self, triangle):
+        a, b, c = triangle
+        ab, bc, ca = self.middle(a, b), self.middle(b, c), self.middle(c, a)
+        return [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+
+    def in_three(self, triangle):
+        a, b, c = triangle
+        m = self.middle(a, b, c)
+        return [[a, b, m], [b, c, m], [c, a, m]]
+
+    def divided(self, by, most):
+        """Divides triangles while there are fewer than so many."""
+        for place, line in enumerate(self.lines):
+            if isinstance(line, list):
+                divided = []
+                for triangle in line:
+                    parts = by(triangle) if self.faces < most else [triangle]
+                    self.faces += len(parts) - 1
+                    divided += parts
+                self.lines[place] = divided
+
+    def grow(self, count):
+        while 4 * self.faces <= count:
+            self.divided(self.quartered, math.inf)
+        while self.faces < count:
+            self.divided(self.in_three, count)
+
+    def write(self, file):
+        def corner(indices):
+            return f"{indices[0]}/{indices[1]}" if indices[1] else str(indices[0])
+
+        with open(file, "w") as out:
+            for name, values in self.values.items():
+                for value in values:
+                    print(name, *(f"{v:.9g}" for v in value), file=out)
+            for line in self.lines:
+                if isinstance(line, str):
+                    print(line, file=out)
+                else:
+                    for triangle in line:
+                        print("f", *map(corner, triangle), file=out)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("capture")
     parser.add_argument("out")
     parser.add_argument("--factor", type=int, default=9)
     parser.add_argument("--photographs", type=int)
+    parser.add_argument("--triangles", type=int)
     arguments = parser.parse_args()
     cameras = json.load(open(os.path.join(arguments.capture, "transforms.json")))
     frames = [frame for frame in cameras["frames"] if frame.get("hdr", True)]
@@ -51,6 +131,10 @@ def main():
     for name in os.listdir(arguments.capture):
         if name.endswith((".obj", ".mtl")) or name == "tags.json":
             shutil.copy(os.path.join(arguments.capture, name), arguments.out)
+            if arguments.triangles and name.endswith(".obj"):
+                mesh = Mesh(os.path.join(arguments.capture, name))
+                mesh.grow(arguments.triangles)
+                mesh.write(os.path.join(arguments.out, name))
     for own in [cameras, *frames]:
         for key in ("fl_x", "fl_y", "cx", "cy", "w", "h"):
             if key in own:

@@ -9,7 +9,7 @@ use super::picture::Picture;
 use super::transforms::{Cameras, Frame, Vignetting};
 use super::{Error, Fault, exr, masks, scratch};
 use crate::exposures::options::DARKEST_CORNER;
-use crate::scene::{Camera, Image};
+use crate::scene::{Camera, Image, Values};
 
 /// What all images are read by.
 pub(super) struct Sensor {
@@ -33,14 +33,18 @@ pub(super) type Loaded = (Option<Image>, Vec<String>);
 
 /// Radiance as an image of the frame's camera.
 pub(super) fn accept(
-    picture: Picture,
+    picture: Picture<Values>,
     file: &Path,
     frame: &Frame,
     sensor: &Sensor,
 ) -> Result<Loaded, Error> {
     let Picture { width, height, pixels, mut notes } = picture;
-    let pixels = frame.orientation.turn((width, height), pixels);
-    let (width, height) = frame.orientation.size((width, height));
+    let (stored, orientation) = ((width, height), frame.orientation);
+    let pixels = match pixels {
+        Values::Half(pixels) => Values::Half(orientation.turn(stored, pixels)),
+        Values::Single(pixels) => Values::Single(orientation.turn(stored, pixels)),
+    };
+    let (width, height) = orientation.size(stored);
     let camera = &frame.camera;
     if (width, height) != (camera.width, camera.height) {
         return Err(Error::Invalid(Fault::new(
@@ -54,8 +58,8 @@ pub(super) fn accept(
              calibrated on",
         )));
     }
-    let mut image = Image::new(width, height, pixels, sensor.saturation);
-    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref(), frame.orientation)?);
+    let mut image = Image::of_values(width, height, pixels, sensor.saturation);
+    notes.extend(masks::apply(&mut image, file, frame.mask.as_deref(), orientation)?);
     if !image.measures_anything() {
         notes.push(format!(
             "{}: no pixel is a measurement: all are saturated, negative, not finite or masked. \

@@ -261,7 +261,7 @@ fn load_images(
             |index, merged| {
                 let frame = &frames[places[index]];
                 let Merged { width, height, pixels, .. } = merged;
-                let picture = Picture { width, height, pixels, notes: Vec::new() };
+                let picture = Picture { width, height, pixels: pixels.into(), notes: Vec::new() };
                 let series = &all_series[index];
                 let file = &series.files[series.reference];
                 let (image, notes) = accept(picture, file, frame, sensor)?;
@@ -342,5 +342,5 @@ fn check_shown(file: &Path, frame: &Frame) -> Vec<String> {
 }
 
 fn measured(file: &Path, frame: &Frame, sensor: &Sensor) -> Result<Loaded, Error> {
-    accept(picture::read(file)?, file, frame, sensor)
+    accept(picture::read_values(file)?, file, frame, sensor)
 }

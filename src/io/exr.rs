@@ -14,14 +14,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::{Compression, SampleType, Vec2};
 
 use self::decode::{block_size, decode};
 pub use self::write::{write_rgb, write_rgb_with};
 use super::picture::{LARGEST_BYTES, LARGEST_SIDE_PRODUCT, Picture};
 use super::{Error, Fault};
 use crate::math::rgb::Radiance;
+use crate::scene::Values;
 
 /// No block of pixels (some scan lines or a tile) of a sound file is larger.
 const LARGEST_BLOCK: u128 = 256 << 20;
@@ -46,17 +48,63 @@ pub fn dimensions(file: &Path) -> Result<(usize, usize), Error> {
 /// window are NaN. Half-float infinities stay infinite: they are no measurement. Colours of other
 /// chromaticities than those of Rec. 709 are converted to it.
 pub fn read(file: &Path) -> Result<Picture, Error> {
+    guarded(file, || Main::of(file)?.read(file))
+}
+
+/// As [`read`]. Values that the file has as half floats stay so, unless they are converted.
+pub fn read_values(file: &Path) -> Result<Picture<Values>, Error> {
     guarded(file, || {
-        let (meta, bytes) = read_headers(file)?;
+        let main = Main::of(file)?;
+        if main.is_half() && main.other_colors().is_none() {
+            return Ok(decode(file, &main.header, &main.choice, main.note)?.map(Values::Half));
+        }
+        Ok(main.read(file)?.map(Values::from))
+    })
+}
+
+/// The main layer of a file, checked.
+struct Main {
+    header: Header,
+    choice: Choice,
+    note: Option<String>,
+}
+
+impl Main {
+    fn of(file: &Path) -> Result<Self, Error> {
+        let (mut meta, bytes) = read_headers(file)?;
         check_counts(file, &meta, bytes)?;
         let (choice, note) = choose(file, &meta)?;
-        let header = &meta.headers[choice.layer];
-        check_layer(file, header, bytes)?;
-        let mut picture = decode(file, header, &choice, note)?;
-        let stated = header.shared_attributes.chromaticities.as_ref();
-        let is_color = !matches!(choice.channels, Channels::Grey(_));
-        if let Some(stated) = stated.filter(|stated| is_color && !color::is_rec_709(stated)) {
-            match color::rec_709_from(stated) {
+        let header = meta.headers.swap_remove(choice.layer);
+        check_layer(file, &header, bytes)?;
+        Ok(Self { header, choice, note })
+    }
+
+    /// Whether what is read of it are half floats as they are.
+    fn is_half(&self) -> bool {
+        let is_half =
+            |index: usize| self.header.channels.list[index].sample_type == SampleType::F16;
+        match self.choice.channels {
+            Channels::Colour(three) => three.into_iter().all(is_half),
+            Channels::Grey(grey) => is_half(grey),
+            Channels::LuminanceChroma(_) => false,
+        }
+    }
+
+    /// The chromaticities from which colours are converted.
+    fn other_colors(&self) -> Option<&Chromaticities> {
+        let is_color = !matches!(self.choice.channels, Channels::Grey(_));
+        let stated = self.header.shared_attributes.chromaticities.as_ref();
+        stated.filter(|stated| is_color && !color::is_rec_709(stated))
+    }
+
+    fn read(self, file: &Path) -> Result<Picture, Error> {
+        let stated = self.other_colors().copied();
+        let mut picture = decode(file, &self.header, &self.choice, self.note)?;
+        if matches!(self.choice.channels, Channels::LuminanceChroma(_)) {
+            picture.pixels.iter_mut().for_each(|pixel| *pixel = color::of_luminance_chroma(*pixel));
+        }
+        if let Some(stated) = stated {
+            match color::rec_709_from(&stated) {
                 Some(matrix) => color::convert(&mut picture.pixels, &matrix),
                 None => picture.notes.push(format!(
                     "{}: its chromaticities span no colours; it is taken to be Rec. 709.",
@@ -65,7 +113,7 @@ pub fn read(file: &Path) -> Result<Picture, Error> {
             }
         }
         Ok(picture)
-    })
+    }
 }
 
 /// The opacity of the main layer's pixels, 0 outside of the data window; `None` where it has none.

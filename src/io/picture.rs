@@ -9,6 +9,7 @@ use ::image::ImageReader;
 
 use super::{Error, Fault, exr, hdr, raw};
 use crate::math::rgb::Radiance;
+use crate::scene::Values;
 
 /// No photograph has more pixels.
 pub(crate) const LARGEST_SIDE_PRODUCT: u64 = 1 << 28;
@@ -17,12 +18,19 @@ pub(crate) const LARGEST_BYTES: u64 = 1 << 30;
 
 /// Linear values as they stand in a file, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct Picture<P = Vec<Radiance>> {
     pub width: usize,
     pub height: usize,
-    pub pixels: Vec<Radiance>,
+    pub pixels: P,
     /// What had to be guessed while reading.
     pub notes: Vec<String>,
+}
+
+impl<P> Picture<P> {
+    pub fn map<Q>(self, of: impl FnOnce(P) -> Q) -> Picture<Q> {
+        let Self { width, height, pixels, notes } = self;
+        Picture { width, height, pixels: of(pixels), notes }
+    }
 }
 
 /// What a file is, by its first bytes rather than by its name.
@@ -59,9 +67,19 @@ impl Format {
 
 /// Reads linear radiance: OpenEXR or Radiance.
 pub fn read(file: &Path) -> Result<Picture, Error> {
+    if is_exr(file)? { exr::read(file) } else { hdr::read(file) }
+}
+
+/// As [`read`]. Values that the file has as half floats stay so.
+pub fn read_values(file: &Path) -> Result<Picture<Values>, Error> {
+    if is_exr(file)? { exr::read_values(file) } else { Ok(hdr::read(file)?.map(Values::from)) }
+}
+
+/// Whether a file of radiance is OpenEXR; else it is Radiance.
+fn is_exr(file: &Path) -> Result<bool, Error> {
     match (Format::of(file)?, extension(file).as_str()) {
-        (Format::OpenExr, _) | (Format::Unknown, "exr") => exr::read(file),
-        (Format::Radiance, _) | (Format::Unknown, "hdr") => hdr::read(file),
+        (Format::OpenExr, _) | (Format::Unknown, "exr") => Ok(true),
+        (Format::Radiance, _) | (Format::Unknown, "hdr") => Ok(false),
         _ => Err(no_radiance(file)),
     }
 }

@@ -5,7 +5,7 @@
 //! with the program, however it ends.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use memmap2::Mmap;
@@ -20,11 +20,8 @@ pub const MOST_IN_MEMORY: u64 = 256 << 20;
 /// # Errors
 /// Where the file cannot be written; the image is then left as it is.
 pub fn keep(image: &mut Image) -> std::io::Result<()> {
-    let file = tempfile::tempfile_in(folder())?;
-    let mut out = BufWriter::with_capacity(1 << 20, file);
-    image.write(&mut out)?;
-    out.flush()?;
-    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    let mut file = tempfile::tempfile_in(folder())?;
+    file.write_all(image.bytes())?;
     // SAFETY: the file has no name, and this process does not write to it any more.
     let map = unsafe { Mmap::map(&file)? };
     let kept = image.keep(Box::new(Mapped { map, _file: file }));

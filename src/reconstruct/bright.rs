@@ -5,6 +5,8 @@
 //! them. Both kinds of rays are weighted by the balance heuristic (Veach and Guibas 1995, Section 3),
 //! so their sum is right whatever the cells say, and no ray counts more than without the others.
 
+use std::sync::atomic::AtomicUsize;
+
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -14,6 +16,8 @@ use crate::scene::{SurfacePoint, Views};
 const CELLS: f32 = 50_000.0;
 /// Cells along an edge of a triangle, at most.
 const MOST_ALONG_EDGE: f32 = 512.0;
+/// Triangles that count as one of [`Views::count_point`]'s points: most have two cells.
+const TRIANGLES_A_POINT: usize = 16;
 /// How many times as bright as the mean of photographed surfaces a cell is that rays are aimed at:
 /// others fill so much of a hemisphere that its own rays find their light.
 const BRIGHT: f32 = 2.0;
@@ -59,9 +63,13 @@ impl BrightCells {
             cells.first.push(count);
             count += 2 * u32::from(n).pow(2);
         }
+        let done = AtomicUsize::new(0);
         let brightness: Vec<Vec<Option<f32>>> = (0..areas.len())
             .into_par_iter()
             .map(|triangle| {
+                if triangle % TRIANGLES_A_POINT == 0 {
+                    views.count_point(&done);
+                }
                 let n = u32::from(cells.along_edge[triangle]);
                 let middle = Vec2::splat(1.0 / 3.0);
                 (0..2 * n * n)

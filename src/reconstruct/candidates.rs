@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::geometry::spaced::TooManyPoints;
 use crate::math::sampling::Random;
 use crate::reconstruct::Stream;
-use crate::scene::views::VisibilityBuffer;
+use crate::scene::views::Run;
 use crate::scene::{Optics, Role, Views};
 
 /// What is asked of the pixels.
@@ -70,13 +70,12 @@ pub(super) fn find(
     off_edges: bool,
 ) -> Result<Vec<Candidate>, TooManyPoints> {
     let capture = views.capture;
-    let material = |buffer: &VisibilityBuffer, x: usize, y: usize| {
-        let triangle = buffer.triangle(x, y)?;
+    let material = |run: &Run| {
         let usable =
-            views.optics(triangle) == Optics::Opaque && (!off_edges || buffer.is_off_edges(x, y));
-        Some((capture.material_of(triangle).filter(|_| usable)?, triangle))
+            views.optics(run.triangle) == Optics::Opaque && (!off_edges || run.is_off_edges);
+        capture.material_of(run.triangle).filter(|_| usable)
     };
-    let kept = thinned(views, wanted.samples, &|buffer, x, y| Some(material(buffer, x, y)?.0));
+    let kept = thinned(views, wanted.samples, &material);
     let mut candidates = Vec::new();
     for (index, buffer) in views.buffers.iter().enumerate() {
         let camera = buffer.camera.position.as_vec3();
@@ -84,12 +83,9 @@ pub(super) fn find(
         Candidate::new(index, width * height)?;
         let (material, kept) = (&material, &kept);
         candidates.par_extend((0..height).into_par_iter().flat_map_iter(|y| {
-            let pixel = move |x| {
-                let (material, triangle) = material(buffer, x, y)?;
+            let pixel = move |x, triangle, kept: Option<u32>| {
                 let pixel = y * width + x;
-                if let Some(kept) = kept
-                    && hash(wanted.seed, index, pixel) >= kept[material]
-                {
+                if kept.is_some_and(|kept| hash(wanted.seed, index, pixel) >= kept) {
                     return None;
                 }
                 buffer.image.radiance(x, y)?;
@@ -102,7 +98,12 @@ pub(super) fn find(
                 // Smaller than the number of pixels, which was found to fit.
                 Candidate::new(index, pixel).ok()
             };
-            (0..width).filter_map(pixel)
+            let of_run = move |run: Run| {
+                let material = material(&run)?;
+                let kept = kept.as_ref().map(|kept| kept[material]);
+                Some(run.columns.filter_map(move |x| pixel(x, run.triangle, kept)))
+            };
+            buffer.runs(y).filter_map(of_run).flatten()
         }));
         buffer.image.release();
     }
@@ -125,7 +126,7 @@ pub(super) fn most_candidates(samples: usize) -> usize {
 fn thinned(
     views: &Views,
     samples: usize,
-    material: &(dyn Fn(&VisibilityBuffer, usize, usize) -> Option<usize> + Sync),
+    material: &(dyn Fn(&Run) -> Option<usize> + Sync),
 ) -> Option<Vec<u32>> {
     let most = most_candidates(samples);
     let pixels: usize = views.buffers.iter().map(|own| own.camera.width * own.camera.height).sum();
@@ -140,9 +141,9 @@ fn thinned(
     let mut counts = none();
     for buffer in &views.buffers {
         let of_row = |mut counts: Vec<usize>, y: usize| {
-            for x in 0..buffer.camera.width {
-                if let Some(material) = material(buffer, x, y) {
-                    counts[material] += 1;
+            for run in buffer.runs(y) {
+                if let Some(material) = material(&run) {
+                    counts[material] += run.columns.len();
                 }
             }
             counts

@@ -16,10 +16,12 @@ const PROGRAM: u64 = 96 << 20;
 const TRIANGLE: u64 = 240;
 /// The same while the tree is built.
 const TRIANGLE_BUILT: u64 = 320;
-/// What one pixel sees: whole, packed (in runs), and while it is looked at.
+/// What one pixel sees, whole and packed (in runs), and what is held beside that of the photograph
+/// that is looked at.
 const HIT: u64 = 16;
-const PACKED_HIT: u64 = 1;
 const HIT_FOUND: u64 = 18;
+const PACKED_HIT: u64 = 1;
+const PACKED_HIT_FOUND: u64 = 3;
 /// A pixel while its photograph is read.
 const READ: u64 = 20;
 /// A candidate for a sample, with its place in the order, its position and its material, and what
@@ -64,10 +66,11 @@ impl MemoryNeed {
         let in_memory: usize =
             capture.measurements().map(|(_, _, image)| image.memory_bytes()).sum();
         let all: usize = capture.measurements().map(|(_, _, image)| image.byte_count()).sum();
-        let hit = if pixels > WHOLE_PIXELS { PACKED_HIT } else { HIT };
+        let (hit, hit_found) =
+            if pixels > WHOLE_PIXELS { (PACKED_HIT, PACKED_HIT_FOUND) } else { (HIT, HIT_FOUND) };
 
         let candidates = pixels.min(most_candidates(options.samples.count)) as u64;
-        let found = largest * HIT_FOUND + triangles * TRIANGLE_BUILT;
+        let found = largest * hit_found + triangles * TRIANGLE_BUILT;
         let textured: Vec<usize> = capture
             .materials
             .iter()

@@ -98,13 +98,11 @@ fn visit(
     }
     for (index, buffer) in views.buffers.iter().enumerate() {
         watch.check()?;
-        for (x, y) in
-            (0..buffer.camera.height).flat_map(|y| (0..buffer.camera.width).map(move |x| (x, y)))
-        {
-            let Some(triangle) = buffer.triangle(x, y) else { continue };
-            let material = capture.material_of(triangle).filter(is_specular);
-            if let Some(material) = material.filter(|_| buffer.is_off_edges(x, y)) {
-                each(material, (index, x, y));
+        for y in 0..buffer.camera.height {
+            for run in buffer.runs(y).filter(|run| run.is_off_edges) {
+                if let Some(material) = capture.material_of(run.triangle).filter(is_specular) {
+                    run.columns.for_each(|x| each(material, (index, x, y)));
+                }
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Section 4.1: surface samples, the points at which the photographs are explained.
 
+use std::sync::atomic::AtomicUsize;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -154,10 +156,12 @@ pub fn place(
 
     let relative_area =
         densify(views, options, &candidates, (&positions, &order), spacing_m, &mut kept, watch)?;
+    let done = AtomicUsize::new(0);
     let read: Vec<Option<(Sample, Vec<View>)>> = kept
         .par_iter()
         .map(|&index| {
             watch.check()?;
+            views.count_point(&done);
             Ok(read(views, options, candidates[index as usize]))
         })
         .collect::<Result<_, Cancelled>>()?;

@@ -1,6 +1,7 @@
 //! Section 5.1: light transport to each sample, from photographed surfaces and from each lobe.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use faer::Mat;
 use glam::Vec3;
@@ -170,12 +171,14 @@ pub fn photographed(
     watch.begin(count as u64);
     let bright = BrightCells::new(views);
     let glossy_side = grid_side(options.glossy_rays);
+    let done = AtomicUsize::new(0);
     let gathered: Vec<Gathered> = cloud
         .samples
         .par_iter()
         .enumerate()
         .map(|(index, sample)| {
             watch.tick()?;
+            views.count_point(&done);
             let mut random = Random::new(seed, Stream::Irradiance as u64, index as u64);
             let specular = views.capture.materials[sample.material].kind == MaterialKind::Specular;
             let side = if specular { glossy_side } else { grid_side(options.rays) };

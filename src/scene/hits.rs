@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
 
-use crate::geometry::bvh::{Hit, Ray, RayCaster, distance_to};
+use crate::geometry::bvh::{Ray, distance_to};
 use crate::geometry::mesh::Mesh;
 use crate::scene::Camera;
 
 /// What the ray through a pixel's centre met.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct PixelHit {
     pub position: Vec3,
     pub seen: SeenTriangle,
@@ -27,6 +27,10 @@ const CLEAN: u32 = 1 << 31;
 pub(super) const NO_HIT: PixelHit = PixelHit { position: Vec3::ZERO, seen: SeenTriangle(NOTHING) };
 
 impl SeenTriangle {
+    pub fn new(triangle: Option<u32>) -> Self {
+        Self(triangle.unwrap_or(NOTHING))
+    }
+
     pub fn triangle(self) -> Option<u32> {
         let triangle = self.0 & !CLEAN;
         (triangle != NOTHING).then_some(triangle)
@@ -70,21 +74,25 @@ impl Hits {
         }
     }
 
+    /// What a pixel sees, and where pixels end, at the latest at `end`, that see the same.
+    #[inline]
+    pub fn run(&self, index: usize, end: usize) -> (SeenTriangle, usize) {
+        match self {
+            Self::Whole(hits) => {
+                let seen = hits[index].seen;
+                let other = hits[index..end].iter().position(|hit| hit.seen != seen);
+                (seen, other.map_or(end, |count| index + count))
+            }
+            Self::Packed(runs) => (runs.get(index), runs.end(index).min(end)),
+        }
+    }
+
     /// Where the ray through a pixel meets the triangle that it sees.
     #[inline]
     pub fn position(&self, camera: &Camera, mesh: &Mesh, index: usize) -> Vec3 {
         match self {
             Self::Whole(hits) => hits[index].position,
-            Self::Packed(runs) => {
-                let ray = ray(camera, index % camera.width, index / camera.width);
-                match runs.get(index).triangle().zip(ray) {
-                    Some((triangle, ray)) => {
-                        let t = distance_to(&mesh.corners(triangle as usize), &ray);
-                        ray.origin + ray.direction * t
-                    }
-                    None => NO_HIT.position,
-                }
-            }
+            Self::Packed(runs) => position(camera, mesh, index, runs.get(index)),
         }
     }
 
@@ -98,6 +106,7 @@ impl Hits {
 
 /// Triangles in runs of pixels that see the same one. Pixels are taken 64 at a time: a bit of each
 /// says whether it begins a run, as the first of the 64 always does.
+#[derive(Default)]
 pub(super) struct Runs {
     count: usize,
     begins: Vec<u64>,
@@ -106,52 +115,83 @@ pub(super) struct Runs {
     values: Vec<SeenTriangle>,
 }
 
+/// Pixels whose runs end together.
+pub(super) const CHUNK: usize = 64;
+
 impl Runs {
     /// Of no more than 2³² pixels.
-    pub fn of(hits: &[PixelHit]) -> Self {
-        let (mut begins, mut before) = (Vec::new(), Vec::new());
-        let mut values: Vec<SeenTriangle> = Vec::new();
-        for chunk in hits.chunks(64) {
-            before.push(values.len() as u32);
+    pub fn of(pixels: &[SeenTriangle]) -> Self {
+        let mut runs = Self { count: pixels.len(), ..Self::default() };
+        for chunk in pixels.chunks(CHUNK) {
+            runs.before.push(runs.values.len() as u32);
             let mut word = 0;
             let mut last = None;
-            for (place, hit) in chunk.iter().enumerate() {
-                if last != Some(hit.seen) {
+            for (place, &seen) in chunk.iter().enumerate() {
+                if last != Some(seen) {
                     word |= 1 << place;
-                    values.push(hit.seen);
-                    last = Some(hit.seen);
+                    runs.values.push(seen);
+                    last = Some(seen);
                 }
             }
-            begins.push(word);
+            runs.begins.push(word);
         }
-        values.shrink_to_fit();
-        Self { count: hits.len(), begins, before, values }
+        runs.values.shrink_to_fit();
+        runs
+    }
+
+    /// One after the other; all but the last are of whole chunks.
+    pub fn joined(parts: Vec<Self>) -> Self {
+        let sum = |of: fn(&Self) -> usize| parts.iter().map(of).sum::<usize>();
+        let mut all = Self {
+            count: sum(|own| own.count),
+            begins: Vec::with_capacity(sum(|own| own.begins.len())),
+            before: Vec::with_capacity(sum(|own| own.before.len())),
+            values: Vec::with_capacity(sum(|own| own.values.len())),
+        };
+        for part in parts {
+            let before = all.values.len() as u32;
+            all.begins.extend(part.begins);
+            all.before.extend(part.before.into_iter().map(|own| before + own));
+            all.values.extend(part.values);
+        }
+        all
     }
 
     #[inline]
     fn get(&self, index: usize) -> SeenTriangle {
-        let (chunk, place) = (index / 64, index % 64);
+        let (chunk, place) = (index / CHUNK, index % CHUNK);
         // Up to and with the pixel's own bit; the first bit is always set.
         let runs = (self.begins[chunk] << (63 - place)).count_ones();
         self.values[(self.before[chunk] + runs) as usize - 1]
     }
+
+    /// Where the run of a pixel ends, or the chunk.
+    #[inline]
+    fn end(&self, index: usize) -> usize {
+        let (chunk, place) = (index / CHUNK, index % CHUNK);
+        let later = self.begins[chunk] >> place >> 1;
+        if later == 0 { (chunk + 1) * CHUNK } else { index + 1 + later.trailing_zeros() as usize }
+    }
+}
+
+/// Where the ray through a pixel meets the triangle that it sees.
+pub(super) fn position(camera: &Camera, mesh: &Mesh, index: usize, seen: SeenTriangle) -> Vec3 {
+    let ray = ray(camera, index % camera.width, index / camera.width);
+    match seen.triangle().zip(ray) {
+        Some((triangle, ray)) => {
+            let t = distance_to(&mesh.corners(triangle as usize), &ray);
+            ray.origin + ray.direction * t
+        }
+        None => NO_HIT.position,
+    }
 }
 
 /// The ray through a pixel's centre; `None` where the lens has none.
-fn ray(camera: &Camera, x: usize, y: usize) -> Option<Ray> {
+pub(super) fn ray(camera: &Camera, x: usize, y: usize) -> Option<Ray> {
     let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
     let direction = camera.direction(centre)?.as_vec3();
     let origin = camera.position.as_vec3();
     Some(Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY })
-}
-
-/// What a pixel's centre sees.
-pub(super) fn cast(caster: &RayCaster, camera: &Camera, x: usize, y: usize) -> PixelHit {
-    let hit = |ray: Ray| -> Option<PixelHit> {
-        let Hit { t, triangle, .. } = caster.closest(&ray)?;
-        Some(PixelHit { position: ray.origin + ray.direction * t, seen: SeenTriangle(triangle) })
-    };
-    ray(camera, x, y).and_then(hit).unwrap_or(NO_HIT)
 }
 
 #[cfg(test)]

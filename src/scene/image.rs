@@ -1,10 +1,9 @@
 //! A photograph's linear radiance, with the pixels that are no measurement marked.
 
 use std::fmt;
-use std::io::{self, Write};
 use std::sync::Arc;
 
-use super::pixels::{Bits, Pixels, Stored};
+use super::pixels::{Bits, Pixels, Stored, Values};
 use crate::math::rgb::Radiance;
 
 /// A pixel at or above this in a channel is no measurement, in whatever unit: sums of such values
@@ -39,15 +38,20 @@ impl Image {
         pixels: Vec<Radiance>,
         saturation: Option<f32>,
     ) -> Self {
+        Self::of_values(width, height, pixels.into(), saturation)
+    }
+
+    /// As [`Self::new`].
+    ///
+    /// # Panics
+    /// If `pixels` does not have `width × height` entries.
+    pub fn of_values(width: usize, height: usize, pixels: Values, saturation: Option<f32>) -> Self {
         assert_eq!(pixels.len(), width * height);
-        let limit = saturation.unwrap_or(LARGEST).min(LARGEST);
-        let is_measured =
-            |pixel: &Radiance| pixel.iter().all(|&v| v.is_finite() && v >= 0.0 && v < limit);
-        let invalid = Bits::of(pixels.len(), |index| !is_measured(&pixels[index]));
+        let invalid = pixels.outside(saturation.unwrap_or(LARGEST).min(LARGEST));
         Self {
             width,
             height,
-            pixels: Arc::new(Pixels::new(pixels)),
+            pixels: Arc::new(Pixels::Held(pixels)),
             gain: 1.0,
             invalid: Arc::new(invalid),
             masked: Arc::default(),
@@ -142,7 +146,11 @@ impl Image {
     /// Changes the radiance of every pixel, leaving validity as it was decided on the values that
     /// the sensor gave.
     pub fn recolor(&mut self, of: impl Fn(Radiance) -> Radiance) {
-        self.pixels = Arc::new(Pixels::new(self.pixels().map(of).collect()));
+        self.set_pixels(self.pixels().map(of).collect());
+    }
+
+    fn set_pixels(&mut self, pixels: Vec<Radiance>) {
+        self.pixels = Arc::new(Pixels::Held(pixels.into()));
         self.gain = 1.0;
     }
 
@@ -153,8 +161,7 @@ impl Image {
             let gain = gain(index % self.width, index / self.width);
             pixel.map(|value| value * gain)
         };
-        self.pixels = Arc::new(Pixels::new(self.pixels().enumerate().map(scaled).collect()));
-        self.gain = 1.0;
+        self.set_pixels(self.pixels().enumerate().map(scaled).collect());
     }
 
     /// The same with every pixel multiplied by one factor when it is read.
@@ -169,7 +176,7 @@ impl Image {
 
     /// Bytes that the pixels take, in memory or, once they are [kept elsewhere](Self::keep), there.
     pub fn byte_count(&self) -> usize {
-        self.pixels.byte_count()
+        self.pixels.bytes().len()
     }
 
     /// Bytes of memory that the pixels take: none where they are kept elsewhere.
@@ -177,13 +184,13 @@ impl Image {
         if self.pixels.is_stored() { 0 } else { self.byte_count() }
     }
 
-    /// Writes the pixels to where they can be read back from by [`Self::keep`].
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        self.pixels.write(out)
+    /// The pixels, to be kept elsewhere for [`Self::keep`].
+    pub fn bytes(&self) -> &[u8] {
+        self.pixels.bytes()
     }
 
-    /// Reads the pixels from bytes that [`Self::write`] has written from now on, and no longer from
-    /// memory. Returns whether it does: not where there are not as many bytes.
+    /// Reads the pixels from a copy of [`Self::bytes`] from now on, and no longer from memory.
+    /// Returns whether it does: not where there are not as many bytes.
     pub fn keep(&mut self, bytes: Box<dyn Stored>) -> bool {
         let stored = self.pixels.stored(bytes);
         let is_kept = stored.is_some();

@@ -2,9 +2,9 @@
 //! where there are too many for memory.
 
 use std::fmt;
-use std::io::{self, Write};
 
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use crate::math::rgb::{CHANNELS, Radiance};
 
@@ -16,11 +16,81 @@ pub trait Stored: fmt::Debug + Send + Sync {
     fn release(&self);
 }
 
-/// Row by row from the top.
-pub(super) enum Pixels {
+/// The values of pixels that are in memory, row by row from the top.
+#[derive(Clone, Debug)]
+pub enum Values {
     Half(Vec<[f16; CHANNELS]>),
     Single(Vec<Radiance>),
-    /// The same, as [`Pixels::write`] has written it.
+}
+
+/// Values that are converted at a time.
+const BATCH: usize = 4096 * CHANNELS;
+
+impl From<Vec<Radiance>> for Values {
+    /// As half floats where all of them are equal to the values, else as they are.
+    fn from(pixels: Vec<Radiance>) -> Self {
+        let mut half = vec![[f16::ZERO; CHANNELS]; pixels.len()];
+        let mut back = [0.0; BATCH];
+        let batches = pixels.as_flattened().chunks(BATCH);
+        for (values, half) in batches.zip(half.as_flattened_mut().chunks_mut(BATCH)) {
+            let back = &mut back[..values.len()];
+            half.convert_from_f32_slice(values);
+            half.convert_to_f32_slice(back);
+            let is_half = |(value, back): (&f32, &f32)| value == back || value.is_nan();
+            if !std::iter::zip(values, &*back).all(is_half) {
+                return Self::Single(pixels);
+            }
+        }
+        Self::Half(half)
+    }
+}
+
+impl Values {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Half(pixels) => pixels.len(),
+            Self::Single(pixels) => pixels.len(),
+        }
+    }
+
+    /// Those with a channel that is negative, not a number, or `limit` and more; there is one.
+    pub(super) fn outside(&self, limit: f32) -> Bits {
+        match self {
+            Self::Half(pixels) => {
+                // Half floats that are not negative are in the order of their bits.
+                let below = |bits: &u16| f16::from_bits(*bits).to_f32() < limit;
+                let count = (0..f16::INFINITY.to_bits()).take_while(below).count() as u16;
+                let negative_zero = if count > 0 { f16::NEG_ZERO } else { f16::NAN }.to_bits();
+                let is_inside = |value: f16| {
+                    let bits = value.to_bits();
+                    (bits < count) | (bits == negative_zero)
+                };
+                Bits::of(pixels.len(), |index| {
+                    let [r, g, b] = pixels[index].map(is_inside);
+                    !(r & g & b)
+                })
+            }
+            Self::Single(pixels) => {
+                let is_inside = |value: f32| (value >= 0.0) & (value < limit);
+                Bits::of(pixels.len(), |index| {
+                    let [r, g, b] = pixels[index].map(is_inside);
+                    !(r & g & b)
+                })
+            }
+        }
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Half(pixels) => bytemuck::cast_slice(pixels.as_flattened().reinterpret_cast()),
+            Self::Single(pixels) => bytemuck::cast_slice(pixels),
+        }
+    }
+}
+
+pub(super) enum Pixels {
+    Held(Values),
+    /// The same, as [`Pixels::bytes`] gave them.
     Stored {
         is_half: bool,
         bytes: Box<dyn Stored>,
@@ -28,21 +98,11 @@ pub(super) enum Pixels {
 }
 
 impl Pixels {
-    /// As half floats where all of them are equal to the values, else as they are.
-    pub fn new(pixels: Vec<Radiance>) -> Self {
-        let is_half = |value: &f32| value.is_nan() || f16::from_f32(*value).to_f32() == *value;
-        if pixels.iter().flatten().all(is_half) {
-            Self::Half(pixels.into_iter().map(|pixel| pixel.map(f16::from_f32)).collect())
-        } else {
-            Self::Single(pixels)
-        }
-    }
-
     #[inline]
     pub fn get(&self, index: usize) -> Radiance {
         match self {
-            Self::Half(pixels) => pixels[index].map(f16::to_f32),
-            Self::Single(pixels) => pixels[index],
+            Self::Held(Values::Half(pixels)) => pixels[index].map(f16::to_f32),
+            Self::Held(Values::Single(pixels)) => pixels[index],
             Self::Stored { is_half: true, bytes } => {
                 let pixel = &bytes.bytes().as_chunks::<2>().0[CHANNELS * index..][..CHANNELS];
                 std::array::from_fn(|c| f16::from_ne_bytes(pixel[c]).to_f32())
@@ -54,36 +114,21 @@ impl Pixels {
         }
     }
 
-    /// Bytes that the values take, in memory or elsewhere.
-    pub fn byte_count(&self) -> usize {
+    /// The values, to be kept for [`Self::stored`].
+    pub fn bytes(&self) -> &[u8] {
         match self {
-            Self::Half(pixels) => size_of_val(pixels.as_slice()),
-            Self::Single(pixels) => size_of_val(pixels.as_slice()),
-            Self::Stored { bytes, .. } => bytes.bytes().len(),
+            Self::Held(values) => values.bytes(),
+            Self::Stored { bytes, .. } => bytes.bytes(),
         }
     }
 
-    /// Writes the values for [`Self::stored`].
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        match self {
-            Self::Half(pixels) => {
-                pixels.iter().flatten().try_for_each(|value| out.write_all(&value.to_ne_bytes()))
-            }
-            Self::Single(pixels) => {
-                pixels.iter().flatten().try_for_each(|value| out.write_all(&value.to_ne_bytes()))
-            }
-            Self::Stored { bytes, .. } => out.write_all(bytes.bytes()),
-        }
-    }
-
-    /// These values, as they were written; `None` where the bytes are not as many.
+    /// These values, of bytes that are equal to [`Self::bytes`]; `None` where they are not as many.
     pub fn stored(&self, bytes: Box<dyn Stored>) -> Option<Self> {
         let is_half = match self {
-            Self::Half(_) => true,
-            Self::Single(_) => false,
+            Self::Held(values) => matches!(values, Values::Half(_)),
             Self::Stored { is_half, .. } => *is_half,
         };
-        (bytes.bytes().len() == self.byte_count()).then_some(Self::Stored { is_half, bytes })
+        (bytes.bytes().len() == self.bytes().len()).then_some(Self::Stored { is_half, bytes })
     }
 
     pub fn is_stored(&self) -> bool {

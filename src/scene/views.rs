@@ -6,12 +6,14 @@
 //! would; a point that projects beside an edge is tested with a ray of its own. A surface point has
 //! a side, and is seen only by photographs in front of that side.
 
+use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{Mat3, Vec2, Vec3};
-use rayon::prelude::*;
 
-use super::hits::{self, Hits, NO_HIT, PixelHit, Runs};
+use super::hits::Hits;
+use super::look::Look;
 use crate::geometry::bvh::{Hit, Ray, RayCaster};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
@@ -73,12 +75,12 @@ pub struct SurfacePoint {
 /// read: 256 MB.
 pub const WHOLE_PIXELS: usize = 1 << 24;
 
+/// Points whose pixels stay in memory: the system maps 64 kB about a pixel that is read from a file.
+const POINTS_HELD: usize = 64;
+
 /// Photographs asked for the radiance of a point that a ray hits, if they agree and at most.
 const ENOUGH_VIEWS: usize = 3;
 const MOST_VIEWS: usize = 16;
-
-/// Neighbouring hits whose normals differ by more belong to different faces (20°).
-const SMOOTH_COSINE: f32 = 0.94;
 
 impl<'a> Views<'a> {
     /// Casts every pixel of every measurement.
@@ -107,13 +109,8 @@ impl<'a> Views<'a> {
             capture.measurements().map(|(_, camera, _)| camera.width * camera.height).sum();
         for (photograph, camera, image) in capture.measurements() {
             let mut buffer = VisibilityBuffer::new(photograph, camera, image, &capture.mesh);
-            let mut hits = buffer.cast(caster, watch)?;
-            buffer.mark_clean(capture, &normals, &mut hits);
-            if pixels > most {
-                buffer.hits = Hits::Packed(Arc::new(Runs::of(&hits)));
-            } else {
-                buffer.hits = Hits::Whole(hits.into());
-            }
+            let look = Look { caster, camera, mesh: &capture.mesh, normals: &normals };
+            buffer.hits = look.hits(pixels > most, watch)?;
             buffers.push(buffer);
         }
         let offset_m = offset_m(capture);
@@ -154,6 +151,14 @@ impl<'a> Views<'a> {
     /// Whether any pixel of any photograph shows the known geometry.
     pub fn shows_anything(&self) -> bool {
         self.buffers.iter().any(VisibilityBuffer::shows_anything)
+    }
+
+    /// To be called with a count, from any thread, for each of many points at which pixels are read:
+    /// what was read for other points leaves memory, where pixels are kept elsewhere.
+    pub fn count_point(&self, count: &AtomicUsize) {
+        if count.fetch_add(1, Ordering::Relaxed) % POINTS_HELD == POINTS_HELD - 1 {
+            self.buffers.iter().for_each(|buffer| buffer.image.release());
+        }
     }
 
     /// The side of the surface that a ray met.
@@ -254,6 +259,15 @@ impl<'a> Views<'a> {
     }
 }
 
+/// Pixels beside each other that see the same triangle.
+#[derive(Clone, Debug)]
+pub struct Run {
+    pub columns: Range<usize>,
+    pub triangle: u32,
+    /// Whether they are off every face and silhouette edge by a pixel.
+    pub is_off_edges: bool,
+}
+
 /// Where a photograph sees a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
@@ -281,20 +295,6 @@ impl<'a> VisibilityBuffer<'a> {
         }
     }
 
-    fn cast(&self, caster: &RayCaster, watch: &Watch) -> Result<Vec<PixelHit>, Cancelled> {
-        let camera = self.camera;
-        let mut hits = vec![NO_HIT; camera.width * camera.height];
-        let rows = hits.par_chunks_mut(camera.width.max(1));
-        rows.enumerate().try_for_each(|(y, row)| {
-            watch.tick()?;
-            for (x, hit) in row.iter_mut().enumerate() {
-                *hit = hits::cast(caster, camera, x, y);
-            }
-            Ok(())
-        })?;
-        Ok(hits)
-    }
-
     /// The pixel that a point in front of the camera projects into.
     pub(super) fn pixel(&self, point: Vec3) -> Option<(usize, usize)> {
         if !self.camera.distortion.is_none() {
@@ -314,19 +314,6 @@ impl<'a> VisibilityBuffer<'a> {
         inside.then_some((pixel.x as usize, pixel.y as usize))
     }
 
-    fn mark_clean(&self, capture: &Capture, normals: &[Vec3], hits: &mut [PixelHit]) {
-        let width = self.camera.width;
-        let is_clean = |index: usize| {
-            self.is_clean(capture, normals, hits, index % width.max(1), index / width.max(1))
-        };
-        let clean: Vec<bool> = (0..hits.len()).into_par_iter().map(is_clean).collect();
-        for (hit, clean) in hits.iter_mut().zip(clean) {
-            if clean {
-                hit.seen.mark_clean();
-            }
-        }
-    }
-
     /// The triangle and position that a pixel's centre sees.
     pub fn hit(&self, x: usize, y: usize) -> Option<(Vec3, u32)> {
         let index = y * self.camera.width + x;
@@ -337,6 +324,25 @@ impl<'a> VisibilityBuffer<'a> {
     /// The triangle alone, which is quicker to read.
     pub fn triangle(&self, x: usize, y: usize) -> Option<u32> {
         self.hits.seen(y * self.camera.width + x).triangle()
+    }
+
+    /// The pixels of a row that show the known geometry, in runs from the left.
+    pub fn runs(&self, y: usize) -> impl Iterator<Item = Run> + '_ {
+        let (first, end) = (y * self.camera.width, (y + 1) * self.camera.width);
+        let mut next = first;
+        let run = move || {
+            while next < end {
+                let begin = next;
+                let seen;
+                (seen, next) = self.hits.run(begin, end);
+                if let Some(triangle) = seen.triangle() {
+                    let columns = begin - first..next - first;
+                    return Some(Run { columns, triangle, is_off_edges: seen.is_clean() });
+                }
+            }
+            None
+        };
+        std::iter::from_fn(run)
     }
 
     /// Whether a pixel is off every face and silhouette edge by a pixel.
@@ -372,51 +378,6 @@ impl<'a> VisibilityBuffer<'a> {
             }
         }
         Some(sum.map(|value| value / count as f32))
-    }
-
-    fn is_clean(
-        &self,
-        capture: &Capture,
-        normals: &[Vec3],
-        hits: &[PixelHit],
-        x: usize,
-        y: usize,
-    ) -> bool {
-        let hit = |x: usize, y: usize| {
-            let hit = &hits[y * self.camera.width + x];
-            Some((hit.position, hit.seen.triangle()?))
-        };
-        let (width, height) = (self.camera.width, self.camera.height);
-        if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
-            return false;
-        }
-        let Some((position, triangle)) = hit(x, y) else { return false };
-        let mesh = &capture.mesh;
-        let triangle = triangle as usize;
-        let sight = position - self.position;
-        let footprint = sight.length() / self.camera.focal_px.min_element() as f32;
-        let direction = sight.normalize_or_zero();
-        let normal = normals[triangle];
-        let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
-        let steepness = normal.dot(direction).abs().max(0.02);
-        (y - 1..=y + 1).all(|v| {
-            (x - 1..=x + 1).all(|u| {
-                let Some((other, neighbour)) = hit(u, v) else { return false };
-                let neighbour = neighbour as usize;
-                if neighbour == triangle {
-                    return true;
-                }
-                if mesh.surface[neighbour] != mesh.surface[triangle] {
-                    return false;
-                }
-                // Both sides of a thin sheet, or two steps of a stair, are different faces:
-                // compare normals as seen, and depth against this pixel's tangent plane.
-                let n = normals[neighbour];
-                let n = if n.dot(direction) > 0.0 { -n } else { n };
-                let off_plane = normal.dot(other - position).abs() / steepness;
-                n.dot(normal) > SMOOTH_COSINE && off_plane <= footprint
-            })
-        })
     }
 }
 

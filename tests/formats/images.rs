@@ -1,9 +1,20 @@
 //! OpenEXR and Radiance.
 
+use ::exr::meta::attribute::Chromaticities;
+use ::exr::prelude::{Vec2, WritableImage};
+use half::f16;
 use lobelia::io::picture::{self, Picture};
 use lobelia::io::{Error, exr, photograph};
+use lobelia::scene::Values;
 
 use crate::{data, folder, message, put};
+
+const ACES_CG: Chromaticities = Chromaticities {
+    red: Vec2(0.713, 0.293),
+    green: Vec2(0.165, 0.83),
+    blue: Vec2(0.128, 0.044),
+    white: Vec2(0.32168, 0.33767),
+};
 
 fn read(path: &str) -> Picture {
     picture::read(&data(path)).unwrap_or_else(|error| panic!("{error}"))
@@ -34,6 +45,36 @@ fn every_compression_gives_the_same_picture() {
         let sum: f32 = pairs.map(|(a, b)| (a - b).abs() / (1.0 + b.abs())).sum();
         let mean = sum / (3 * float.pixels.len()) as f32;
         assert!(mean < 0.01, "{lossy}: {mean}");
+    }
+}
+
+/// Photographs keep half floats, and their values are those that [`picture::read`] gives.
+#[test]
+fn half_floats_stay_half_floats() {
+    let folder = folder();
+    let converted = folder.path().join("acescg.exr");
+    let half = |value| f16::from_f32(value);
+    let colour = |_: Vec2<usize>| (half(0.5), half(0.25), half(0.75));
+    let channels = ::exr::image::SpecificChannels::rgb(colour);
+    let mut image = ::exr::image::Image::from_channels((4, 1), channels);
+    image.attributes.chromaticities = Some(ACES_CG);
+    image.write().to_file(&converted).unwrap();
+    let file = |name: &str| data(&format!("formats/exr/{name}.exr"));
+    let half = ["exrs_f16_zip", "exrs_f16_b44", "t05", "t15"].map(|name| (file(name), true));
+    let single = [file("exrs_f32_zip"), file("exrs_y_ry_by_dwaa"), converted];
+    for (file, is_half) in half.into_iter().chain(single.map(|file| (file, false))) {
+        let (picture, values) =
+            (picture::read(&file).unwrap(), picture::read_values(&file).unwrap());
+        assert_eq!((values.width, values.height), (picture.width, picture.height));
+        assert_eq!(values.notes, picture.notes);
+        assert_eq!(matches!(values.pixels, Values::Half(_)), is_half, "{}", file.display());
+        let pixels = match values.pixels {
+            Values::Half(pixels) => pixels.into_iter().map(|own| own.map(f16::to_f32)).collect(),
+            Values::Single(pixels) => pixels,
+        };
+        let is_same = |(a, b): (&f32, &f32)| a == b || a.is_nan() && b.is_nan();
+        let pairs = std::iter::zip(pixels.as_flattened(), picture.pixels.as_flattened());
+        assert!(pixels.len() == picture.pixels.len() && pairs.into_iter().all(is_same));
     }
 }
 
@@ -202,8 +243,6 @@ fn radiance_samples_have_the_values_of_their_bytes() {
 /// (colour-science, tests/golden/color) makes of its first primary.
 #[test]
 fn stated_colours_are_converted_to_rec_709() {
-    use ::exr::meta::attribute::Chromaticities;
-    use ::exr::prelude::{Vec2, WritableImage};
     let folder = crate::folder();
     let file = folder.path().join("a.exr");
     let write = |chromaticities| {
@@ -218,13 +257,7 @@ fn stated_colours_are_converted_to_rec_709() {
         image.write().to_file(&file).unwrap();
         lobelia::io::exr::read(&file).unwrap()
     };
-    let aces = Chromaticities {
-        red: Vec2(0.713, 0.293),
-        green: Vec2(0.165, 0.83),
-        blue: Vec2(0.128, 0.044),
-        white: Vec2(0.32168, 0.33767),
-    };
-    let read = write(Some(aces));
+    let read = write(Some(ACES_CG));
     assert!(read.notes.is_empty());
     assert!(read.pixels[0].iter().all(|v| (v - 0.18).abs() < 1e-6), "{:?}", read.pixels[0]);
     let golden = include_str!("../golden/color/matrices.json");
@@ -238,7 +271,7 @@ fn stated_colours_are_converted_to_rec_709() {
     assert!(read.pixels[3][0].is_infinite());
     // Nothing stated, and nonsense stated.
     assert_eq!(write(None).pixels[1], [1.0, 0.0, 0.0]);
-    let nonsense = write(Some(Chromaticities { green: aces.red, ..aces }));
+    let nonsense = write(Some(Chromaticities { green: ACES_CG.red, ..ACES_CG }));
     assert_eq!(nonsense.pixels[1], [1.0, 0.0, 0.0]);
     assert!(nonsense.notes[0].contains("chromaticities"), "{:?}", nonsense.notes);
 }

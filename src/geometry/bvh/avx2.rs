@@ -5,6 +5,7 @@
 
 use std::arch::x86_64::*;
 
+use super::beam::{self, Beam, Met};
 use super::ray::Prepared;
 use super::traverse::{self, Kernel, LeafHits, Slot};
 use super::wide::{Lanes, Leaf, Node, WideTree};
@@ -34,6 +35,20 @@ pub unsafe fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<
 pub unsafe fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
     // SAFETY: as promised by the caller.
     unsafe { traverse::occluded::<Avx2>(tree, ray, stack) }
+}
+
+/// # Safety
+/// `is_available`.
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+pub unsafe fn closest_of_beam(
+    tree: &WideTree,
+    beam: &Beam,
+    rays: &dyn Fn(usize) -> Ray,
+    hits: &mut [Option<u32>],
+    stack: &mut [Slot],
+) -> Met {
+    // SAFETY: as promised by the caller.
+    unsafe { beam::closest::<Avx2>(tree, beam, rays, hits, stack) }
 }
 
 /// A ray spread over registers.

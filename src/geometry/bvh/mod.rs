@@ -12,6 +12,7 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod beam;
 mod build;
 mod memory;
 mod portable;
@@ -22,6 +23,7 @@ mod wide;
 use glam::Vec3;
 use rayon::prelude::*;
 
+pub use beam::{Beam, MOST_RAYS, Met};
 use ray::Sheared;
 use traverse::Slot;
 use wide::WideTree;
@@ -112,6 +114,21 @@ impl RayCaster {
         self.occluded_with(ray, &mut [const { Slot::uninit() }; STACK])
     }
 
+    /// The triangles of `closest` of rays that begin at the origin of a beam which holds their
+    /// directions: as many as there are `hits`, up to [`MOST_RAYS`]. Of slivers, and of
+    /// planes that rays run within, one may meet what the other misses.
+    pub fn closest_of_beam(
+        &self,
+        beam: &Beam,
+        rays: &dyn Fn(usize) -> Ray,
+        hits: &mut [Option<u32>],
+    ) -> Met {
+        if self.tree.stack_size > STACK {
+            return self.closest_of_beam_with(beam, rays, hits, &mut self.large_stack());
+        }
+        self.closest_of_beam_with(beam, rays, hits, &mut [const { Slot::uninit() }; STACK])
+    }
+
     /// `closest` of each ray, in their order, on all threads.
     pub fn closest_batch(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
         rays.par_iter().with_min_len(RAYS_PER_TASK).map(|ray| self.closest(ray)).collect()
@@ -139,6 +156,25 @@ impl RayCaster {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Instructions::best` found them on this processor.
             Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray, stack) },
+        }
+    }
+
+    fn closest_of_beam_with(
+        &self,
+        beam: &Beam,
+        rays: &dyn Fn(usize) -> Ray,
+        hits: &mut [Option<u32>],
+        stack: &mut [Slot],
+    ) -> Met {
+        match self.instructions {
+            Instructions::Portable => {
+                portable::closest_of_beam(&self.tree, beam, rays, hits, stack)
+            }
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Instructions::best` found them on this processor.
+            Instructions::Avx2 => unsafe {
+                avx2::closest_of_beam(&self.tree, beam, rays, hits, stack)
+            },
         }
     }
 

@@ -10,6 +10,7 @@
 
 use std::array::from_fn;
 
+use super::beam::{self, Beam, Met};
 use super::ray::Prepared;
 use super::traverse::{self, Kernel, LeafHits, Slot};
 use super::wide::{LANES, Lanes, Leaf, Node, WideTree};
@@ -23,6 +24,17 @@ pub fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
 pub fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
     // SAFETY: every processor has these instructions.
     unsafe { traverse::occluded::<Portable>(tree, ray, stack) }
+}
+
+pub fn closest_of_beam(
+    tree: &WideTree,
+    beam: &Beam,
+    rays: &dyn Fn(usize) -> Ray,
+    hits: &mut [Option<u32>],
+    stack: &mut [Slot],
+) -> Met {
+    // SAFETY: every processor has these instructions.
+    unsafe { beam::closest::<Portable>(tree, beam, rays, hits, stack) }
 }
 
 /// A ray as it was prepared.
@@ -89,11 +101,11 @@ fn mask(test: impl Fn(usize) -> bool) -> u32 {
 }
 
 #[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
+pub fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
 #[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
+pub fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }

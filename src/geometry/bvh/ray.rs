@@ -30,7 +30,7 @@ pub struct Prepared {
 /// difference itself, four for the slope and its product with another difference, two for the
 /// last difference, which may be twice as large), and the box test errs by 3 ε of it. Three times
 /// their sum is about 32 ε, and that is 2⁻¹⁹.
-const WIDENING: f32 = 1.0 / (1 << 19) as f32;
+pub const WIDENING: f32 = 1.0 / (1 << 19) as f32;
 
 /// Directions are kept this far from zero in the box test, so that 0 · ∞ never arises. The error
 /// is far below the widening.
@@ -67,6 +67,23 @@ impl Prepared {
             shear,
             t_min: ray.t_min,
         }
+    }
+}
+
+impl Prepared {
+    /// Whether the ray meets a box up to a distance, as a kernel tells it of a node's children.
+    pub fn enters(&self, bounds: [[f32; 3]; 2], t_max: f32) -> bool {
+        let (mut near, mut far) = (self.t_min, t_max);
+        let [low, high] = bounds;
+        for (axis, (low, high)) in std::iter::zip(low, high).enumerate() {
+            let is_forward = self.near_row[axis].is_multiple_of(2);
+            let (first, last) = if is_forward { (low, high) } else { (high, low) };
+            let enters = (first - self.near_origin[axis]) * self.inverse[axis];
+            let leaves = (last - self.far_origin[axis]) * self.inverse[axis];
+            near = near.max(enters);
+            far = far.min(leaves);
+        }
+        near <= far
     }
 }
 

@@ -359,3 +359,64 @@ fn weights_lead_to_the_point_of_the_ray() {
         assert!(weighted.distance(ray.origin + hit.t * ray.direction) < 1e-5);
     }
 }
+
+/// Beams of all widths, some of them of rays that meet one triangle, against ray by ray.
+#[test]
+fn a_beam_meets_what_its_rays_meet() {
+    let mut random = Random::new(21, 0, 0);
+    let (mut one, mut each, mut none) = (0, 0, 0);
+    let (mut rays, mut unclear) = (0, 0);
+    for mesh in [soup(7, 2), soup(1000, 3), grid(12, 0), grid(12, 1), cube(5), sphere(3)] {
+        for caster in [build(&mesh), portable(&mesh)] {
+            for _ in 0..1500 {
+                // From within, from outside, and from a corner or an edge's middle.
+                let corner = mesh.0[random.below(mesh.0.len())];
+                let origin = match random.below(4) {
+                    0 => corner,
+                    1 => 0.5 * (corner + mesh.0[random.below(mesh.0.len())]),
+                    _ => 3.0 * random.uniform() * in_cube(&mut random),
+                };
+                let middle = mesh.0[random.below(mesh.0.len())] + 0.3 * in_cube(&mut random);
+                let width = 10.0f32.powf(-4.0 * random.uniform());
+                let directions: Vec<Vec3> = (0..1 + random.below(MOST_RAYS))
+                    .map(|_| {
+                        let towards = (middle - origin).normalize_or_zero();
+                        (towards + width * in_cube(&mut random)).normalize_or_zero()
+                    })
+                    .collect();
+                let Some(beam) = Beam::of(origin, directions.iter().copied()) else { continue };
+                let ray = |place: usize| ray(origin, directions[place]);
+                let mut met = vec![None; directions.len()];
+                let outcome = caster.closest_of_beam(&beam, &ray, &mut met);
+                match outcome {
+                    Met::One(triangle) => {
+                        met.fill(triangle);
+                        one += usize::from(triangle.is_some());
+                        none += usize::from(triangle.is_none());
+                    }
+                    Met::Each => each += 1,
+                }
+                for (place, triangle) in met.into_iter().enumerate() {
+                    let expected = caster.closest(&ray(place)).map(|hit| hit.triangle);
+                    rays += 1;
+                    if triangle != expected {
+                        // Slivers, and planes that rays run within, are met by chance: in f64 it must
+                        // be a hit then, and no clear one may be nearer.
+                        let exact = |triangle| exact(&mesh, triangle, &ray(place));
+                        let found = triangle.map(|triangle| exact(triangle as usize));
+                        let until = found.map_or(f64::INFINITY, |(t, _)| t) - 1e-4;
+                        assert!(found.is_none_or(|(_, inside)| inside > -1e-3), "{outcome:?}");
+                        for other in 0..mesh.1.len() {
+                            let (t, inside) = exact(other);
+                            let missed = inside > 1e-4 && t > 1e-4 && t < until;
+                            assert!(!missed, "{:?}: {triangle:?} for {expected:?}", ray(place));
+                        }
+                        unclear += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(one > 90 && each > 10_000 && none > 2000, "{one} {each} {none}");
+    assert!(unclear * 10_000 < rays, "{unclear} of {rays}");
+}

@@ -62,7 +62,7 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
     // The interval is half open; closing it lets equal distances reach the comparison of indices.
     let mut best = Hit { t: ray.t_max.next_down(), triangle: NO_TRIANGLE, u: 0.0, v: 0.0 };
 
-    let mut stack = Stack { entries: stack, len: 0 };
+    let mut stack = Stack::new(stack);
     let mut child = Child::node(0);
     loop {
         if child.is_leaf() {
@@ -134,7 +134,7 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
     let kernel = unsafe { K::new(&prepared) };
     let t_max = ray.t_max.next_down();
 
-    let mut stack = Stack { entries: stack, len: 0 };
+    let mut stack = Stack::new(stack);
     let mut node = Child::node(0);
     loop {
         // SAFETY: only nodes are put aside, the builder made their indices; the caller's promise.
@@ -167,12 +167,17 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
 }
 
 /// Children put aside.
-struct Stack<'a> {
+pub struct Stack<'a> {
     entries: &'a mut [Slot],
-    len: usize,
+    pub len: usize,
 }
 
-impl Stack<'_> {
+impl<'a> Stack<'a> {
+    #[inline(always)]
+    pub fn new(entries: &'a mut [Slot]) -> Self {
+        Self { entries, len: 0 }
+    }
+
     /// # Safety
     /// The stack is not full.
     #[inline(always)]
@@ -187,7 +192,7 @@ impl Stack<'_> {
     /// # Safety
     /// The stack is not full, and holds at least `bottom` entries.
     #[inline(always)]
-    unsafe fn push_sorted(&mut self, entry: Entry, bottom: usize) {
+    pub unsafe fn push_sorted(&mut self, entry: Entry, bottom: usize) {
         let mut place = self.len;
         // SAFETY: `place <= len`, not full says the caller, and all below `len` are written.
         unsafe {
@@ -205,7 +210,7 @@ impl Stack<'_> {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Entry> {
+    pub fn pop(&mut self) -> Option<Entry> {
         if self.len == 0 {
             return None;
         }

@@ -102,4 +102,19 @@ impl Leaf {
         }
         self.triangles[lane] = triangle;
     }
+
+    /// The box around its triangles.
+    pub fn bounds(&self) -> [[f32; 3]; 2] {
+        let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        for corner in &self.corners {
+            for (axis, along) in corner.iter().enumerate() {
+                for &value in &along.0 {
+                    // Absent triangles' are no numbers, which these pass over.
+                    bounds[0][axis] = bounds[0][axis].min(value);
+                    bounds[1][axis] = bounds[1][axis].max(value);
+                }
+            }
+        }
+        bounds
+    }
 }

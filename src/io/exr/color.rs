@@ -52,6 +52,13 @@ pub(in crate::io) fn converted(pixel: Radiance, matrix: &DMat3) -> Radiance {
     converted.to_array().map(|value| value.max(0.0) as f32)
 }
 
+/// R, G, B of Y, RY = (R − Y)/Y, BY = (B − Y)/Y, with the luminance of Rec. 709, OpenEXR's
+/// default.
+pub(super) fn of_luminance_chroma([y, ry, by]: Radiance) -> Radiance {
+    let (red, blue) = ((ry + 1.0) * y, (by + 1.0) * y);
+    [red, (y - 0.2126 * red - 0.0722 * blue) / 0.7152, blue]
+}
+
 /// XYZ of unit luminance.
 fn xyz(Vec2(x, y): Vec2<f32>) -> DVec3 {
     let (x, y) = (f64::from(x), f64::from(y));

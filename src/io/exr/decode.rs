@@ -14,15 +14,14 @@ use exr::prelude::{Compression, SampleType, Vec2, f16};
 use super::{Channels, Choice, failed};
 use crate::io::Error;
 use crate::io::picture::Picture;
-use crate::math::rgb::Radiance;
 
 /// The channels that were chosen of a layer, in the display window.
-pub(super) fn decode(
+pub(super) fn decode<V: Value>(
     file: &Path,
     header: &Header,
     choice: &Choice,
     note: Option<String>,
-) -> Result<Picture, Error> {
+) -> Result<Picture<Vec<[V; 3]>>, Error> {
     let display = header.shared_attributes.display_window;
     let Vec2(width, height) = display.size;
     let origin = header.own_attributes.layer_position;
@@ -30,8 +29,7 @@ pub(super) fn decode(
         i64::from(origin.0) - i64::from(display.position.0),
         i64::from(origin.1) - i64::from(display.position.1),
     ];
-    // What no block covers is NaN, so that it counts as no measurement.
-    let mut pixels = vec![[f32::NAN; 3]; width * height];
+    let mut pixels = vec![[V::NOTHING; 3]; width * height];
     let open = File::open(file).map_err(|source| Error::Read { file: file.to_owned(), source })?;
     let place = |block: UncompressedBlock| {
         for line in block.lines(&header.channels) {
@@ -43,20 +41,10 @@ pub(super) fn decode(
             let row = &mut pixels[y as usize * width..][..width];
             let first = line.location.position.0 as i64 + shift[0];
             let kind = header.channels.list[line.location.channel].sample_type;
-            for_each_sample(kind, line.value, |index, value| {
-                let x = first + index as i64;
-                if (0..width as i64).contains(&x) {
-                    for &slot in slots {
-                        row[x as usize][slot] = value;
-                    }
-                }
-            });
+            fill(row, slots, first, kind, line.value);
         }
     };
     decompress(open, choice.layer, place).map_err(|failure| failed(file, failure))?;
-    if matches!(choice.channels, Channels::LuminanceChroma(_)) {
-        pixels.iter_mut().for_each(|pixel| *pixel = colour_of_luminance_chroma(*pixel));
-    }
     Ok(Picture { width, height, pixels, notes: note.into_iter().collect() })
 }
 
@@ -140,29 +128,72 @@ fn slots_of(channels: Channels, channel: usize) -> Option<&'static [usize]> {
     }
 }
 
-fn for_each_sample(kind: SampleType, bytes: &[u8], mut visit: impl FnMut(usize, f32)) {
+/// What a channel's samples become.
+pub(super) trait Value: Copy {
+    /// What no block covers is NaN, so that it counts as no measurement.
+    const NOTHING: Self;
+
+    fn of_half(sample: f16) -> Self;
+
+    fn of_single(sample: f32) -> Self;
+}
+
+impl Value for f32 {
+    const NOTHING: Self = Self::NAN;
+
+    fn of_half(sample: f16) -> Self {
+        sample.to_f32()
+    }
+
+    fn of_single(sample: f32) -> Self {
+        sample
+    }
+}
+
+impl Value for f16 {
+    const NOTHING: Self = Self::NAN;
+
+    fn of_half(sample: f16) -> Self {
+        sample
+    }
+
+    fn of_single(sample: f32) -> Self {
+        Self::from_f32(sample)
+    }
+}
+
+/// Fills some values of the pixels of a row from the samples of a line that begins at its pixel
+/// `first`, which may lie before the row.
+fn fill<V: Value>(row: &mut [[V; 3]], slots: &[usize], first: i64, kind: SampleType, line: &[u8]) {
+    let before = usize::try_from(-first).unwrap_or(0);
+    let row = row.get_mut(usize::try_from(first).unwrap_or(0)..).unwrap_or_default();
     match kind {
         SampleType::F16 => {
-            for (index, sample) in bytes.as_chunks::<2>().0.iter().enumerate() {
-                visit(index, f16::from_ne_bytes(*sample).to_f32());
-            }
+            let value = |sample| V::of_half(f16::from_ne_bytes(sample));
+            put(row, slots, before, line.as_chunks().0, value);
         }
         SampleType::F32 => {
-            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
-                visit(index, f32::from_ne_bytes(*sample));
-            }
+            let value = |sample| V::of_single(f32::from_ne_bytes(sample));
+            put(row, slots, before, line.as_chunks().0, value);
         }
         SampleType::U32 => {
-            for (index, sample) in bytes.as_chunks::<4>().0.iter().enumerate() {
-                visit(index, u32::from_ne_bytes(*sample) as f32);
-            }
+            let value = |sample| V::of_single(u32::from_ne_bytes(sample) as f32);
+            put(row, slots, before, line.as_chunks().0, value);
         }
     }
 }
 
-/// R, G, B of Y, RY = (R − Y)/Y, BY = (B − Y)/Y, with the luminance of Rec. 709, OpenEXR's
-/// default.
-fn colour_of_luminance_chroma([y, ry, by]: Radiance) -> Radiance {
-    let (red, blue) = ((ry + 1.0) * y, (by + 1.0) * y);
-    [red, (y - 0.2126 * red - 0.0722 * blue) / 0.7152, blue]
+fn put<V: Value, const N: usize>(
+    row: &mut [[V; 3]],
+    slots: &[usize],
+    before: usize,
+    samples: &[[u8; N]],
+    value: impl Fn([u8; N]) -> V,
+) {
+    let samples = samples.get(before..).unwrap_or_default();
+    for &slot in slots {
+        for (pixel, sample) in std::iter::zip(&mut *row, samples) {
+            pixel[slot] = value(*sample);
+        }
+    }
 }

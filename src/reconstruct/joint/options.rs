@@ -53,6 +53,7 @@ impl JointOptions {
         let lights = |spacing: f64| 8.8 * (1.35 * self.radius_factor / (0.7 * spacing)).powi(2);
         let fine = lights(self.fine_spacing) * (self.fine_grid * self.fine_grid) as f64;
         let coarse = lights(self.coarse_spacing) * (self.coarse_grid * self.coarse_grid) as f64;
-        fine.max(coarse) as usize / 8 + 7 * self.max_lamps
+        // Of all lobes those are held that reach the surfaces: in random rooms and the full captures up to a thirtieth.
+        fine.max(coarse) as usize / 16 + 7 * self.max_lamps
     }
 }

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
+use crate::geometry::bvh::RayCaster;
 use crate::math::sampling::Random;
 use crate::scene::{Capture, Distortion, Image, Photograph, Role, Surface, SurfacePoint, Views};
 use crate::watch::Watch;
@@ -90,15 +91,30 @@ fn packed_hits_are_the_same_to_the_bit() {
 fn runs_give_back_what_they_were_made_of() {
     let mut random = Random::new(9, 0, 0);
     // Long runs, and changes at every pixel, over several groups of 64 and a rest.
-    let mut hits = Vec::new();
-    while hits.len() < 1000 {
+    let mut pixels = Vec::new();
+    while pixels.len() < 1000 {
         let seen = SeenTriangle(random.below(5) as u32);
         let length = if random.below(2) == 0 { 1 } else { random.below(150) };
-        hits.extend(std::iter::repeat_n(PixelHit { position: Vec3::ZERO, seen }, length));
+        pixels.extend(std::iter::repeat_n(seen, length));
     }
-    let runs = Runs::of(&hits);
-    for (index, hit) in hits.iter().enumerate() {
-        assert!(runs.get(index) == hit.seen, "pixel {index}");
+    let runs = Runs::of(&pixels);
+    assert!(runs.values.len() < pixels.len() / 4);
+    let parts = pixels.chunks(3 * CHUNK).map(Runs::of).collect();
+    let whole = pixels.iter().map(|&seen| PixelHit { position: Vec3::ZERO, seen }).collect();
+    for hits in [runs, Runs::joined(parts)].map(|runs| Hits::Packed(Arc::new(runs))) {
+        assert_eq!(hits.len(), pixels.len());
+        for (index, &seen) in pixels.iter().enumerate() {
+            assert!(hits.seen(index) == seen, "pixel {index}");
+        }
+        // From anywhere to anywhere, runs are of equal pixels and leave none out.
+        for hits in [hits, Hits::Whole(Arc::clone(&whole))] {
+            let mut next = 7;
+            while next < 777 {
+                let (seen, end) = hits.run(next, 777);
+                assert!(end > next && end <= 777);
+                assert!(pixels[next..end].iter().all(|own| *own == seen), "run {next} to {end}");
+                next = end;
+            }
+        }
     }
-    assert!(runs.values.len() < hits.len() / 4);
 }
