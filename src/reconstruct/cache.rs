@@ -149,7 +149,10 @@ pub(super) struct SampleProducts {
     pub mirrors: Arc<MirrorsAndGlass>,
     /// Gains of the photographs; only where they are divided out.
     pub gains: Vec<Gain>,
-    /// The photographs divided by these gains, where any differs enough from 1.
+    /// Surfaces in front of which photographs show lamps, by name.
+    pub in_front: Vec<String>,
+    /// The photographs without the pixels of these lamps and divided by the gains, where there are
+    /// any of either.
     pub corrected: Option<Vec<Photograph>>,
     /// Diffuse reflectance per material to start from (Eq. 11).
     pub start: Vec<Option<Rgb>>,
@@ -163,7 +166,7 @@ impl Visibility {
 }
 
 impl SampleProducts {
-    /// A capture with its photographs divided by the gains that were found.
+    /// A capture with its photographs as they are used.
     pub(super) fn corrected(&self, capture: &Capture) -> Capture {
         let mut capture = capture.clone();
         if let Some(photographs) = &self.corrected {

@@ -13,6 +13,7 @@ pub mod emission;
 pub mod equations;
 pub mod gain;
 pub mod hemisphere;
+mod in_front;
 pub mod joint;
 pub mod cache;
 pub mod lights;

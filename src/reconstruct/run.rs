@@ -19,8 +19,8 @@ use crate::reconstruct::reads::{Inputs, Step};
 use crate::reconstruct::samples::Sample;
 use crate::reconstruct::transport::Transport;
 use crate::reconstruct::{
-    Error, Method, Options, Reconstruction, Stage, Update, joint, lights, lobes, normalize, optics,
-    refine, samples, textures, transport,
+    Error, Method, Options, Reconstruction, Stage, Update, in_front, joint, lights, lobes,
+    normalize, optics, refine, samples, textures, transport,
 };
 use crate::scene::{Brdf, Capture, MirrorsAndGlass, Views};
 use crate::watch::Watch;
@@ -70,7 +70,8 @@ impl Run<'_> {
             GainUse::Apply => placed.gains.clone(),
         };
         let mut warnings = of_photographs(&views);
-        warnings.extend(gain::warnings(&capture, &gains, placed.corrected.is_some()));
+        warnings.extend(gain::warnings(&capture, &gains, !placed.gains.is_empty()));
+        warnings.extend(in_front::warning(&placed.in_front));
         warnings.extend(warn(&capture, self.options, &placed.cloud, &lobes, &solution));
         let reconstruction = Reconstruction {
             samples: placed.cloud.clone(),
@@ -173,29 +174,28 @@ impl Run<'_> {
         let (options, seed) = (&inputs.options, seed(&inputs));
         let views = visibility.views(&inputs.capture);
         let mirrors = MirrorsAndGlass::new(&inputs.capture, optics::find(&views, watch)?);
-        let mut views = views.through(&mirrors);
+        let in_front = in_front::find(&views.through(&mirrors), watch)?;
+        let capture = in_front.capture.as_ref().unwrap_or(&inputs.capture);
+        let mut views = visibility.views(capture).through(&mirrors);
         let mut cloud = samples::place(&views, &options.samples, seed, watch)?;
         let applies = options.photographs.gain == GainUse::Apply;
-        let gains = if applies { gain::estimate(&inputs.capture, &cloud) } else { Vec::new() };
-        let corrected = gain::corrected(&inputs.capture, &gains);
-        if let Some(corrected) = &corrected {
-            views = visibility.views(corrected).through(&mirrors);
+        let gains = if applies { gain::estimate(capture, &cloud) } else { Vec::new() };
+        let equalised = gain::corrected(capture, &gains);
+        if let Some(equalised) = &equalised {
+            views = visibility.views(equalised).through(&mirrors);
             cloud = samples::place(&views, &options.samples, seed, watch)?;
         }
         if let Some(part) = self.withheld {
             *withheld = predict::withhold(&views, &mut cloud, part);
         }
         if cloud.samples.is_empty() {
-            return Err(if views.shows_anything() {
-                Error::NothingMeasured
-            } else {
-                Error::NothingSeen
-            });
+            let shows = views.shows_anything();
+            return Err(if shows { Error::NothingMeasured } else { Error::NothingSeen });
         }
         let start = normalize::initial_diffuse(&views, &cloud, watch)?;
-        let corrected = corrected.map(|capture| capture.photographs);
-        let (cloud, mirrors) = (Arc::new(cloud), Arc::new(mirrors));
-        Ok(SampleProducts { cloud, mirrors, gains, corrected, start })
+        let corrected = equalised.or(in_front.capture).map(|capture| capture.photographs);
+        let (cloud, mirrors, in_front) = (Arc::new(cloud), Arc::new(mirrors), in_front.surfaces);
+        Ok(SampleProducts { cloud, mirrors, gains, in_front, corrected, start })
     }
 
     /// The light that photographed surfaces send to the samples.

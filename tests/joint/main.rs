@@ -36,6 +36,8 @@ mod kept;
 mod whole;
 /// A sun that shines in through an opening.
 mod window;
+/// Lamps that photographs show in front of surfaces.
+mod in_front;
 
 /// A dielectric coat, as for the renderer.
 #[path = "../render/coats.rs"]

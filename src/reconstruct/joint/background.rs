@@ -312,7 +312,7 @@ mod tests {
         let cells: Vec<usize> =
             (0..directions.len()).filter(|&cell| directions[cell].dot(SHOWN) > 0.94).collect();
         let radiance = cells.iter().map(|&cell| [cell as f64, 1.0, 2.0]).collect();
-        SeenSky { directions, cells, radiance }
+        SeenSky { directions, cells, radiance, is_distant: false }
     }
 
     #[test]

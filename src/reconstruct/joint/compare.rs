@@ -48,7 +48,12 @@ pub struct PairedCv {
 impl PairedCv {
     /// Whether the error falls by more than its standard error.
     pub fn is_better(&self) -> bool {
-        -self.change > self.standard_error
+        self.is_better_beyond(1.0)
+    }
+
+    /// Whether it falls by more than so many standard errors.
+    pub fn is_better_beyond(&self, standard_errors: f64) -> bool {
+        -self.change > standard_errors * self.standard_error
     }
 
     /// What it says of a part of a model.
@@ -87,15 +92,16 @@ impl PairedCv {
         let of_fall = variance.sqrt() / weight;
         // Fits that share most of their rows err alike.
         let of_fall = of_fall * SHARED_ROWS.sqrt();
-        let both = (before * after).sqrt();
+        // The change of the root is the fall divided by this, so that either is significant alike.
+        let per_change = before + (before * after).sqrt();
         Self {
             before: before.sqrt(),
             after: after.sqrt(),
             change: if before > 0.0 { (after / before).sqrt() - 1.0 } else { 0.0 },
-            standard_error: if all.len() < 2 || both <= 0.0 {
+            standard_error: if all.len() < 2 || per_change <= 0.0 {
                 f64::INFINITY
             } else {
-                0.5 * of_fall / both
+                of_fall / per_change
             },
         }
     }
@@ -246,7 +252,7 @@ mod tests {
         assert!((change.before - 4.0f64.sqrt()).abs() < 1e-12);
         assert!((change.change - ((3.6f64 / 4.0).sqrt() - 1.0)).abs() < 1e-12);
         let of_fall = 0.2 / 3.0f64.sqrt() * (7.0f64 / 3.0).sqrt();
-        let of_root = of_fall / (2.0 * (4.0f64 * 3.6).sqrt());
+        let of_root = of_fall / (4.0 + (4.0f64 * 3.6).sqrt());
         assert!((change.standard_error - of_root).abs() < 1e-12, "{change:?}");
         // However different the blocks are, all of them fell.
         assert!(change.is_better());
@@ -261,6 +267,16 @@ mod tests {
         }
     }
 
+    /// How many standard errors the fall of the mean loss is, and the change of its root, is one number.
+    #[test]
+    fn a_large_fall_is_as_certain_as_the_fall_of_the_mean_loss() {
+        // Falls 4 and 2, mean 3 ± 1, times √(7/3): 1.96 standard errors, by hand.
+        let blocks = vec![[1.0, 5.0, 1.0], [1.0, 2.5, 0.5]];
+        let change = PairedCv::of_strata(&[blocks, Vec::new()]);
+        let expected = 3.0 / (7.0f64 / 3.0).sqrt();
+        assert!((-change.change / change.standard_error - expected).abs() < 1e-12, "{change:?}");
+    }
+
     /// A light that reaches three of a hundred blocks and halves the error of each.
     #[test]
     fn what_helps_every_block_that_it_reaches_is_certain_however_few_these_are() {
@@ -272,7 +288,7 @@ mod tests {
         assert!((by_strata.change - together.change).abs() < 1e-12);
         // √(3 · 0.97 · 100/99) blocks' worth of 3, by hand, times √(7/3).
         let of_fall = (3.0 * 0.97 * 100.0f64 / 99.0 * 7.0 / 3.0).sqrt() / 100.0;
-        let of_root = 0.5 * of_fall / (1.03f64 * 1.0).sqrt();
+        let of_root = of_fall / (1.03 + 1.03f64.sqrt());
         assert!((together.standard_error - of_root).abs() < 1e-12, "{together:?}");
         // One block alone says nothing of how alike others would be.
         let one = PairedCv::of_strata(&[vec![[1.0, 2.0, 1.0]], others]);

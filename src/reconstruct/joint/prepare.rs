@@ -21,6 +21,9 @@ const OUTER_FOLDS: usize = 5;
 const OUTER: u64 = 1;
 /// Blocks below which none is kept: a scene so small needs all of them.
 const ENOUGH_BLOCKS: usize = 20;
+/// Standard errors by which a model has to predict better where lamps have not been looked for and it is
+/// not asked again: once in forty such a difference is chance.
+const DOUBTLESS: f64 = 2.0;
 /// Samples with which the light model is chosen, about.
 const SEARCHED: usize = 1200;
 
@@ -80,9 +83,9 @@ fn outer(problem: &Problem) -> Vec<bool> {
     problem.block.iter().map(|&block| fold[block] == 0).collect()
 }
 
-/// The light of the sky is what photographs show of it, where that predicts better: what they see
-/// beyond the known geometry may as well be near. Where it does not, the lamps and a sun may be missing
-/// that would show it.
+/// The light of the sky is what photographs show of it, where they show that it is far away or where that
+/// predicts better beyond doubt: what they see beyond the known geometry may as well be near. Otherwise the
+/// lamps and a sun may be missing that would show it, and the search decides.
 fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error> {
     if search.capture().environment == Environment::Room {
         return Ok((search.clone(), Seen::default()));
@@ -103,7 +106,7 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error>
         Ok(if compare(problem, &room, &open).change < 0.0 { open } else { room })
     };
     let cv = compare(search, &validated(search)?, &validated(&seen)?);
-    if cv.is_better() {
+    if sky.is_distant || cv.is_better_beyond(DOUBTLESS) {
         let trial = cv.trial(TrialPart::SeenSky(cells));
         return Ok((seen, Seen { undecided: None, trial: Some(trial) }));
     }
@@ -111,7 +114,7 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error>
 }
 
 /// Known surfaces that no photograph shows reflect, unless a model in which they shine predicts
-/// better: in a room that is known all around, the lamps are there.
+/// better beyond doubt: in a room that is known all around, the lamps are there.
 fn reflecting_or_shining<'a>(
     search: &Problem<'a>,
     indirect: &Indirect,
@@ -121,6 +124,6 @@ fn reflecting_or_shining<'a>(
     let Settled { problem, fitted: reflecting, .. } = indirect.settle(search, reflecting)?;
     let shining = fit(search, &LightModel::new(search, &room(true))?, None, EXACT)?;
     let (reflecting, shining) = (validate(&problem, reflecting)?, validate(search, shining)?);
-    let shines = compare(search, &reflecting, &shining).is_better();
+    let shines = compare(search, &reflecting, &shining).is_better_beyond(DOUBTLESS);
     Ok((if shines { search.clone() } else { problem }, shines))
 }
