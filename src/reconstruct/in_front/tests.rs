@@ -16,8 +16,9 @@ fn a_lamp_stands_out_by_a_gap_and_the_brightest_surface_does_not() {
     let limit = stand_out(cells.clone()).unwrap();
     // Above all surfaces, which reach 1.6, and below the lamp.
     assert!((2.0..60.0).contains(&limit), "{limit}");
-    // As much light without a gap: sunlit patches of every brightness between.
-    cells.extend((0..300).map(|k| (1.6 * 1.0123f32.powi(k), 0.001)));
+    // As much light without a gap: sunlit patches of every brightness between, none sending more.
+    let patch = |brightness: f32| (brightness, 0.006 / brightness);
+    cells.extend((0..300).map(|k| patch(0.4 * 1.0168f32.powi(k))));
     assert_eq!(stand_out(cells), None);
 }
 
