@@ -7,12 +7,12 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::math::sampling::lattice_step;
 use crate::scene::agreement::brightness;
 use crate::scene::views::VisibilityBuffer;
-use crate::scene::{Capture, MaterialKind, SurfacePoint, Views};
+use crate::scene::{Capture, MaterialKind, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Pixels that are looked at in each photograph, about.
@@ -72,8 +72,7 @@ pub fn find(views: &Views, watch: &Watch) -> Result<InFront, Cancelled> {
         let Some((position, triangle)) = hit else { continue };
         is_behind[capture.mesh.surface[triangle as usize] as usize] = true;
         let towards = buffer.camera.position.as_vec3() - position;
-        let normal = facing(views.normals[triangle as usize], towards);
-        let point = SurfacePoint { position, normal };
+        let point = views.side(position, triangle, towards);
         for (index, other) in views.buffers.iter().enumerate() {
             let is_other = index != pixel.buffer as usize;
             let place = is_other.then(|| views.seen(other, point)).flatten();
@@ -98,16 +97,12 @@ fn is_matt(capture: &Capture, triangle: u32) -> bool {
     material.is_some_and(|index| capture.materials[index].kind == MaterialKind::Diffuse)
 }
 
-fn facing(normal: Vec3, towards: Vec3) -> Vec3 {
-    if normal.dot(towards) < 0.0 { -normal } else { normal }
-}
-
 /// Pixels of all photographs that show surfaces of materials, evenly chosen.
 fn shown(views: &Views, watch: &Watch) -> Result<Vec<Shown>, Cancelled> {
     let of_photograph = |(index, buffer): (usize, &VisibilityBuffer)| {
         watch.check()?;
         let camera = buffer.camera;
-        let step = (camera.width * camera.height).div_ceil(PIXELS).isqrt().max(1);
+        let step = lattice_step(camera.width * camera.height, PIXELS);
         let pixel_area = (step * step) as f32 / camera.focal_px.as_vec2().element_product();
         let mut shown = Vec::new();
         for y in (0..camera.height).step_by(step) {

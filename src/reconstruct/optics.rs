@@ -166,9 +166,7 @@ fn pixel(views: &Views, material: usize, (index, x, y): Place, block_m: f32) -> 
     let radiance = buffer.window(x, y, 3)?;
     let (position, triangle) = buffer.hit(x, y)?;
     let towards = (buffer.camera.position.as_vec3() - position).normalize_or_zero();
-    let normal = views.normals[triangle as usize];
-    let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-    let point = SurfacePoint { position, normal };
+    let point = views.side(position, triangle, towards);
 
     let others = views.buffers.iter().enumerate().filter(|(other, _)| *other != index);
     let others: Vec<Radiance> = others
@@ -181,7 +179,7 @@ fn pixel(views: &Views, material: usize, (index, x, y): Place, block_m: f32) -> 
         return None;
     }
     let opaque = agreed(&others);
-    let mirror = 2.0 * towards.dot(normal) * normal - towards;
+    let mirror = 2.0 * towards.dot(point.normal) * point.normal - towards;
     let met = |ray: &Ray| {
         let hit = views.caster.closest(ray)?;
         (capture.material_of(hit.triangle) != Some(material)).then_some(())?;

@@ -246,10 +246,8 @@ fn read(
     candidate: Candidate,
 ) -> Option<(Sample, Vec<View>)> {
     let (position, triangle) = candidate.hit(views);
-    let normal = views.normals[triangle as usize];
     let towards = views.buffers[candidate.buffer as usize].camera.position.as_vec3() - position;
-    let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
-    let point = SurfacePoint { position, normal };
+    let point = views.side(position, triangle, towards);
     let look = |off_edges: bool| -> Vec<View> {
         views
             .buffers
@@ -280,7 +278,7 @@ fn read(
     let measured: Vec<Radiance> = seen.iter().map(|view| view.radiance).collect();
     let sample = Sample {
         position,
-        normal,
+        normal: point.normal,
         material: material_of(views, candidate),
         surface: views.capture.mesh.surface[triangle as usize] as usize,
         views: 0..0,

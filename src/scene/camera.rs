@@ -7,6 +7,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::geometry::bvh::Ray;
+
 /// OpenCV's radial and tangential lens distortion, acting on normalised image coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distortion {
@@ -177,6 +179,14 @@ impl Camera {
         let distorted = (pixel - self.principal_px) / self.focal_px;
         let p = self.distortion.invert(distorted, self.reach)?;
         Some((self.world_from_camera * DVec3::new(p.x, -p.y, -1.0)).normalize())
+    }
+
+    /// The ray from the camera through a pixel position, which goes on for ever; `None` where the
+    /// distortion cannot be undone.
+    pub fn ray(&self, pixel: DVec2) -> Option<Ray> {
+        let direction = self.direction(pixel)?.as_vec3();
+        let origin = self.position.as_vec3();
+        Some(Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY })
     }
 }
 

@@ -188,10 +188,7 @@ pub(super) fn position(camera: &Camera, mesh: &Mesh, index: usize, seen: SeenTri
 
 /// The ray through a pixel's centre; `None` where the lens has none.
 pub(super) fn ray(camera: &Camera, x: usize, y: usize) -> Option<Ray> {
-    let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-    let direction = camera.direction(centre)?.as_vec3();
-    let origin = camera.position.as_vec3();
-    Some(Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY })
+    camera.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! What the pixels of a camera show of a mesh.
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::Camera;
-use crate::geometry::bvh::{Ray, RayCaster};
+use super::{Camera, hits};
+use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
 
 /// What a pixel shows.
@@ -21,13 +21,10 @@ pub struct Seen {
 /// meets nothing, and where the lens sees nothing. `caster` holds the mesh's triangles.
 pub fn seen(camera: &Camera, mesh: &Mesh, caster: &RayCaster) -> Vec<Option<Seen>> {
     let normals: Vec<Vec3> = (0..mesh.triangles.len()).map(|index| mesh.normal(index)).collect();
-    let origin = camera.position.as_vec3();
     let pixel = |index: usize| {
-        let place = DVec2::new((index % camera.width) as f64, (index / camera.width) as f64);
-        let direction = camera.direction(place + 0.5)?.as_vec3();
-        let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+        let ray = hits::ray(camera, index % camera.width, index / camera.width)?;
         let triangle = caster.closest(&ray)?.triangle;
-        let facing = normals[triangle as usize].dot(direction).abs().min(1.0);
+        let facing = normals[triangle as usize].dot(ray.direction).abs().min(1.0);
         Some(Seen { triangle, facing })
     };
     (0..camera.width * camera.height).into_par_iter().map(pixel).collect()
@@ -35,7 +32,7 @@ pub fn seen(camera: &Camera, mesh: &Mesh, caster: &RayCaster) -> Vec<Option<Seen
 
 #[cfg(test)]
 mod tests {
-    use glam::{DMat3, DVec3};
+    use glam::{DMat3, DVec2, DVec3};
 
     use super::*;
 

@@ -163,9 +163,14 @@ impl<'a> Views<'a> {
 
     /// The side of the surface that a ray met.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let normal = self.normals[hit.triangle as usize];
-        let facing = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        SurfacePoint { position: ray.origin + ray.direction * hit.t, normal: facing }
+        self.side(ray.origin + ray.direction * hit.t, hit.triangle, -ray.direction)
+    }
+
+    /// The side of a triangle from which `towards` leads away, at a position on it.
+    pub fn side(&self, position: Vec3, triangle: u32, towards: Vec3) -> SurfacePoint {
+        let normal = self.normals[triangle as usize];
+        let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };
+        SurfacePoint { position, normal }
     }
 
     /// A ray from a surface point into its hemisphere.

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::Ray;
-use super::portable::{larger, smaller};
+use super::portable::{larger, mask, smaller};
 use super::ray::{Prepared, WIDENING};
 use super::traverse::{Kernel, Slot, Stack};
 use super::wide::{Child, LANES, Lanes, Leaf, Node, WideTree};
@@ -142,35 +142,16 @@ pub unsafe fn closest<K: Kernel>(
             }
         } else {
             let node = &tree.nodes[child.index()];
-            let (mut met, near) = wide.boxes(node, far);
-            if met != 0 {
-                let lane = met.trailing_zeros() as usize & 7;
-                met &= met - 1;
-                let mut next = (near.0[lane], node.children[lane]);
-                let bottom = stack.len;
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize & 7;
-                    met &= met - 1;
-                    let mut other = (near.0[lane], node.children[lane]);
-                    if other.0 < next.0 {
-                        std::mem::swap(&mut other, &mut next);
-                    }
-                    // SAFETY: the stack holds `tree.stack_size` entries.
-                    unsafe { stack.push_sorted(other, bottom) };
-                }
-                child = next.1;
+            let (met, near) = wide.boxes(node, far);
+            // SAFETY: the stack holds `tree.stack_size` entries.
+            if let Some(nearest) = unsafe { stack.put_aside_all_but_nearest(node, met, &near) } {
+                child = nearest;
                 continue;
             }
         }
-        loop {
-            match stack.pop() {
-                None => return ended(&traced, cover, hits),
-                Some((depth, next)) if depth <= far => {
-                    child = next;
-                    break;
-                }
-                Some(_) => {}
-            }
+        match stack.pop_within(far) {
+            Some(next) => child = next,
+            None => return ended(&traced, cover, hits),
         }
     }
 }
@@ -258,7 +239,7 @@ impl Wide {
                     & (ends >= least[lane] - origin[side] - error);
             }
         }
-        (mask(&is_met), Lanes(near))
+        (mask(|lane| is_met[lane]), Lanes(near))
     }
 
     /// A corner of the triangles of a leaf along the beam's axes.
@@ -301,7 +282,7 @@ impl Wide {
                 is_met[lane] &= (most >= -margin) & (least <= margin);
             }
         }
-        mask(&is_met)
+        mask(|lane| is_met[lane])
     }
 
     /// The depth up to which a triangle reaches within the beam, where all rays meet it.
@@ -343,13 +324,4 @@ impl Wide {
         // Grazed, its depth is not well known.
         Some(if depth.iter().all(|depth| *depth > 0.0) { most.min(corner) } else { corner })
     }
-}
-
-#[inline(always)]
-fn mask(is_set: &[bool; LANES]) -> u32 {
-    let mut mask = 0;
-    for (lane, is_set) in is_set.iter().enumerate() {
-        mask |= u32::from(*is_set) << lane;
-    }
-    mask
 }

@@ -95,8 +95,9 @@ impl Kernel for Portable {
     }
 }
 
+/// The bits of the lanes that pass a test.
 #[inline(always)]
-fn mask(test: impl Fn(usize) -> bool) -> u32 {
+pub fn mask(test: impl Fn(usize) -> bool) -> u32 {
     (0..LANES).fold(0, |mask, lane| mask | u32::from(test(lane)) << lane)
 }
 

@@ -68,9 +68,7 @@ impl Prepared {
             t_min: ray.t_min,
         }
     }
-}
 
-impl Prepared {
     /// Whether the ray meets a box up to a distance, as a kernel tells it of a node's children.
     pub fn enters(&self, bounds: [[f32; 3]; 2], t_max: f32) -> bool {
         let (mut near, mut far) = (self.t_min, t_max);

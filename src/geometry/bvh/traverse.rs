@@ -85,36 +85,17 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
         } else {
             // SAFETY: the builder made this index, and the caller's promise.
             let node = unsafe { tree.nodes.get_unchecked(child.index()) };
-            let (mut met, near) = unsafe { kernel.boxes(node, best.t) };
-            if met != 0 {
-                let lane = met.trailing_zeros() as usize & 7;
-                met &= met - 1;
-                let mut next = (near.0[lane], node.children[lane]);
-                let bottom = stack.len;
-                while met != 0 {
-                    let lane = met.trailing_zeros() as usize & 7;
-                    met &= met - 1;
-                    let mut other = (near.0[lane], node.children[lane]);
-                    if other.0 < next.0 {
-                        std::mem::swap(&mut other, &mut next);
-                    }
-                    // SAFETY: the stack holds `tree.stack_size` entries.
-                    unsafe { stack.push_sorted(other, bottom) };
-                }
-                child = next.1;
+            let (met, near) = unsafe { kernel.boxes(node, best.t) };
+            // SAFETY: the stack holds `tree.stack_size` entries.
+            if let Some(nearest) = unsafe { stack.put_aside_all_but_nearest(node, met, &near) } {
+                child = nearest;
                 continue;
             }
         }
-        loop {
-            match stack.pop() {
-                None if best.triangle == NO_TRIANGLE => return None,
-                None => return Some(Hit { u: best.u / sum, v: best.v / sum, ..best }),
-                Some((t, next)) if t <= best.t => {
-                    child = next;
-                    break;
-                }
-                Some(_) => {}
-            }
+        match stack.pop_within(best.t) {
+            Some(next) => child = next,
+            None if best.triangle == NO_TRIANGLE => return None,
+            None => return Some(Hit { u: best.u / sum, v: best.v / sum, ..best }),
         }
     }
 }
@@ -169,7 +150,7 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
 /// Children put aside.
 pub struct Stack<'a> {
     entries: &'a mut [Slot],
-    pub len: usize,
+    len: usize,
 }
 
 impl<'a> Stack<'a> {
@@ -187,12 +168,56 @@ impl<'a> Stack<'a> {
         self.len += 1;
     }
 
+    /// Of a node's children that are met the nearest; the others are put aside, the nearer on top.
+    /// `None` where none is met.
+    ///
+    /// # Safety
+    /// The stack has room for the others.
+    #[inline(always)]
+    pub unsafe fn put_aside_all_but_nearest(
+        &mut self,
+        node: &Node,
+        mut met: u32,
+        near: &Lanes,
+    ) -> Option<Child> {
+        if met == 0 {
+            return None;
+        }
+        // `& 7` changes nothing and spares the checks.
+        let lane = met.trailing_zeros() as usize & 7;
+        met &= met - 1;
+        let mut nearest = (near.0[lane], node.children[lane]);
+        let bottom = self.len;
+        while met != 0 {
+            let lane = met.trailing_zeros() as usize & 7;
+            met &= met - 1;
+            let mut other = (near.0[lane], node.children[lane]);
+            if other.0 < nearest.0 {
+                std::mem::swap(&mut other, &mut nearest);
+            }
+            // SAFETY: as promised by the caller.
+            unsafe { self.push_sorted(other, bottom) };
+        }
+        Some(nearest.1)
+    }
+
+    /// The last child put aside that begins within a distance; those after it are dropped.
+    #[inline(always)]
+    pub fn pop_within(&mut self, most: f32) -> Option<Child> {
+        while let Some((near, child)) = self.pop() {
+            if near <= most {
+                return Some(child);
+            }
+        }
+        None
+    }
+
     /// Pushes, and keeps the entries from `bottom` on in order, the nearest on top.
     ///
     /// # Safety
     /// The stack is not full, and holds at least `bottom` entries.
     #[inline(always)]
-    pub unsafe fn push_sorted(&mut self, entry: Entry, bottom: usize) {
+    unsafe fn push_sorted(&mut self, entry: Entry, bottom: usize) {
         let mut place = self.len;
         // SAFETY: `place <= len`, not full says the caller, and all below `len` are written.
         unsafe {
@@ -210,7 +235,7 @@ impl<'a> Stack<'a> {
     }
 
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<Entry> {
+    fn pop(&mut self) -> Option<Entry> {
         if self.len == 0 {
             return None;
         }

@@ -10,7 +10,6 @@ use super::super::table::SampleRow;
 use super::super::{Error, atomic, exr};
 use super::{glb, mitsuba, points, wavefront};
 use crate::choices;
-use crate::geometry::bvh::Ray;
 use crate::render::model::Model;
 use crate::render::probe::{Content, Probe, ProbeSettings, probe};
 use crate::render::scene::Scene;
@@ -121,11 +120,9 @@ fn in_view(scene: &Scene, model: &Model) -> Vec3 {
     let seen = model.cameras.iter().find_map(|view| {
         let camera = &view.camera;
         let middle = 0.5 * glam::DVec2::new(camera.width as f64, camera.height as f64);
-        let origin = camera.position.as_vec3();
-        let direction = camera.direction(middle)?.as_vec3();
-        let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
+        let ray = camera.ray(middle)?;
         let hit = scene.geometry.caster.closest(&ray)?;
-        Some(origin + 0.75 * hit.t * direction)
+        Some(ray.origin + 0.75 * hit.t * ray.direction)
     });
     seen.unwrap_or(model.middle)
 }

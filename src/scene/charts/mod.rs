@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2};
 
-use crate::geometry::bvh::{Ray, RayCaster};
+use crate::geometry::bvh::RayCaster;
 use crate::scene::views::offset_m;
 use crate::scene::{Camera, Capture, Material, MaterialKind, Role, Surface};
 
@@ -130,10 +130,8 @@ fn on_surface(
     corners: [DVec2; 4],
 ) -> Result<[DVec3; 4], String> {
     let met = |pixel: DVec2| {
-        let direction = camera.direction(pixel)?;
-        let (origin, direction) = (camera.position.as_vec3(), direction.as_vec3());
-        let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-        caster.closest(&ray).map(|hit| (origin + direction * hit.t).as_dvec3())
+        let ray = camera.ray(pixel)?;
+        caster.closest(&ray).map(|hit| (ray.origin + ray.direction * hit.t).as_dvec3())
     };
     let beyond = || "no known surface is behind it".to_owned();
     let [a, b, c, d] = corners.map(met);

@@ -71,10 +71,8 @@ impl SmallView {
                 let direction = camera.direction(place).map_or(Vec3::ZERO, |own| own.as_vec3());
                 directions.push(direction);
                 points.push(buffer.hit(middle[0], middle[1]).map(|(position, triangle)| {
-                    let normal = views.normals[triangle as usize];
-                    let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
                     SmallHit {
-                        point: SurfacePoint { position, normal },
+                        point: views.side(position, triangle, -direction),
                         surface: views.capture.mesh.surface[triangle as usize] as usize,
                         distance: position.distance(camera.position.as_vec3()),
                     }

@@ -3,17 +3,14 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::geometry::bvh::{Ray, RayCaster};
+use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
 use crate::scene::Camera;
 
 /// The surface that a photograph shows at a place, in pixels from its top left corner; `None` where
 /// it shows none.
 pub fn surface_at(camera: &Camera, mesh: &Mesh, caster: &RayCaster, place: DVec2) -> Option<u32> {
-    let origin = camera.position.as_vec3();
-    let direction = camera.direction(place)?.as_vec3();
-    let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
-    Some(mesh.surface[caster.closest(&ray)?.triangle as usize])
+    Some(mesh.surface[caster.closest(&camera.ray(place)?)?.triangle as usize])
 }
 
 /// For each pixel, row by row from the top, whether its middle shows a surface; `None` once the
