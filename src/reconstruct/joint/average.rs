@@ -1,5 +1,6 @@
-//! The result as a mean over several light sets: the lamps and the gloss that were chosen, over
-//! backgrounds that are laid out differently, each weighed by how well it predicts.
+//! The result as a weighted mean over several light sets. Each light set has the lamps and the
+//! gloss that were chosen, together with a differently laid out background; its weight follows from
+//! its error in held-out blocks.
 
 use rayon::prelude::*;
 
@@ -15,8 +16,8 @@ use crate::reconstruct::joint::search::{Found, regrow};
 /// The ridge of the light sets, in turn, as a factor of that of the options.
 const RIDGES: [f64; 3] = [1.0, 1.0 / 3.0, 3.0];
 
-/// The light sets at their minima, and how much each counts; the weights add up to 1. The first
-/// has the background that was searched with.
+/// The fitted light sets with their weights, which add up to 1. The first has the background of the
+/// search.
 pub struct Ensemble {
     pub members: Vec<(Fitted, f64)>,
 }
@@ -132,7 +133,7 @@ impl Posterior {
         self
     }
 
-    /// The problem with these reflectances for known.
+    /// The problem with these reflectances as known values.
     pub fn known_to<'a>(&self, problem: &Problem<'a>) -> Problem<'a> {
         let mut priors = (*problem.priors).clone();
         for c in 0..CHANNELS {
@@ -160,8 +161,8 @@ fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
     validate(problem, regrow(found, &model)?)
 }
 
-/// How much each light set counts: one that predicts worse than the best by as much as the standard
-/// error of the difference counts as a normal density there does.
+/// The weight of each light set: exp(−z²/2), where z is by how many standard errors of the
+/// difference its held-out error is above that of the best.
 fn weights(problem: &Problem, sets: &[Validated]) -> Vec<f64> {
     let total = |set: &Validated| set.losses.iter().sum::<f64>();
     let Some(best) = sets.iter().min_by(|a, b| total(a).total_cmp(&total(b))) else {

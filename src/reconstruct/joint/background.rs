@@ -1,4 +1,4 @@
-//! Where the lights of a background are: lobes on a sphere in a room, cells of the sky in the open.
+//! The layout of a background: discs with lobes on a sphere around a room, or cells of a sky.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -25,13 +25,13 @@ pub struct Layout {
     pub grid: usize,
     pub exponent: f64,
     pub seed: u64,
-    /// Whether known surfaces that no photograph shows may shine.
+    /// Whether known surfaces that no photograph shows may emit light.
     pub surfaces: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {
-    /// Light comes from a finite distance.
+    /// Light comes from a finite distance: lamps, walls, windows.
     Room,
     /// Light comes from the sky.
     Open,
@@ -40,7 +40,7 @@ pub enum World {
 /// What a background is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Density {
-    /// Few lights beside lamps and a sun.
+    /// Few lights, in addition to lamps and a sun.
     Coarse,
     /// Many, which imitate almost any light.
     Fine,
@@ -163,7 +163,7 @@ impl Layout {
         }
     }
 
-    /// The lights of this background, and per lobe its emission where photographs show it.
+    /// The lights of this background, and for each lobe its emission if photographs show it.
     pub fn place(&self, problem: &Problem) -> Result<(LightSet, Vec<Option<Rgb>>), Cancelled> {
         let (views, cloud, watch) = (problem.data.views, problem.data.cloud, problem.watch());
         let (low, high) = views.capture.mesh.bounds().unwrap_or_default();
@@ -243,9 +243,8 @@ struct Cell {
 /// by less, some cells would be nearest to none.
 const DIVISION: usize = 4;
 
-/// A sky in cells about the given directions of light. A cell in which photographs show a part of the
-/// sky is divided, again and again, until its parts are those that photographs show and parts of
-/// which they show nothing.
+/// A sky in cells around the given directions of light. A cell of which photographs show a part is
+/// divided repeatedly, until each of its parts is either photographed or not photographed.
 fn cells(first: Vec<Vec3>, seen: Option<&SeenSky>) -> Vec<Cell> {
     let whole = |direction: Vec3, count| Cell { direction, count, radiance: None };
     let Some(seen) = seen.filter(|seen| seen.directions.len() > first.len()) else {

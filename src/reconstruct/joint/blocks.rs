@@ -1,5 +1,5 @@
-//! Blocks of neighbouring samples: what is held out together, since errors of the light model and
-//! textures make neighbours alike.
+//! Blocks of neighbouring samples. A block is held out as a whole, because errors of the light
+//! model and textures affect neighbouring samples in the same way.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Samples and tags that do not fit, found and told.
+//! Finds samples and tags that do not fit the model, and makes the warnings about them.
 
 use crate::math::statistics::robust_deviation;
 use crate::reconstruct::joint::fit::Fitted;
@@ -7,9 +7,9 @@ use crate::reconstruct::joint::problem::Problem;
 /// A sample is taken to emit light when it is brighter than computed by this factor in every
 /// channel.
 pub const EMITS: f64 = 1.5;
-/// It is brighter, too, by this many of its material's own deviations.
+/// Its residual also has to be above this many standard deviations of its material's residuals.
 const EMITS_DEVIATIONS: f64 = 4.0;
-/// Fewer such samples of a surface are not worth a word.
+/// For fewer such samples of a surface there is no warning.
 const ENOUGH_EMITTERS: usize = 3;
 /// A material whose error is above this and this many times that of the others is not one
 /// uniform material.
@@ -22,8 +22,8 @@ const APART: f64 = 0.15;
 /// loss; of a normal distribution it is 0.0001.
 const HEAVY_TAIL: f64 = 0.02;
 
-/// The problem without samples that emit light of their own, and where they are; a sample emits
-/// when it is brighter than computed by `factor` in every channel.
+/// The problem without samples that emit light, and a warning for each of their surfaces. A sample
+/// counts as emitting if it is brighter than computed by `factor` in every channel.
 pub fn without_emitters<'a>(
     problem: &Problem<'a>,
     fitted: &Fitted,
@@ -71,7 +71,7 @@ pub fn without_emitters<'a>(
     (problem.with_weights(weights), warnings)
 }
 
-/// What the residuals say about the tags.
+/// Warnings about tags that contradict the residuals.
 pub fn examine(problem: &Problem, fitted: &Fitted) -> Vec<String> {
     let capture = problem.capture();
     let mut warnings = Vec::new();

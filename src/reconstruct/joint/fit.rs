@@ -1,4 +1,4 @@
-//! All three channels of a light model, fitted to a problem.
+//! Fits a light model to a problem, in all three channels.
 
 use std::sync::Arc;
 
@@ -13,14 +13,13 @@ use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, State, Ter
 use crate::scene::Gloss;
 use crate::solve::kernels::dot;
 
-/// How near to the minimum a fit comes: it ends where a step lowers the cost by less than this
-/// part of itself.
+/// When a fit ends: when a step lowers the cost by less than this fraction of the cost.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance(pub f64);
 
-/// To be compared with other models: they differ by a thousand times as much.
+/// For comparing models, whose costs differ by a thousand times as much.
 pub const ROUGH: Tolerance = Tolerance(1e-6);
-/// A result: as a cosine between residuals and a column, a millionth.
+/// For a result: the cosine between the residuals and any column is then about a millionth.
 pub const EXACT: Tolerance = Tolerance(1e-12);
 
 /// A light model at its minimum.
@@ -161,8 +160,9 @@ fn start(problem: &Problem, model: &LightModel, from: Option<&Fitted>, channel: 
     }
 }
 
-/// The channels' minima from given states, with other weights or further anchors. A light of known
-/// colour has one strength in all channels: the one at which the sum of the costs is least.
+/// The minimum of each channel from given states, with other weights or further anchors (Gaussian
+/// priors on combinations of log reflectances). A light of known colour has one strength in all
+/// channels: the one at which the sum of the costs is least.
 ///
 /// # Errors
 /// As [`fit`].
@@ -221,8 +221,8 @@ pub fn descend(
     Ok(fits)
 }
 
-/// Where a cost with one minimum within a bracket is least, and what has that cost. `at` makes it
-/// from a place and from what was made nearby.
+/// The minimum of a unimodal cost within a bracket, and the fit there. `at` computes a fit at a
+/// given place, starting from the fit at a place nearby.
 fn golden_section<T>(
     (mut low, mut high): (f64, f64),
     tolerance: f64,
@@ -250,7 +250,7 @@ fn golden_section<T>(
 /// Of the logarithm of a light's strength.
 const STRENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Makes use of the terms of one channel: loss, ridge and bounds, without anchors.
+/// Calls a function with the terms of one channel: loss, ridge and bounds, without anchors.
 pub fn with_terms<T>(
     problem: &Problem,
     model: &LightModel,

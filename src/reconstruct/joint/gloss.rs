@@ -1,6 +1,7 @@
-//! Specular materials: the sharpness of a lobe by a search, everything else solved with it.
+//! Specular materials: a search over the sharpness of the specular lobe. For each sharpness that is
+//! tried, all other unknowns are solved for.
 //!
-//! For a fixed sharpness the problem is smooth in ρ_d, ρ_s and the light; with the light held
+//! For a fixed sharpness the problem is smooth in ρ_d, ρ_s and the light. If the light is held
 //! fixed instead, as in the paper's alternation, ρ_s comes out several times too small.
 
 use faer::Mat;
@@ -17,26 +18,26 @@ use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
 use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::{Arrivals, Gloss};
 
-/// What the search over the sharpness of one material's lobe found.
+/// The result of the search over the sharpness of one material's lobe.
 #[derive(Clone, Debug)]
 pub struct Sharpness {
     pub material: usize,
     pub gloss: Gloss,
-    /// Lobes that explain the material's radiance about as well as the best: the least and the most
-    /// sharp.
+    /// The least sharp and the sharpest lobe that fit the radiance of the material about as well as
+    /// the best.
     pub range: [Gloss; 2],
 }
 
 /// The exponents tried first; each a little more than half an octave's step in sharpness.
 const TRIED: [f64; 8] = [3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0, 400.0];
-/// A lobe is about as good if the material's own squared residuals are larger by no more than this
-/// part.
+/// A lobe is about as good as the best if the sum of squared residuals of its material is larger by
+/// at most this fraction.
 const FLAT: f64 = 0.05;
 /// Times that exponents halfway between the best and its neighbours are tried.
 const HALVINGS: usize = 2;
 
-/// Takes every specular material to be the simplest of diffuse, coated and with a lobe of its own
-/// strength that no other predicts better than.
+/// Chooses for every specular material between three models: diffuse, a coat, and a lobe of its own
+/// strength. The simplest is taken for which no other has a lower held-out error.
 ///
 /// # Errors
 /// As [`fit`].
@@ -113,9 +114,9 @@ fn sharpest(
     Ok((tried.swap_remove(least).1, sharpness))
 }
 
-/// The fit with the lobe of one material that explains it best under the light of the fit before,
-/// until that lobe stays: ten times as fast as to fit the light to each lobe, and good enough to
-/// compare kinds of lobes.
+/// The fit with the best lobe of one material. The lobe is chosen with the light held fixed and the
+/// light is then fitted again, in turn, until the lobe does not change. This is ten times as fast
+/// as fitting the light for each lobe, and good enough to compare kinds of lobes.
 fn sharpest_in_its_light(
     problem: &Problem,
     from: &Fitted,
@@ -148,7 +149,8 @@ struct LitMaterial<'a> {
     light: Vec<LitRow>,
 }
 
-/// The light on a glossy row, all that a photograph or a light of the model sends.
+/// The light on a glossy row: the contributions of photographed surfaces and of the lights of the
+/// model.
 struct LitRow {
     /// g, the irradiance of Eq. 14.
     irradiance: Rgb,

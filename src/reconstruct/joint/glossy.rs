@@ -1,4 +1,5 @@
-//! What glossy surfaces send to the samples, rather than to the cameras.
+//! The light that glossy surfaces reflect towards the samples. It differs from the radiance in the
+//! photographs, which is what they reflect towards the cameras.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -17,7 +18,8 @@ use crate::watch::Cancelled;
 /// Side of the grid of rays of a sample that find glossy surfaces; what is corrected is a small
 /// part of its light.
 const GLOSSY_SIDE: usize = 12;
-/// A ratio beyond these says more of the light model's faults than of the surface.
+/// Ratios are limited to this range; beyond it they are due to errors of the light model rather
+/// than to the surface.
 const RATIO: (f64, f64) = (0.5, 2.0);
 /// Cosine between the normals of a point and of the nearest sample that are of one face.
 const SAME_SIDE: f32 = 0.9;
@@ -31,8 +33,8 @@ pub struct Reflection {
     radiance: Radiance,
 }
 
-/// Corrects irradiance, per sample, by the ratio of what glossy surfaces send to the sample and to
-/// the cameras.
+/// Corrects the irradiance of each sample by the ratio of the radiance that glossy surfaces send to
+/// the sample to that which they send to the cameras.
 ///
 /// `photographed` is what [`photographed`] gives for the fit's gloss.
 pub fn correct(
@@ -76,7 +78,7 @@ pub fn photographed(
     reflections.par_iter().map(|seen| seen.iter().map(of).collect()).collect()
 }
 
-/// What every sample of the cloud sees of glossy surfaces.
+/// For every sample of the cloud, its rays that meet glossy surfaces.
 pub fn reflections(problem: &Problem) -> Result<Vec<Vec<Reflection>>, Cancelled> {
     let (views, cloud) = (problem.data.views, problem.data.cloud);
     let mut glossy: Vec<usize> = (0..problem.rows.sample.len())

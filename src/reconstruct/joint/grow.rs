@@ -1,4 +1,5 @@
-//! Lamps and a sun come in one by one, by what they could explain, and go where they are not needed.
+//! Adds lamps and a sun to a light model one by one, those first that would reduce the residuals
+//! most, and removes those that are not needed.
 
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::compare::{Validated, compare, validate, validate_sun};
@@ -9,7 +10,7 @@ use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::sun::Directions;
 use crate::reconstruct::solution::{Trial, TrialPart};
 
-/// What a search looks for, and where.
+/// The candidates of a search: places of lamps and directions of a sun.
 pub struct Places<'a> {
     pub lamps: &'a Candidates,
     pub suns: &'a Directions,
@@ -28,7 +29,8 @@ impl Step {
     }
 }
 
-/// Adds lamps and a sun while they are needed. Two lamps may be needed of which neither is alone.
+/// Adds lamps and a sun as long as they lower the held-out error. Two lamps may do so together
+/// where neither does alone.
 pub fn grow(
     problem: &Problem,
     places: &Places,
@@ -89,7 +91,7 @@ pub fn grow(
     }
 }
 
-/// The model with the lamp that explains most; `None` where none explains anything.
+/// The model with the lamp that lowers the squared residuals most; `None` if no lamp lowers them.
 pub fn with_lamp(
     problem: &Problem,
     places: &Places,
@@ -120,9 +122,9 @@ pub fn settle(problem: &Problem, places: &Places, mut fitted: Fitted) -> Result<
     places.suns.settle(problem, fitted)
 }
 
-/// Takes away every lamp, and the sun, without which blocks are not predicted worse than by all of
-/// them: compared with the step before, one part after the other could go, each within its standard
-/// error, until little is left.
+/// Removes lamps and the sun as long as the held-out error is not larger than with all of them by
+/// more than its standard error. If each step were compared only with the one before, one part
+/// after the other could be removed, each within its standard error, until little is left.
 pub fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     let found = |part: &&Part| matches!(part.kind, PartKind::Lamp(_) | PartKind::Sun(_));
     let slots: Vec<usize> =

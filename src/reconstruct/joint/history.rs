@@ -1,4 +1,4 @@
-//! The fits on the way, told as iterations.
+//! The intermediate fits of a solve, recorded as iterations.
 
 use std::cell::RefCell;
 use std::time::Instant;
@@ -9,7 +9,7 @@ use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::refine;
 use crate::reconstruct::solution::Iteration;
 
-/// The fits on the way, as iterations: each with a light model that has grown.
+/// The intermediate fits as iterations; each has a light model with more parts than the one before.
 pub struct History<'a> {
     on_iteration: &'a dyn Fn(&Iteration),
     pub iterations: RefCell<Vec<Iteration>>,

@@ -1,13 +1,15 @@
-//! The light that known surfaces send to the samples, I_s: one operator from the reflectances and
-//! the light of a fit to the irradiance of every sample.
+//! I_s, the irradiance of every sample from known surfaces: one operator from the reflectances and
+//! the light of a fit to I_s.
 //!
-//! - What photographs show is read there (`Transport::irradiance`).
-//! - Known surfaces that no photograph shows reflect what falls on them: radiosity between patches
-//!   that are spread over them, by form factors. As emitters of unknown strength (Section 4.2) they
-//!   would lie so near to the samples that they imitate what photographed surfaces send, which is
-//!   all that tells the scale of the reflectances.
-//! - Glossy surfaces send to a sample other reflections than to the cameras. Once their lobes and
-//!   the light are known, what was read there is corrected by the ratio of the two.
+//! - The radiance of photographed surfaces is read from the photographs (`Transport::irradiance`).
+//! - The radiance of known surfaces that no photograph shows is computed by radiosity: patches are
+//!   spread over them, and form factors couple the patches. If these surfaces were emitters of
+//!   unknown strength (Section 4.2) instead, they would be so near to the samples that they could
+//!   imitate the light of photographed surfaces. Only that light determines the scale of the
+//!   reflectances.
+//! - A glossy surface reflects other light towards a sample than towards the cameras. Once its
+//!   specular lobe and the light are known, the radiance that was read in the photographs is
+//!   multiplied by the ratio of the two.
 
 use faer::Mat;
 use glam::Vec3;
@@ -31,32 +33,33 @@ const PATCHES: usize = 400;
 /// Side of the grid of rays of a patch, and rays that find how much of a light it sees.
 const PATCH_SIDE: usize = 16;
 const PATCH_DISC_RAYS: usize = 4;
-/// Light and I_s are found in turn until I_s changes by less than this part of itself, each round
-/// leaving about a tenth of the change before, or for so many rounds.
+/// The light and I_s are computed in turn until I_s changes by less than this fraction, or for so
+/// many rounds. The change of each round is about a tenth of that of the round before.
 const TOLERANCE: f64 = 1e-3;
 const ROUNDS: usize = 8;
-/// Reflections between patches end with this part of the light.
+/// Reflections between patches end when they are below this fraction of the light.
 const LEAST_REFLECTED: f64 = 1e-4;
 
-/// Where the samples see patches and glossy surfaces.
+/// The rays from the samples to patches and to glossy surfaces.
 pub struct Indirect {
     patches: Option<Patches>,
-    /// Per sample what it sees of glossy surfaces.
+    /// For each sample its rays that meet glossy surfaces.
     glossy: Vec<Vec<Reflection>>,
 }
 
 /// Patches of known surfaces that no photograph shows.
 struct Patches {
     nearest: Nearest,
-    /// The patches, as samples that nothing was measured at.
+    /// The patches, as samples without measurements.
     cloud: SampleCloud,
     /// `None` where the material was not measured.
     materials: Vec<Option<usize>>,
     /// Irradiance of every patch from photographed surfaces.
     photographed: Vec<Rgb>,
-    /// Per patch the patches that it sees and their form factors times π, in sr.
+    /// For each patch the other patches that are visible from it, and their form factors times π,
+    /// in sr.
     form_factors: Vec<Vec<(usize, f64)>>,
-    /// The patch at every point without a photograph that a sample sees.
+    /// The patch at every unphotographed point that a ray from a sample meets.
     of_point: Vec<usize>,
 }
 
@@ -64,12 +67,13 @@ struct Patches {
 pub struct Settled<'a> {
     pub problem: Problem<'a>,
     pub fitted: Fitted,
-    /// What the patches send.
+    /// The radiosity of the patches.
     pub patch_radiosity: PatchRadiosity,
 }
 
 impl Indirect {
-    /// Looks around from every sample. Glossy surfaces are known at the problem's own samples.
+    /// Traces rays from every sample. The radiance of glossy surfaces is interpolated from the
+    /// problem's own samples.
     ///
     /// # Errors
     /// If it is cancelled.
@@ -77,7 +81,7 @@ impl Indirect {
         Ok(Self { patches: Patches::find(problem)?, glossy: glossy::reflections(problem)? })
     }
 
-    /// Whether samples see known surfaces that no photograph shows.
+    /// Whether rays from samples meet known surfaces that no photograph shows.
     pub fn has_patches(&self) -> bool {
         self.patches.is_some()
     }
@@ -93,7 +97,7 @@ impl Indirect {
             && (!fitted.model.is_glossy() || self.glossy.iter().all(Vec::is_empty))
     }
 
-    /// Fits a model and finds I_s from its light in turn, until I_s stays.
+    /// Fits a model and computes I_s from its light, in turn, until I_s converges.
     ///
     /// # Errors
     /// As [`fit`].
@@ -125,7 +129,7 @@ impl Indirect {
         Ok(settled)
     }
 
-    /// I_s of every sample, in the photographs' unit times sr, and what the patches send.
+    /// I_s of every sample, in the photographs' unit times sr, and the radiosity of the patches.
     fn irradiance(
         &self,
         problem: &Problem,
@@ -170,8 +174,8 @@ fn relative_change(before: &[Radiance], after: &[Radiance]) -> f64 {
 }
 
 impl Patches {
-    /// Patches spread over what the samples see of surfaces without a photograph; `None` where
-    /// there are none.
+    /// Patches spread over the unphotographed surface points that rays from the samples meet;
+    /// `None` if there are no such points.
     fn find(problem: &Problem) -> Result<Option<Self>, Cancelled> {
         let (views, watch) = (problem.data.views, problem.watch());
         let transport = &problem.data.transport;
@@ -239,7 +243,7 @@ impl Patches {
         transport::couple(views, &self.cloud, &set.lights, &set.lobes, &options, seed, watch)
     }
 
-    /// What the patches send under the light and with the reflectances of a fit.
+    /// The radiosity of the patches with the light and the reflectances of a fit.
     fn light(&self, problem: &Problem, fitted: &Fitted, coupling: &Mat<f64>) -> PatchRadiosity {
         let count = self.materials.len();
         let mut radiance = vec![[0.0f32; CHANNELS]; count];

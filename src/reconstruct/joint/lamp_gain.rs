@@ -1,4 +1,5 @@
-//! How much of what is left a lamp would explain, the rest of the model moving with it.
+//! By how much a lamp would lower the sum of squared residuals, if the rest of the model were
+//! fitted again with it.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -54,8 +55,8 @@ impl Scaled {
         column_of(self.parts.as_ref(), index)
     }
 
-    /// Adds to each column's gain how much of the squared residuals the column explains by itself;
-    /// nothing where the basis already spans it.
+    /// Adds to the gain of each column by how much the column alone lowers the sum of squared
+    /// residuals; nothing if the basis already spans it.
     pub fn add_gains(&self, residue: &Residue, gains: &mut [f32]) {
         vectorised(|| {
             for (k, gain) in gains.iter_mut().enumerate() {
@@ -70,8 +71,8 @@ impl Scaled {
         });
     }
 
-    /// How much of the squared residuals the columns of one lamp explain together, its emissions at
-    /// least 0.
+    /// By how much the columns of one lamp together lower the sum of squared residuals, with
+    /// emissions of at least 0.
     pub fn explained(&self, residue: &Residue) -> f64 {
         let count = self.parts.ncols();
         let mut gram = Mat::zeros(count, count);

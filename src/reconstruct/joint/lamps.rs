@@ -1,8 +1,8 @@
 //! Lamps, found one by one: small luminaires anywhere in space.
 //!
-//! Lobes on a sphere imitate a lamp that is elsewhere, and in doing so they also imitate light
-//! from photographed surfaces, which leaves the scale of the reflectances free. A lamp in its
-//! right place over a coarse background does not.
+//! Many lobes on a sphere can imitate a lamp that is not on that sphere. They can then also imitate
+//! the light from photographed surfaces, so that the scale of the reflectances is not determined. A
+//! lamp in its right place, with a coarse background, cannot.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -41,37 +41,38 @@ impl Lamp {
     }
 }
 
-/// Places that were tried, with what they send to some of the rows.
+/// Places at which a lamp was tried, with its coupling to some of the rows.
 pub struct Candidates {
     lamps: Vec<Lamp>,
     /// Rows that the search looks at.
     rows: Vec<usize>,
     points: Vec<SurfacePoint>,
-    /// The places of a lamp, on the unit disc, that each of these looks at; the same wherever the
-    /// lamp is, so that what moves a score is the lamp's place.
+    /// For each of these rows, the points on the unit disc of a lamp to which rays are traced. They
+    /// are the same for every place of the lamp, so that a score changes only with that place.
     discs: Vec<Vec<Vec2>>,
-    /// Of glossy rows how the photograph sees the sample, and the material.
+    /// For glossy rows the direction from the sample to the camera, and the material.
     viewings: Vec<Option<(Viewing, usize)>>,
     /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
     /// Middle and half the diagonal of the geometry's bounds.
     center: Vec3,
     half_diagonal: f32,
-    /// From samples to the cameras that see them: nothing is in between.
+    /// Segments from samples to the cameras of the photographs that show them; nothing can be in
+    /// between.
     sight: Vec<[Vec3; 2]>,
-    /// Where the artist says that there are lights: no others are looked for beside them, since
-    /// one of unknown strength would take the meaning from a given strength.
+    /// Positions of known lights. No lamp is searched for near them, because a lamp of unknown
+    /// strength there would make a given strength meaningless.
     given: Vec<Vec3>,
 }
 
-/// Directions and distances from the geometry's middle, in half-diagonals, of the places that are
-/// tried first, and the rows that are looked at there.
+/// Directions and distances (in half-diagonals) from the middle of the geometry of the places that
+/// are tried first, and the number of rows that are used there.
 const DIRECTIONS: usize = 500;
 const DISTANCES: usize = 8;
 const NEAREST: f32 = 0.4;
 const FARTHEST: f32 = 5.0;
 const ROWS: usize = 800;
-/// Square root of the rays by which a surface point looks at a lamp whose place is refined.
+/// Square root of the number of rays from a surface point to a lamp whose place is refined.
 const RAYS_SIDE: usize = 2;
 /// Lamps whose columns are projected together.
 const BATCH: usize = 8;
@@ -81,15 +82,16 @@ const SMALLEST_RADIUS: f32 = 0.01;
 const LARGEST_RADIUS: f32 = 0.3;
 /// Distance that a lamp keeps from given lights, in half-diagonals.
 const APART: f32 = 0.3;
-/// Part of a lamp's radius within which no photograph sees a surface through it: a round light that
-/// stands for a luminaire of another shape may be larger than it.
+/// Fraction of the radius of a lamp within which the lamp must not hide a surface that a photograph
+/// shows. It is below 1 because a ball that represents a luminaire of another shape may be larger
+/// than it.
 const CORE: f32 = 0.5;
 /// First and last step of the search for a lamp's place, in half-diagonals.
 const FIRST_STEP: f32 = 0.12;
 const LAST_STEP: f32 = 0.006;
 
-/// Places for lamps all around, with what they would send to some of the rows; none where no
-/// lamps are asked for.
+/// Places for lamps in all directions, with their coupling to some of the rows; none if no lamps
+/// are asked for.
 pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Cancelled> {
     let (views, watch) = (problem.data.views, problem.watch());
     let seed = problem.data.options.general.seed as u64;
@@ -161,7 +163,8 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
     Ok(found)
 }
 
-/// From the sample of a row to every camera that sees it; one that sees something bright may see a lamp.
+/// Segments from the sample of a row to every camera that shows it. Where such a photograph is
+/// bright, it may show a lamp instead.
 fn sight(problem: &Problem, row: usize) -> impl Iterator<Item = [Vec3; 2]> {
     let cloud = problem.data.cloud;
     let sample = &cloud.samples[problem.rows.sample[row]];
@@ -217,7 +220,7 @@ impl Candidates {
         self.points.iter().zip(&self.viewings).map(of).collect()
     }
 
-    /// Whether a lamp is not beside a given light, and no photograph sees a surface through it.
+    /// Whether a lamp is not near a known light and hides no surface that a photograph shows.
     fn is_possible(&self, lamp: &Lamp) -> bool {
         let limit = APART * self.half_diagonal;
         let is_beside = |given: &Vec3| given.distance(lamp.position) < limit;
@@ -263,7 +266,8 @@ impl Candidates {
         best.map(|(index, gain)| (self.lamps[index], f64::from(gain)))
     }
 
-    /// Moves a lamp to where it explains most. `slot` is its part of the fit's model, if it has one.
+    /// Moves a lamp to the place where it lowers the squared residuals most. `slot` is its part of
+    /// the fit's model, if it has one.
     pub fn refine(
         &self,
         problem: &Problem,
@@ -316,7 +320,7 @@ impl Candidates {
         Ok(best.0)
     }
 
-    /// How much of the squared residuals a lamp explains, its emissions at least 0.
+    /// By how much a lamp lowers the sum of squared residuals, with emissions of at least 0.
     fn explained(
         &self,
         problem: &Problem,

@@ -1,5 +1,5 @@
-//! What the light of a scene is taken to be: a background of lobes or sky cells, a sun, lamps,
-//! the lights that the artist gave, and how glossy each material is.
+//! The model of a scene's light: a background of lobes or sky cells, a sun, lamps and known lights.
+//! It also has the gloss of each material, because a fit uses both together.
 
 use std::sync::Arc;
 
@@ -29,18 +29,19 @@ pub struct LightModel {
     pub ridge: f64,
 }
 
-/// Neighbouring cells are drawn to each other as strongly as the lights of a background are drawn to
-/// 0 where the sky has so many cells, which is what the default spacing gives.
+/// The number of cells for which the smoothness term between neighbouring cells is as strong as the
+/// ridge on the lights of a background. The default spacing gives a sky of so many cells.
 const CELLS: f64 = 35.0;
-/// Ridge on the light that a lamp sends more of in one direction than in others, as a part of the
-/// background's. It only decides in directions that hardly any row sees: a lamp that is a hundred times as
-/// bright there as one that explains all light costs as much by it as residuals of 0.3 %. Set with the random
-/// scenes coat-0, 1 and 5 in view, and so low that rooms without noise come out as they did.
+/// Ridge on the emission by which a lamp differs between directions, as a fraction of the ridge on
+/// the background. It matters only in directions in which hardly any row lies: a lamp that is a
+/// hundred times as bright there as one that provides all light costs as much as residuals of
+/// 0.3 %. It was set with the random scenes coat-0, 1 and 5 in view, so low that it does not change
+/// the results of rooms without noise.
 const LAMP_RIDGE: f64 = 1e-7;
 
 impl LightModel {
-    /// A background with the lights that the artist gave and the sky that photographs show; every
-    /// tagged material is glossy.
+    /// A background with the known lights and the photographed sky; every material that is tagged
+    /// as specular is glossy.
     pub fn new(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
         let exponent = problem.data.options.gloss.start_exponent;
         let gloss =
@@ -153,9 +154,9 @@ impl LightModel {
             .any(|part| part.held.contains(&None) && !matches!(part.kind, PartKind::Given(_)))
     }
 
-    /// The ridge per column: on the lobes of lamps that are not alike in all directions, and on the lights
-    /// of backgrounds that are not drawn to their neighbours, but not on known surfaces that shine, which
-    /// are few and in a known place.
+    /// The ridge of each column. It is on the directional lobes of lamps, and on the lights of
+    /// backgrounds that have no smoothness term. It is not on known surfaces that emit light, which
+    /// are few and have known positions.
     pub fn ridges(&self) -> Vec<f64> {
         let of_part = |part: &Part| -> Vec<f64> {
             let is_drawn = part.is_background() && part.neighbours.is_empty();
@@ -186,7 +187,7 @@ impl LightModel {
         units
     }
 
-    /// Emissions that are drawn to each other: those of neighbouring sky cells.
+    /// Pairs of emissions with a smoothness term: those of neighbouring sky cells.
     pub fn pairs(&self) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut first = 0;

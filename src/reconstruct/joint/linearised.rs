@@ -1,5 +1,5 @@
-//! The problem linearised at a fit, with everything that is modelled projected out: what another
-//! light could still explain.
+//! The problem linearised at a fit, with the columns of all unknowns of the model projected out.
+//! What remains is the part of the residuals that only another light can reduce.
 
 use faer::Mat;
 
@@ -13,9 +13,9 @@ use crate::solve::kernels::{add_scaled, dot, vectorised};
 pub struct Residue {
     /// Orthonormal basis of the columns of light and reflectances, rows × columns.
     pub basis: Mat<f32>,
-    /// What remains of the residual; the whole residual has the norm 1.
+    /// The residual after projection; the residual before it has the norm 1.
     pub residual: Vec<f32>,
-    /// ρ_d by what a change of π L̂ is multiplied to change a weighted residual.
+    /// ρ_d times the factor from a change of π L̂ to the change of a weighted residual.
     pub scale: Vec<f32>,
     /// The same with ρ_s.
     pub gloss: Vec<f32>,
@@ -29,8 +29,8 @@ pub fn linearise(problem: &Problem, fitted: &Fitted, channel: usize) -> Linearis
     })
 }
 
-/// What is left to explain of a fit on some rows, per channel. The part of the model in `without`
-/// is taken out, with what it explained.
+/// The residuals of a fit on some rows after projection, per channel. The part of the model in
+/// `without` is removed first, with its contribution.
 pub fn residues(
     problem: &Problem,
     fitted: &Fitted,

@@ -1,20 +1,22 @@
 //! Light and reflectance solved together, with intervals.
 //!
-//! The paper's alternation (Section 5.3) returns its starting guess: light that is too dim by
-//! some factor and surfaces that are too bright by it explain the photographs nearly as well,
-//! and each half step moves hardly at all along that direction. Here all unknowns are solved at
-//! once ([`system`]), and the light model is kept so small that it cannot imitate the light of
-//! photographed surfaces, which is all that tells the scale:
+//! The paper's alternation (Section 5.3) hardly moves away from its start values. If the light is
+//! too dim by some factor and all surfaces are too bright by the same factor, the photographs are
+//! fitted nearly as well, and each half step of the alternation changes this factor only a little.
+//! Here all unknowns are solved for at once ([`system`]). The light model is kept so small that it
+//! cannot imitate the light of photographed surfaces, because only that light determines the
+//! factor. The steps are:
 //!
-//! 1. `prepare`: the rows, the light of known surfaces (`indirect`), the sky that photographs show
-//!    (`seen_sky`), how much each material counts;
-//! 2. `search`: a background of coarse lobes or sky cells, lamps, a sun, gloss, each kept only
-//!    where it predicts held-out blocks better (`compare`, the one rule);
-//! 3. `average`: the same over backgrounds that are laid out differently;
-//! 4. `uncertainty`: what is determined, and intervals;
-//! 5. finer light beside the light that was found, for the reflectances that came of it, where it
-//!    predicts better: pictures ask for more of it than reflectances bear;
-//! 6. the report: tags that do not fit (`diagnose`), every comparison.
+//! 1. `prepare`: the rows, the light of known surfaces (`indirect`), the photographed sky
+//!    (`seen_sky`), and the weight of each material;
+//! 2. `search`: a background of coarse lobes or sky cells, lamps, a sun and gloss; each part is
+//!    kept only if it lowers the error in held-out blocks (`compare` has the rule);
+//! 3. `average`: the mean over backgrounds that are laid out differently;
+//! 4. `uncertainty`: which values are determined, and intervals;
+//! 5. finer lobes in addition to the light that was found, with the reflectances held fixed, if
+//!    they lower the held-out error: pictures need a finer light than reflectances can be solved
+//!    with;
+//! 6. the report: tags that do not fit (`diagnose`), and every comparison.
 
 mod average;
 mod background;
@@ -69,7 +71,7 @@ use crate::scene::{Brdf, Gloss};
 pub use options::JointOptions;
 pub use problem::Data;
 
-/// The light that was found, and everything that it explains.
+/// The light that was found, with its couplings, I_s, and the solution.
 pub struct Outcome {
     /// All lights of the model that is delivered.
     pub lights: VirtualLights,
@@ -77,9 +79,9 @@ pub struct Outcome {
     pub lobes: Lobes,
     /// k_ij, samples × lobes, in sr.
     pub coupling: Mat<f64>,
-    /// I_s per sample, with what specular surfaces send there.
+    /// I_s per sample, including the light from specular surfaces.
     pub irradiance: Vec<Radiance>,
-    /// What known surfaces send that no photograph shows; part of I_s.
+    /// Radiosity of known surfaces that no photograph shows; part of I_s.
     pub patch_radiosity: PatchRadiosity,
     /// Reflectances, emissions and the report.
     pub solution: Solution,
@@ -211,17 +213,17 @@ pub fn solve(
     })
 }
 
-/// The problem once the light model is chosen: the noise of its rows is what a fit shows, and its ridge
-/// leaves the level of the light to the photographs.
+/// The problem after the light model is chosen. The noise of its rows is estimated from a fit, and
+/// its ridge does not affect the level of the light.
 fn for_last_fits<'a>(problem: &Problem<'a>, fitted: &Fitted) -> Problem<'a> {
     let noise = uncertainty::row_noise(problem, fitted);
     let priors = (*problem.priors).clone();
     problem.with_priors(priors::Priors { noise, relative_ridge: true, ..priors })
 }
 
-/// Fine lobes beside the lights that were found, where they predict better; none are tried where
-/// all lights are fine already, or where nothing is unknown. Only for reflectances that are known
-/// by now: free ones would give way to so many lights, which is why they are found with few.
+/// Fine lobes in addition to the lights that were found, if they lower the held-out error. None are
+/// tried if all lights are fine already, or if no light is unknown. The reflectances are held
+/// fixed, because with so many lights they would not be determined.
 fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Error> {
     let Some(layout) = found.best.fitted.model.layout().filter(|_| !found.is_fine) else {
         return Ok(None);
@@ -239,7 +241,7 @@ fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Er
     Ok(Some(Finer { part, trial }))
 }
 
-/// Fine lobes beside the lights that were found.
+/// Fine lobes in addition to the lights that were found.
 struct Finer {
     /// On the rows that were searched.
     part: Part,
@@ -255,8 +257,8 @@ fn delivered(known: &Problem, beside: &Option<Part>, main: &Fitted) -> Result<Fi
     fit(known, &model, Some(main), ROUGH)
 }
 
-/// The error of the model that is delivered in rows that neither chose nor fitted it, but for the
-/// direction of a sun, which all rows find together.
+/// The error of the delivered model in rows that were used neither to choose nor to fit it. Only
+/// the direction of a sun was found with all rows.
 fn delivered_error(
     all: &Problem,
     beside: &Option<Part>,

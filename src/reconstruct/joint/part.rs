@@ -1,4 +1,4 @@
-//! One part of a light model: its lights, and how they reach the rows of a problem.
+//! One part of a light model: its lights, and their coupling to the rows of a problem.
 
 use std::sync::Arc;
 
@@ -16,17 +16,18 @@ use crate::watch::Cancelled;
 /// One part of a light model, with how it reaches the rows of a problem.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Tells parts of one model apart; a part that is moved keeps it.
+    /// Identifies the part within one model; a part that is moved keeps it.
     pub slot: usize,
     pub kind: PartKind,
     pub set: Arc<LightSet>,
     /// k_ij, rows × lobes of `set`, in sr.
     pub coupling: Arc<Mat<f64>>,
-    /// Per lobe and channel what the ridge draws its emission to.
+    /// Prior mean of each lobe's emission, per channel.
     pub centre: Vec<Rgb>,
-    /// Lobes of neighbouring sky cells, whose emissions are drawn to each other: skies are bright all
-    /// over, while rooms are dark but for their lamps, and a probe says how bright a sky is. A pair
-    /// is here twice where each is among the nearest of the other.
+    /// Pairs of neighbouring sky cells, whose emissions have a smoothness term, because a sky is
+    /// bright everywhere. A room is dark except for its lamps, and where a light probe is given it
+    /// determines the brightness of the sky. A pair is listed twice if each is among the nearest of
+    /// the other.
     pub neighbours: Arc<Vec<[usize; 2]>>,
     /// Per lobe its emission where that is known.
     pub held: Vec<Option<Rgb>>,
@@ -37,7 +38,7 @@ pub struct Part {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PartKind {
     Background(Layout),
-    /// A light that the artist gave, by its index among those of the capture.
+    /// A known light, by its index among those of the capture.
     Given(usize),
     /// Cells of the sky that photographs show.
     SeenSky,
@@ -83,8 +84,8 @@ impl Part {
         Ok(part)
     }
 
-    /// Lights that are laid out so, for a model with a background already: what photographs show of
-    /// the sky, and what a probe says of it, are in that one.
+    /// Lights with this layout for a model that already has a background. The photographed sky and
+    /// the prior from a light probe are in that background.
     pub fn beside(problem: &Problem, layout: &Layout) -> Result<Self, Cancelled> {
         let (set, known) = layout.place(problem)?;
         let set = set.selected(|lobe| known[lobe].is_none());
@@ -112,7 +113,7 @@ impl Part {
         Ok(Some(Self { held: sky.radiance.iter().copied().map(Some).collect(), ..part }))
     }
 
-    /// The lights that the artist gave.
+    /// The known lights of the capture.
     pub fn given(problem: &Problem) -> Result<Vec<Self>, Cancelled> {
         let mut parts = Vec::new();
         for (index, light) in problem.capture().lights.iter().enumerate() {

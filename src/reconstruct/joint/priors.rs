@@ -6,7 +6,7 @@ use crate::scene::Capture;
 
 /// Reflectance of materials that no photograph shows: it has no effect.
 const UNSEEN: f64 = 0.4;
-/// Reflectances below it are told from black by no photograph.
+/// No photograph can distinguish reflectances below this from black.
 pub const BLACK: f64 = 1e-3;
 
 /// A known reflectance is taken to be no more certain than a thousandth.
@@ -15,13 +15,12 @@ const LEAST_RELATIVE_SD: f64 = 1e-3;
 /// Relative error of a sample's radiance before anything is fitted.
 const TYPICAL_ERROR: f64 = 0.05;
 
-/// What is known of the reflectances before the light is.
+////// Prior knowledge of the reflectances.
 #[derive(Clone, Debug)]
 pub struct Priors {
     /// Materials with samples.
     pub measured: Vec<bool>,
-    /// Log reflectances that are known or by Eq. 11, per channel and material, by which the ridge is
-    /// scaled.
+    /// Log reflectances, known or from Eq. 11, per channel and material. They scale the ridge.
     pub reference: [Vec<f64>; CHANNELS],
     /// Log reflectances where the first fit starts.
     pub start: [Vec<f64>; CHANNELS],
@@ -36,8 +35,8 @@ pub struct Priors {
     /// Per material the size of a residual beyond which it counts less (Cauchy's loss); infinite
     /// for least squares.
     pub robust: Vec<f64>,
-    /// Variance of a row's residual, per channel, as far as a mean over many rows is concerned:
-    /// that of single residuals times how much neighbours repeat each other.
+    /// Effective variance of a row's residual in a mean over many rows, per channel: the variance
+    /// of single residuals times the variance inflation by correlated neighbours.
     pub noise: Rgb,
     /// Whether the ridge is relative to the level of all light (see
     /// [`Terms`](crate::reconstruct::joint::terms::Terms)); not while the light model is searched for.

@@ -1,5 +1,5 @@
-//! What light models are fitted to: measured radiance, the light that is known, and what is known
-//! of the reflectances. A problem is never changed; a step that learns something makes another.
+//! The data to which light models are fitted: measured radiance, known light, and priors on the
+//! reflectances. A problem is immutable; a step that changes any of these makes a new problem.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use crate::watch::{Cancelled, Watch};
 /// The products of the stages before; their couplings and virtual lights are not used.
 #[derive(Clone, Copy)]
 pub struct Data<'a> {
-    /// Who sees what.
+    /// Visibility between cameras, surfaces and lights.
     pub views: &'a Views<'a>,
     /// The samples.
     pub cloud: &'a SampleCloud,
@@ -48,12 +48,13 @@ pub struct Problem<'a> {
     pub glossy: Arc<Vec<usize>>,
     /// Per row its block.
     pub block: Arc<Vec<usize>>,
-    /// I_s per sample of the cloud, with what no photograph shows and what shines.
+    /// I_s per sample of the cloud, including the light from unphotographed surfaces and visible
+    /// lights.
     pub irradiance: Arc<Vec<Radiance>>,
-    /// Per row: how much its squared residual counts; 0 for rows that are left out.
+    /// Per row the weight of its squared residual; 0 for rows that are left out.
     pub weights: Arc<Vec<f64>>,
     pub priors: Arc<Priors>,
-    /// The sky that photographs show, if its light is taken to be what they show.
+    /// The photographed sky, if its radiance is used as the emission of sky cells.
     pub sky: Option<Arc<SeenSky>>,
 }
 
@@ -126,7 +127,7 @@ impl<'a> Problem<'a> {
         (0..self.materials()).filter(|&material| self.priors.measured[material]).collect()
     }
 
-    /// The part of all weight that some materials' rows have each, of these materials together.
+    /// The weight of each material's rows, as a fraction of the weight of these materials together.
     pub fn shares(&self, materials: &[usize]) -> Vec<f64> {
         let mut sums = vec![0.0; self.materials()];
         for (&material, weight) in self.rows.material.iter().zip(&*self.weights) {
@@ -182,9 +183,9 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// An even part of every material's rows, about `count` in all and at least `least` of each
-    /// material that has as many: neighbouring samples tell much the same about which lights there
-    /// are.
+    /// An evenly spread subsample of every material's rows: about `count` in total, and at least
+    /// `least` of each material that has as many. Neighbouring samples contain nearly the same
+    /// information about which lights there are.
     pub fn subsample(&self, count: usize, least: usize) -> Self {
         let chosen = spread(&self.rows.sample, &self.rows.material, self.materials(), count, least);
         self.part(|row| chosen[row])
@@ -242,8 +243,9 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Mean square of the blocks' mean residuals of one material, per channel: of light that is wrong,
-    /// which changes between blocks, and not of a pattern on the surface, which changes within them.
+    /// Mean square of the mean residuals of blocks of one material, per channel. It measures errors
+    /// of the light, which vary between blocks, and not a pattern on the surface, which varies
+    /// within them.
     pub fn mean_square_of_blocks(&self, fitted: &Fitted, material: usize) -> Rgb {
         let mut sums = vec![([0.0; CHANNELS], 0.0); self.block_count()];
         for row in self.rows_of(material) {
@@ -261,8 +263,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// The problem with what a fit that imitates almost any light tells of it: how much each
-    /// material's residuals count, how bright its brightest parts are, and the noise of a row.
+    /// The problem with values estimated from a fit of a very flexible light model: the weight of
+    /// each material's residuals, the reflectance of its brightest parts, and the noise of a row.
     /// `seen` is the part of the rows that was fitted.
     pub fn informed_by(&self, seen: &Problem, fitted: &Fitted) -> Self {
         let mut priors = (*self.priors).clone();
@@ -312,16 +314,16 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Rows of a material that tell something of its distribution.
+/// Fewest rows of a material from which its distribution is estimated.
 const ENOUGH: usize = 20;
-/// A material's deviation is taken to be at least this part of that of all: its rows are worth no
-/// more than the light on them is understood.
+/// The standard deviation of a material is at least this fraction of that of all: its rows cannot
+/// be more accurate than the light model.
 const SMALLEST_DEVIATION: f64 = 0.5;
-/// The part of a surface that is not counted as its brightest.
+/// The quantile of a pattern that counts as the brightest part of a surface.
 const BRIGHT_QUANTILE: f64 = 0.95;
 
-/// What rows show beyond the mean of their block, as logarithms: a pattern on the surface, which
-/// changes within a block, and not light that was not understood, which changes between blocks.
+/// The residuals of rows minus the mean of their block, as logarithms: a pattern on the surface,
+/// which varies within a block, without errors of the light, which vary between blocks.
 fn pattern(block: &[usize], residuals: &[f64], rows: &[usize]) -> Vec<f64> {
     let count = block.iter().max().map_or(0, |last| last + 1);
     let mut sums = vec![(0.0, 0.0); count];

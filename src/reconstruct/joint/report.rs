@@ -1,4 +1,4 @@
-//! What a solve says of itself.
+//! The notes and warnings of a joint solve.
 
 use crate::math::rgb::CHANNELS;
 use crate::reconstruct::joint::average::{Ensemble, Posterior};
@@ -8,7 +8,7 @@ use crate::reconstruct::joint::search::Found;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, Selection, Trial, TrialPart};
 use crate::scene::Gloss;
 
-/// A specular reflectance that nobody sees.
+/// A specular reflectance below this is not visible.
 const NO_HIGHLIGHT: f64 = 0.01;
 
 /// Materials that are tagged as specular but show no highlight.
@@ -21,7 +21,7 @@ pub fn without_highlight(
     let shows =
         |own: &MaterialCertainty, material: usize, channel: usize| match own.specular[channel] {
             Some([low, _]) => low > 0.0 && posterior.specular[channel][material] > NO_HIGHLIGHT,
-            // What only some light sets need is no highlight.
+            //            // A highlight has to be present in all light sets.
             None => ensemble
                 .members
                 .iter()
@@ -46,7 +46,7 @@ pub fn no_highlight(problem: &Problem, materials: &[usize]) -> impl Iterator<Ite
     })
 }
 
-/// What was decided, a sentence each.
+/// One sentence for each decision of the search.
 pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<String> {
     let capture = problem.capture();
     let mut notes = Vec::new();

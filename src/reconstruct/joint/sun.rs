@@ -1,4 +1,4 @@
-//! The sun: a directional light, whose sharp shadows no lobe can draw.
+//! The sun: a directional light, whose sharp shadows cannot be represented by lobes.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,17 +14,18 @@ use crate::watch::Cancelled;
 
 /// Directions over the sphere at which the search begins: about 5° apart.
 const DIRECTIONS: usize = 1500;
-/// Rows that the first search looks at, at most.
+/// Most rows of the first search.
 const FIRST_ROWS: usize = 1200;
-/// Pixels of all photographs that the refinement looks at, at most. Rows alone, ten times fewer, left
-/// suns up to 4° off in random rooms with windows (window-0, -3, -4 and coat-2); pixels leave 0.34°.
+/// Most pixels of all photographs that the refinement uses. With rows alone, ten times fewer, the
+/// errors of suns were up to 4° in random rooms with windows (window-0, -3, -4 and coat-2); with
+/// pixels they are up to 0.34°.
 const PIXELS: usize = 20_000;
-/// Pixels that tell which of several directions is worth the refinement.
+/// Pixels by which the directions that are refined are chosen.
 const FEW_PIXELS: usize = 5_000;
 /// Local searches, from the strongest of the first directions.
 const STARTS: usize = 3;
 
-/// Directions in which a sun may stand, with where it would shine.
+/// Possible directions of a sun, with the rows that it would light.
 pub struct Directions {
     towards: Vec<Vec3>,
     /// Of each direction the next ones around it, and itself.
@@ -63,10 +64,10 @@ impl Directions {
         Ok(Self { towards, neighbours, rows, columns, through_opening, few_pixels, pixels })
     }
 
-    /// The directions, towards the sun, whose light explains most of what a fit leaves, none where
-    /// none of them explains anything, and by how much the cost falls with the first. In a room only
-    /// directions through an opening count: walls that are not known do not cast the shadows that would
-    /// tell a sun from a lamp.
+    /// The directions towards a sun that lower the cost of a fit most, and by how much the cost
+    /// falls with the first; none if no direction lowers it. In a room only directions through an
+    /// opening are used: the shadows of unknown walls are unknown, and without them a sun cannot be
+    /// distinguished from a lamp.
     pub fn first(&self, problem: &Problem, fitted: &Fitted) -> (Vec<Vec3>, f64) {
         let gain = SunGain::new(problem, fitted, &self.rows, None);
         let is_room = fitted.model.layout().is_some_and(|layout| layout.world == World::Room);
@@ -84,9 +85,9 @@ impl Directions {
         (order.iter().take(STARTS).map(|&k| self.towards[k]).collect(), fall)
     }
 
-    /// The fit of least cost with a sun near one of these directions; `None` where none explains anything.
-    /// [`SunGain`] dims all other light alike, which is not enough to choose by: a fit can take from the sky
-    /// beside the sun what belongs to the sun.
+    /// The fit of least cost with a sun near one of these directions; `None` if none lowers the
+    /// cost. [`SunGain`] dims all other light by one factor and cannot decide between directions:
+    /// in a fit, the sky around the sun can become darker than the rest.
     ///
     /// # Errors
     /// If it is cancelled, or if the bounded least squares of a fit fails.
@@ -139,8 +140,8 @@ fn neighbours(towards: &[Vec3]) -> Vec<Vec<usize>> {
     towards.par_iter().map(of).collect()
 }
 
-/// Per direction whether most places that it reaches see it in an opening: among directions that reach
-/// them together and make up less than a quarter of all.
+/// Per direction whether it lies in an opening for most places that it reaches: in a connected set
+/// of unoccluded directions that is less than a quarter of all.
 fn through_opening(neighbours: &[Vec<usize>], columns: &[Vec<f32>]) -> Vec<bool> {
     let most = neighbours.len() / 4;
     let places = columns.first().map_or(0, Vec::len);

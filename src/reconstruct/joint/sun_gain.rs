@@ -1,4 +1,4 @@
-//! What a sun would explain: by how much the cost of a fit falls with a sun in some direction.
+//! By how much the cost of a fit falls when a sun in a given direction is added.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -24,7 +24,7 @@ const LAST_STEP: f32 = 0.0005;
 #[derive(Clone, Copy)]
 pub struct Place {
     point: SurfacePoint,
-    /// The row of the problem that tells the other light there.
+    /// The row of the problem from which the other light at this point is taken.
     row: usize,
     /// The part of the row's weight that it has.
     share: f64,
@@ -39,8 +39,8 @@ impl Place {
     }
 }
 
-/// At most so many pixels of all photographs that see a surface with rows, evenly chosen: they are much
-/// denser than rows, and the other light of the nearest row is about theirs.
+/// At most so many pixels of all photographs, evenly chosen, that show a surface with rows. They
+/// are much denser than rows, and the other light at a pixel is about that at the nearest row.
 pub fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
     let Data { views, equations, .. } = problem.data;
     let mesh = &views.capture.mesh;
@@ -89,9 +89,9 @@ pub fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
     places
 }
 
-/// What a sun would explain of the residuals of a fit at some places, per channel. A model without its sun
-/// is wrong by several octaves where that shines in: the gain there is that of the loss itself and not of
-/// its linearisation.
+/// By how much a sun would lower the loss of a fit at some places, per channel. Without its sun, a
+/// model is wrong by several octaves where the sun shines in; the gain is therefore computed from
+/// the loss itself and not from its linearisation.
 pub struct SunGain {
     channels: Vec<ChannelGain>,
 }
@@ -122,7 +122,7 @@ struct Residual {
     reflectance: f64,
 }
 
-/// Strengths of a sun that are tried: quantiles of those that the places ask for.
+/// Number of strengths of a sun that are tried: quantiles of the strengths that fit single places.
 const STRENGTHS: usize = 4;
 /// Light that is left without a sun is at least this part of the light with it.
 const LEAST_LEFT: f64 = 1e-3;
@@ -160,8 +160,8 @@ impl SunGain {
         Self { channels: (0..CHANNELS).map(of).collect() }
     }
 
-    /// By how much the cost falls with a sun that reaches the places so, all other light being dimmed
-    /// alike.
+    /// By how much the cost falls with a sun of this coupling to the places, if all other light is
+    /// dimmed by a common factor.
     pub fn fall(&self, column: &[f32]) -> f64 {
         0.5 * self.channels.iter().map(|channel| channel.fall(column)).sum::<f64>()
     }

@@ -1,11 +1,11 @@
-//! What a joint solve holds against the data: the loss of a residual, the ridge on the emissions,
-//! known combinations of reflectances.
+//! The terms of the objective of a joint solve: the loss of a residual, the ridge on the emissions,
+//! and priors on combinations of reflectances.
 
 use faer::Mat;
 
 use crate::solve::kernels::dot;
 
-/// What is made small.
+/// Which residuals are minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Objective {
     /// Squared logarithms of computed over measured radiance.
@@ -20,16 +20,16 @@ pub enum Objective {
 pub struct Anchor {
     /// a_m per material.
     pub combination: Vec<f64>,
-    /// What the combination is known to be.
+    /// The prior mean of the combination.
     pub target: f64,
     /// In units in which a squared residual of a row of weight 1 counts 1.
     pub weight: f64,
 }
 
-/// Two emissions that are drawn to each other: adds ½ weight N² (E_a − centre_a − E_b + centre_b)²,
-/// N being the sum of the norms of all columns that are in pairs. That sum is the same however finely
-/// a sky is divided, and so is the sum of the squared differences between neighbouring cells: as many
-/// more of them as they become smaller (the membrane energy ∫ |∇E|² in two dimensions).
+/// A smoothness term between two emissions: adds ½ weight N² (E_a − centre_a − E_b + centre_b)², N
+/// being the sum of the norms of all columns that are in pairs. That sum is the same however finely
+/// a sky is divided, and so is the sum of the squared differences between neighbouring cells: as
+/// many more of them as they become smaller (the membrane energy ∫ |∇E|² in two dimensions).
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// a and b.
@@ -38,7 +38,7 @@ pub struct Pair {
     pub weight: f64,
 }
 
-/// What is held against the data, and how.
+/// All terms of the objective for one channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
     /// Which residuals are squared.
@@ -52,13 +52,13 @@ pub struct Terms<'a> {
     /// Per column the one whose norm is n_j; its own where this is empty. With a unit of its own, a lobe
     /// that hardly any row sees could take any value.
     pub ridge_units: &'a [usize],
-    /// Emissions that are drawn to each other. They share one unit: with units of their own a
-    /// column that hardly any row sees could take any value.
+    /// Smoothness terms between emissions. They share one unit: with units of their own, a column
+    /// that hardly reaches any row could take any value.
     pub pairs: &'a [Pair],
     /// Log reflectances that set those units. They belong to the objective, so that where a solve
     /// starts has no effect on where it ends.
     pub reference: &'a [f64],
-    /// What the ridge draws each emission to; 0 where nothing is known.
+    /// Prior mean of each emission under the ridge; 0 where nothing is known.
     pub centre: &'a [f64],
     /// Whether ridge and pairs are divided by the square of the level of all light, where no centre is
     /// known: they then have no effect on that level, only on how the light is distributed.
@@ -119,9 +119,9 @@ impl Anchor {
     }
 }
 
-/// What draws the emissions of some terms to known values and to each other: R = Σ_j λ_j n_j² (E_j −
-/// centre_j)² plus the pairs. A relative ridge is R s² / (M² + ε s²), with the level M = Σ_j n_j E_j of
-/// the light and s² the sum of the rows' weights. With R alone, dimmer light costs less, so that all
+/// The quadratic terms on the emissions, ridge and smoothness: R = Σ_j λ_j n_j² (E_j − centre_j)²
+/// plus the pairs. A relative ridge is R s² / (M² + ε s²), with the level M = Σ_j n_j E_j of the
+/// light and s² the sum of the rows' weights. With R alone, dimmer light costs less, so that all
 /// reflectances come out too high.
 pub(super) struct Ridge<'a> {
     terms: &'a Terms<'a>,
@@ -208,8 +208,8 @@ impl<'a> Ridge<'a> {
         }
     }
 
-    /// By what each column is scaled: its norm together with ridge and pairs, which alone a column has that
-    /// no row sees.
+    /// The scale of each column: its norm together with ridge and pairs. A column that reaches no
+    /// row has only the latter two.
     pub fn column_scales(&self, norms: &[f64]) -> Vec<f64> {
         let mut squares: Vec<f64> =
             norms.iter().zip(&self.ridge).map(|(norm, ridge)| (norm * norm).max(*ridge)).collect();

@@ -1,10 +1,10 @@
-//! How far the reflectances can be trusted: what the photographs determine, and intervals.
+//! The uncertainty of the reflectances: which are determined by the photographs, and intervals.
 //!
-//! Nothing of this comes from residuals that are taken to be independent: the error is the light
-//! model's, alike for neighbours, and intervals from independent errors cover a third of what they
-//! promise. The variance of a reflectance is the sum of four, times a factor for what is in none of
-//! them: of a factor that is common to all reflectances, of its own with the light and all others free,
-//! between light sets, and of light that is wrong alike over the whole of its surface.
+//! Residuals are not independent: errors of the light model are alike for neighbours, and intervals
+//! from independent errors contain a third as many true values as they should. The variance of a
+//! reflectance is the sum of four, times a factor for errors that are in none of them: of a factor
+//! common to all reflectances, of its own value with the light and all others free, between light
+//! sets, and of light that is wrong alike over its whole surface.
 
 use faer::linalg::matmul::matmul;
 use faer::prelude::*;
@@ -23,27 +23,28 @@ use crate::scene::Gloss;
 
 /// 0.975 quantile of the normal distribution.
 const QUANTILE: f64 = 1.96;
-/// Standard deviation of a log reflectance above which the artist is told: a factor of 1.5 either
+/// Standard deviation of a log reflectance above which there is a warning: a factor of 1.5 either
 /// way at 95 %.
 const WARN_SD: f64 = 0.2;
-/// Relative to a column's square, what it must keep beyond others to count as independent.
+/// A column is independent if at least this fraction of its square remains after projection.
 const INDEPENDENT: f64 = 1e-10;
 
-/// How many times the residuals' size the light model's error is, where it moves reflectances: up
-/// to 2.8 was seen on the captures that set constants, 1.5 is its standard deviation.
+/// The error of the light model, as far as it affects reflectances, over the size of the residuals:
+/// up to 2.8 on the captures that set constants, with a standard deviation of 1.5.
 const MODEL_ERROR: f64 = 1.5;
 
-/// Light that is wrong varies over a surface by as much as it is wrong over the surface as a whole, so
-/// the one, which residuals show, tells of the other, which goes into the reflectance. Its standard
-/// deviation is this part of the material's residuals: errors of the logarithm are 0.4 to 0.8 of them
-/// on large, outdoor-open, corner-glossy, kitchen-full and kitchen-coarse, 0.3 to 0.5 elsewhere.
+/// An error of the light has a part that varies over a surface, which residuals show, and a part
+/// that is constant over it, which goes into the reflectance. The standard deviation of the latter
+/// is taken as this fraction of the former: 0.4 to 0.8 was found on large, outdoor-open,
+/// corner-glossy, kitchen-full and kitchen-coarse, 0.3 to 0.5 elsewhere.
 const WHOLE_SURFACE: f64 = 0.5;
 
-/// The variance of a log ρ_d is this many times the sum of the four variances: errors that all light
-/// sets have in common, such as which lamps were chosen, are in none of these. Set on the random captures
-/// 4 to 7 of every kind (`assets/study/random`), where the intervals then hold 93 % of 835 true values,
-/// and 82 % without it; on captures 0 to 3, which judge, 95 % of 773, and 90 % without it. Intervals of
-/// ρ_s are without it: no capture there shows how far they are wrong.
+/// The variance of a log ρ_d is this many times the sum of the four variances: errors that all
+/// light sets have in common, such as which lamps were chosen, are in none of these. Set on the
+/// random captures 4 to 7 of every kind (`assets/study/random`), where the intervals then contain
+/// 93 % of 835 true values, and 82 % without it; on captures 0 to 3, which only test, 95 % of 773,
+/// and 90 % without it. It is not applied to ρ_s: no capture there shows how wrong its intervals
+/// are.
 const UNDERSTATED: f64 = 2.5;
 
 /// Variance of a row's residual per channel, as far as a factor common to all reflectances is
@@ -54,13 +55,13 @@ pub fn row_noise(problem: &Problem, fitted: &Fitted) -> Rgb {
     problem.mean_square(fitted).map(|square| count * MODEL_ERROR.powi(2) * square)
 }
 
-/// As many materials of equal shares tell as much of their mean as materials of these shares.
+/// Number of materials with equal shares whose mean would be as certain as with these shares.
 fn effective_count(shares: &[f64]) -> f64 {
     let squares: f64 = shares.iter().map(|share| share * share).sum();
     if squares > 0.0 { squares.recip() } else { 0.0 }
 }
 
-/// What the rows of one channel say of the reflectances, with the light free.
+/// The information of one channel's rows on the reflectances, with the light free.
 struct Determined {
     /// Materials of unknown ρ_d, ascending.
     unknown: Vec<usize>,
@@ -87,8 +88,7 @@ struct Variances {
     level: f64,
 }
 
-/// Intervals, what is identified, and what to warn of. `rows` have the noise that the problem's
-/// priors say.
+/// Intervals, identified values and warnings. `rows` have the noise of the problem's priors.
 pub fn assess(
     problem: &Problem,
     fitted: &Fitted,
@@ -114,7 +114,7 @@ pub fn assess(
     let determined: [Determined; CHANNELS] =
         std::array::from_fn(|channel| Determined::of(problem, fitted, channel));
     let noise = certainty.scale.log_rms.map(|rms| (MODEL_ERROR * rms).powi(2));
-    // A reflectance that is known with some deviation says as much as rows do.
+    //    // A reflectance that is known with a standard deviation counts like rows.
     let pins: [Vec<(usize, f64)>; CHANNELS] = std::array::from_fn(|c| {
         let weight = |(material, _, variance)| (material, UNDERSTATED * noise[c] / variance);
         priors.pins_of(c).map(weight).collect()
@@ -147,8 +147,8 @@ pub fn assess(
             let between = posterior.log_diffuse_variance[channel][material];
             let sum = |common: f64, own: f64| noise * (common + own) + between + whole;
             let by_rows = sum(from_rows.common, own);
-            // Beyond that the weak prior, which was weighed by the same noise, says more than the
-            // photographs.
+            //            // Above that the weak prior, weighed by the same noise, is more certain
+            //            than the rows.
             entry.identified[channel] = by_rows.sqrt() < problem.options().prior_sd;
             if (UNDERSTATED * by_rows).sqrt() > WARN_SD {
                 open[material].push(channel);
@@ -189,8 +189,8 @@ pub fn assess(
     (certainty, warnings)
 }
 
-/// Variance of the weak prior on a channel's mean log ρ_d, given what the rows of the other channels
-/// say of theirs (`levels`: variances): the mean is a + b, with a common to all channels (see
+/// Variance of the weak prior on a channel's mean log ρ_d, given the means of the other channels
+/// from their rows (`levels`: variances): the mean is a + b, with a common to all channels (see
 /// [`fit_with_scale_prior`](crate::reconstruct::joint::fit::fit_with_scale_prior)).
 fn prior_variance(options: &JointOptions, levels: &Rgb, channel: usize) -> f64 {
     let own = options.channel_tie.powi(2);
@@ -199,7 +199,7 @@ fn prior_variance(options: &JointOptions, levels: &Rgb, channel: usize) -> f64 {
     own + (options.prior_sd.powi(-2) + told).recip()
 }
 
-/// One warning for all materials that are open in the same channels.
+/// One warning for all materials that are undetermined in the same channels.
 fn undetermined(problem: &Problem, open: &[Vec<usize>]) -> Vec<String> {
     let measured = problem.priors.measured.iter().filter(|measured| **measured).count();
     let mut told: Vec<&[usize]> = Vec::new();
@@ -325,8 +325,8 @@ impl Determined {
     }
 }
 
-/// What is left of JᵀJ over some unknowns when others follow freely; `None` without unknowns, or
-/// where the others depend on each other.
+/// The Schur complement of JᵀJ over some unknowns, with the others free; `None` without unknowns,
+/// or if the others depend on each other.
 fn schur(products: &Mat<f64>, inner: &[usize], outer: &[usize]) -> Option<Mat<f64>> {
     if inner.is_empty() {
         return None;
@@ -347,7 +347,7 @@ fn schur(products: &Mat<f64>, inner: &[usize], outer: &[usize]) -> Option<Mat<f6
     Some(schur)
 }
 
-/// The inverse; what nothing determines has a variance without bounds.
+/// The inverse; undetermined unknowns get an infinite variance.
 fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     let count = matrix.ncols();
     let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
