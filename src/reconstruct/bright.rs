@@ -1,9 +1,10 @@
 //! Photographed surfaces as emitters: small cells of them, sampled by how bright they are.
 //!
-//! A sunlit patch, or the wall beside a lamp, can send half of the light that a surface point gets
-//! and be met by two of its hemisphere's 400 rays. Rays that are aimed at such patches do not miss
-//! them. Both kinds of rays are weighted by the balance heuristic (Veach and Guibas 1995, Section 3),
-//! so their sum is right whatever the cells say, and no ray counts more than without the others.
+//! A sunlit patch, or the wall beside a lamp, can provide half of the light at a surface point and
+//! be met by only two of the 400 rays over its hemisphere. Additional rays are therefore aimed at
+//! such patches (importance sampling). Both kinds of rays are weighted by the balance heuristic
+//! (Veach and Guibas 1995, Section 3), so that the estimate is unbiased however bright the cells
+//! are taken to be, and no ray has a larger weight than without the others.
 
 use std::sync::atomic::AtomicUsize;
 

@@ -1,17 +1,17 @@
 //! The stage cache: the products of earlier runs of a capture, so that a run begins at the first
 //! stage whose inputs differ.
 //!
-//! Every product is stored with the inputs of the step that made it (`reads.rs` lists what each
-//! step reads). A run takes a product over where these inputs, and those of every step it builds
-//! on, equal its own. Products are shared, not copied, and a run that takes some over gives the
-//! same bytes as one from the beginning.
+//! Every product is stored with the inputs of the step that made it (`reads.rs` lists the inputs of
+//! each step). A run reuses a product if these inputs, and those of every step on which it builds,
+//! equal its own. Products are shared, not copied. A run that reuses products gives the same bytes
+//! as one from the beginning.
 //!
-//! Products of two runs are kept: of the last that ended, and of the last that was stopped after
-//! making something new. So an artist who stops a run loses neither the earlier result nor the
-//! stages that were done. Besides what a result consists of, they hold the visibility buffers (16
-//! bytes for each pixel of the photographs, about one where they are many; one copy as long as
-//! geometry and cameras are the same).
-//! All memory is released with the last clone of the cache.
+//! The products of two runs are kept: those of the last run that ended, and those of the last run
+//! that was stopped after it made something new. If an artist stops a run, neither the earlier
+//! result nor the finished stages are lost. In addition to the parts of a result, the cache holds
+//! the visibility buffers: 16 bytes for each pixel of the photographs, or about one byte if there
+//! are many pixels, in one copy as long as geometry and cameras are the same. All memory is
+//! released with the last clone of the cache.
 
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,7 +1,7 @@
-//! The pixels that samples are chosen from (Section 4.1).
+//! The pixels from which samples are chosen (Section 4.1).
 //!
-//! There are millions of them and thousands of samples, so beyond a number that is many times that
-//! of the samples a random part of them does as well.
+//! There are millions of pixels and thousands of samples. A random subset of the pixels, still many
+//! times as many as the samples, is therefore enough.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use crate::reconstruct::Stream;
 use crate::scene::views::Run;
 use crate::scene::{Optics, Role, Views};
 
-/// What is asked of the pixels.
+/// The conditions on the pixels.
 pub(super) struct Wanted {
     pub min_cosine: f64,
     /// Samples that are aimed at.
@@ -20,7 +20,7 @@ pub(super) struct Wanted {
     pub seed: u64,
 }
 
-/// A pixel that could become a sample: there are millions, so it says no more than which.
+/// A pixel that could become a sample. There are millions, so only its place is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Candidate {
     /// Index into `Views::buffers`.

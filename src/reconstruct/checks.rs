@@ -1,4 +1,4 @@
-//! What must hold before a run and within it, and what the artist should know about its result.
+//! Checks before and during a run, and warnings about its result.
 
 use crate::math::rgb::CHANNELS;
 use crate::math::sampling::lattice_step;
@@ -22,7 +22,7 @@ pub(super) fn check_start(capture: &Capture, options: &Options) -> Result<(), Er
     Ok(())
 }
 
-/// What a solve is about to hold in memory.
+/// The memory that a solve will take.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SolveSize {
     pub samples: usize,
@@ -54,7 +54,7 @@ impl SolveSize {
     }
 }
 
-/// Whether what a solve holds fits into memory. `lower` names the options that make it smaller.
+/// Whether a solve fits into memory. `lower` names the options that make it smaller.
 pub(super) fn check_size(size: &SolveSize, lower: &'static str) -> Result<(), Error> {
     let bytes = size.peak_bytes();
     if bytes > LARGEST_SOLVE {
@@ -75,10 +75,10 @@ pub(super) const LOWER_JOINT: &str = "samples.count (or raise samples.spacing_m)
 pub(super) const LOWER_PAPER: &str = "samples.count (or raise samples.spacing_m), \
     gloss.views_per_sample, lights.count or lobes.grid";
 
-/// Pixels of a photograph that are looked at for what is odd, evenly spread.
+/// Pixels of a photograph that are checked, evenly spread.
 const MOST_PIXELS: usize = 1 << 20;
 
-/// What is odd about the photographs and the geometry together.
+/// Warnings about photographs that do not match the geometry.
 pub(super) fn of_photographs(views: &Views) -> Vec<String> {
     let mut warnings = Vec::new();
     for buffer in &views.buffers {
@@ -112,7 +112,7 @@ pub(super) fn of_photographs(views: &Views) -> Vec<String> {
     warnings
 }
 
-/// What the artist should know about the result.
+/// Warnings about the result.
 pub(super) fn warn(
     capture: &Capture,
     options: &Options,

@@ -98,8 +98,8 @@ pub fn solve(
     Ok(Emissions { emission, unconverged })
 }
 
-/// 1/(L − L⁺), the weight of Eq. 9, kept finite where the photographed surfaces explain all of L
-/// or more.
+/// 1/(L − L⁺), the weight of Eq. 9, kept finite where the photographed surfaces account for all of
+/// L or more.
 pub fn weight(radiance: f64, photographed: f64, dark: f64, floor: f64) -> f64 {
     1.0 / (radiance - photographed).abs().max(floor * radiance.max(dark))
 }

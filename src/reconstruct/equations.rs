@@ -1,7 +1,7 @@
-//! Eq. 6 to 9: the equations that tie a sample's radiance to reflectances and emissions.
+//! Eq. 6 to 9: the equations between the radiance of a sample, reflectances and emissions.
 //!
-//! A diffuse sample looks the same from everywhere and gives one equation, for its mean
-//! radiance. A specular sample gives one for every photograph that sees it.
+//! A diffuse sample has the same radiance in all directions and gives one equation, for its mean
+//! radiance. A specular sample gives one equation for every photograph that shows it.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::transport::Transport;
 use crate::scene::{Brdf, Capture, MaterialKind, Viewing};
 
-/// One equation: a sample as a diffuse surface or as one photograph sees it.
+/// One equation: that of a diffuse sample, or that of a specular sample in one photograph.
 #[derive(Clone, Copy, Debug)]
 pub struct Equation {
     /// Index into `SampleCloud::samples`.
@@ -23,7 +23,7 @@ pub struct Equation {
     pub material: usize,
     /// L(x, ω_r) per channel.
     pub radiance: Rgb,
-    /// What this equation counts for; those of one sample add up to 1.
+    /// Weight of this equation; those of one sample add up to 1.
     pub share: f64,
     /// Its entry in `Equations::glossy`, for a specular sample.
     pub glossy: Option<usize>,

@@ -1,10 +1,11 @@
-//! Differences of exposure between the photographs, by what several of them see.
+//! Differences of exposure between the photographs, estimated from samples that several of them
+//! show.
 //!
-//! A diffuse sample is as bright in every photograph, so the ratios of its radiances are those of
-//! the photographs' gains. For every pair of photographs the median of the logarithm of the ratio
-//! over their common samples is taken, which a few glossy or shadowed samples do not move, and
-//! least squares over the graph of pairs gives a gain for each photograph. Only ratios are known:
-//! the median photograph of each connected part has a gain of 1.
+//! A diffuse sample has the same radiance in every photograph, so the ratios of its measured
+//! radiances are the ratios of the photographs' gains. For every pair of photographs the median of
+//! the logarithm of this ratio over their common samples is taken; a few glossy or shadowed samples
+//! do not change a median. Least squares over the graph of pairs gives a gain for each photograph.
+//! Only ratios are determined: the median photograph of each connected part has a gain of 1.
 
 use std::collections::BTreeMap;
 
@@ -66,7 +67,7 @@ impl Gain {
     }
 }
 
-/// Two photographs and what their common samples say.
+/// Two photographs and the ratio of their exposures by their common samples.
 struct Pair {
     photographs: [usize; 2],
     /// Median of ln(first / second), and its standard deviation.

@@ -1,5 +1,5 @@
-//! Rays over the hemisphere of a surface point, which find the light that arrives there from
-//! photographed surfaces.
+//! Rays over the hemisphere of a surface point, by which the light from photographed surfaces that
+//! arrives there is integrated.
 
 use std::f32::consts::PI;
 
@@ -30,7 +30,7 @@ pub struct Record {
     pub irradiance: Radiance,
 }
 
-/// What rays over a surface point's hemisphere found.
+/// The light that rays over a surface point's hemisphere found.
 pub struct Gathered {
     /// I_s, from photographed surfaces alone.
     pub irradiance: Radiance,

@@ -1,4 +1,4 @@
-//! Section 4.2: virtual light sources, which stand for everything that was not modelled.
+//! Section 4.2: virtual light sources, which replace the unmodelled surroundings.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -62,7 +62,7 @@ pub struct VirtualLight {
     pub half_angle: f32,
 }
 
-/// What a virtual light stands for.
+/// The kind of light source that a virtual light represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightKind {
     /// A disc on the bounding sphere.
@@ -135,7 +135,8 @@ impl VirtualLight {
         (self.radius_m / distance).min(1.0)
     }
 
-    /// V(x, A_i): the fraction of the light that a surface point sees, by `side`² jittered rays.
+    /// V(x, A_i): the fraction of the light that is visible from a surface point, by `side`²
+    /// jittered rays.
     pub fn visibility(
         &self,
         views: &Views,

@@ -1,4 +1,4 @@
-//! What a run takes of memory at its peak, from what is known before it begins.
+//! The peak memory of a run, estimated before it begins.
 //!
 //! All numbers are bytes, and upper bounds for captures like those that they were measured on
 //! (the guide's page on speed has the measurements): a machine that has as much can do the run.
@@ -16,8 +16,8 @@ const PROGRAM: u64 = 96 << 20;
 const TRIANGLE: u64 = 240;
 /// The same while the tree is built.
 const TRIANGLE_BUILT: u64 = 320;
-/// What one pixel sees, whole and packed (in runs), and what is held beside that of the photograph
-/// that is looked at.
+/// The visibility of one pixel, whole and packed (in runs), and the memory beside that of the
+/// photograph that is looked at.
 const HIT: u64 = 16;
 const HIT_FOUND: u64 = 18;
 const PACKED_HIT: u64 = 1;
@@ -32,7 +32,7 @@ const SHARPENED: u64 = 80;
 /// A texel of a texture, with where it lies and what shows it.
 const TEXEL: u64 = 160;
 
-/// What makes it less that there are so many pixels.
+/// How to reduce the memory if there are too many pixels.
 const SMALLER: &str = "leave photographs out, or give smaller ones, with w, h and the intrinsics of \
     their cameras";
 
@@ -44,11 +44,11 @@ pub struct MemoryNeed {
     /// Photographs that are kept in files, of which memory holds as much as there is room for; it
     /// is in none of the sums.
     pub in_files: u64,
-    /// What reading the photographs takes beside those that are read.
+    /// Memory for reading the photographs, beside the photographs themselves.
     pub loading: u64,
-    /// What is held in all of the run.
+    /// Memory that is held during the whole run.
     pub held: u64,
-    /// What each of [`Stage::ALL`] takes beside these.
+    /// Memory of each of [`Stage::ALL`], beside these.
     pub stages: [u64; 5],
 }
 

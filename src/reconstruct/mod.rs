@@ -1,9 +1,9 @@
-//! The method, about a file a section of the paper.
+//! The method: about one file for each section of the paper.
 //!
-//! [`run`] is a straight line of stages, each a function from plain data to plain data:
-//! samples (4.1), virtual lights and lobes (4.2), transport (5.1), the refinement of
-//! reflectances and emissions (5.2 to 5.4), textures (5.5). [`run_cached`] is the same line, but
-//! takes products over from earlier runs of the same inputs ([`cache`]).
+//! [`run`] calls the stages one after the other. Each is a function from plain data to plain data:
+//! samples (4.1), virtual lights and lobes (4.2), transport (5.1), the refinement of reflectances
+//! and emissions (5.2 to 5.4), textures (5.5). [`run_cached`] does the same, but reuses the
+//! products of earlier runs with the same inputs ([`cache`]).
 
 pub mod bright;
 mod candidates;
@@ -108,7 +108,7 @@ pub(crate) enum Stream {
     Candidates,
 }
 
-/// What a running reconstruction has come to; the products are final when they are sent.
+/// Progress of a reconstruction and its products, which are final when they are sent.
 #[derive(Clone, Debug)]
 pub enum Update {
     /// A stage begins.
@@ -119,7 +119,7 @@ pub enum Update {
     Samples(Arc<SampleCloud>),
     /// The virtual lights and their lobes; `joint` finds them with the solution.
     Lights(Arc<VirtualLights>, Arc<Lobes>),
-    /// What reaches the samples.
+    /// Light transport to the samples.
     Transport(Arc<Transport>),
     /// An iteration of the solve is done.
     Iteration(Iteration),
@@ -134,10 +134,10 @@ pub struct Reconstruction {
     pub lights: Arc<VirtualLights>,
     /// In which directions; light by light.
     pub lobes: Arc<Lobes>,
-    /// What reaches the samples from surfaces and lobes.
+    /// Light transport to the samples, from surfaces and lobes.
     pub transport: Arc<Transport>,
-    /// What ties radiance to reflectances and emissions: one row for each diffuse sample, one for
-    /// each view of a specular one.
+    /// The equations between radiance, reflectances and emissions: one row for each diffuse sample,
+    /// one for each view of a specular one.
     pub equations: Arc<Equations>,
     /// Reflectances and emissions.
     pub solution: Arc<Solution>,
@@ -149,7 +149,7 @@ pub struct Reconstruction {
     pub seconds: [f64; 5],
     /// Whether it was done in an earlier run, and taken over.
     pub kept: [bool; 5],
-    /// What the artist should know about the result, a sentence each.
+    /// Warnings about the result, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -177,13 +177,13 @@ pub enum Error {
          transforms.json an OpenEXR or Radiance image"
     )]
     NoMeasurement,
-    /// The cameras do not see the geometry.
+    /// No camera's picture shows the geometry.
     #[error(
         "no pixel of any photograph shows the geometry: check that scene.obj and the cameras of \
          transforms.json are in the same coordinates (metres, OpenGL camera axes)"
     )]
     NothingSeen,
-    /// The cameras see it, but no pixel there is valid.
+    /// Pictures show the geometry, but no pixel there is valid.
     #[error(
         "no pixel that shows a tagged surface is a measurement: all are saturated, negative or \
          not finite; check the photographs and \"saturation\" in tags.json"

@@ -1,11 +1,11 @@
-//! Which of the materials that are tagged as specular are mirrors or clear glass: photographs of
-//! them show other surfaces, which photographs show as well.
+//! Finds which of the materials that are tagged as specular are mirrors or clear glass. The pixels
+//! of such a material show other surfaces, which other photographs show too.
 //!
-//! Nothing of the light or the reflectances has to be known for that. Each pixel of such a material
-//! is predicted in three ways, all from other pixels: as an opaque surface, by what other
-//! photographs see at the same place; as a mirror, by what the mirrored ray meets; as clear glass,
-//! by what lies behind and, for the part that Fresnel's equations reflect, by what the mirrored ray
-//! meets.
+//! Neither the light nor the reflectances have to be known for this. Each pixel of such a material
+//! is predicted in three ways, all from other pixels: as an opaque surface, from other photographs
+//! of the same point; as a mirror, from the surface that the mirrored ray meets; and as clear
+//! glass, from the surface behind it and the surface that the mirrored ray meets, weighted by
+//! Fresnel's equations.
 
 use std::collections::BTreeMap;
 
@@ -25,11 +25,12 @@ struct Pixel {
     /// Cell of the grid that pixels are compared by.
     block: (u32, [i32; 3]),
     radiance: Radiance,
-    /// What other photographs see at the same place.
+    /// Radiance of the same point in other photographs.
     opaque: Radiance,
-    /// What the mirrored ray meets.
+    /// Radiance of the surface that the mirrored ray meets.
     mirrored: Radiance,
-    /// What lies behind, and the part of it that all faces of the glass on the way let through.
+    /// Radiance of the surface behind, and the fraction of it that all faces of the glass on the
+    /// way transmit.
     behind: Option<(Radiance, f32)>,
 }
 
@@ -49,7 +50,7 @@ const ENOUGH_BLOCKS: usize = 8;
 /// or something stands there that was not modelled.
 const FAR: f64 = 1.5;
 
-/// Per material of the capture what its surfaces do with light.
+/// Per material of the capture, whether it is opaque, a mirror or glass.
 ///
 /// # Errors
 /// If it is cancelled.
@@ -227,7 +228,7 @@ fn off(measured: Radiance, predicted: Radiance) -> f64 {
     (0..CHANNELS).map(error).sum::<f64>() / CHANNELS as f64
 }
 
-/// The median part of what the mirrored rays meet that the pixels show.
+/// The median ratio of the pixels' radiance to that of the surfaces that the mirrored rays meet.
 fn tint(pixels: &[Pixel]) -> Radiance {
     std::array::from_fn(|c| {
         let mut parts: Vec<f32> =

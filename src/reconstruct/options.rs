@@ -1,4 +1,4 @@
-//! All options of a reconstruction: the stages' own, gathered.
+//! All options of a reconstruction: those of every stage.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Prediction of withheld samples: the radiance that a result of either method computes for samples
-//! that it was not given.
+//! Prediction of held-out samples: the radiance that a result, of either method, gives for samples
+//! to which it was not fitted.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
-//! Named sets of options, from quick to careful: points of `lobelia study speed`, on the front of
-//! seconds against error over the test captures.
+//! Named sets of options, from fast to accurate. They are settings of `lobelia study speed` on the
+//! Pareto front of seconds and error over the test captures.
 
 use crate::choices;
 

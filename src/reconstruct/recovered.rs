@@ -1,4 +1,4 @@
-//! The light that a reconstruction recovered, as prediction, textures, pictures and exports take it.
+//! The recovered light in the form that prediction, textures, pictures and exports use.
 
 use crate::math::rgb::Rgb;
 use crate::reconstruct::lights::VirtualLights;

@@ -1,4 +1,4 @@
-//! Section 4.1: surface samples, the points at which the photographs are explained.
+//! Section 4.1: surface samples, the points at which measured and computed radiance are compared.
 
 use std::sync::atomic::AtomicUsize;
 
@@ -27,7 +27,8 @@ options! {
         reject_edges: bool = true, None, "";
         /// Side of the window of pixels over which a sample's radiance is averaged.
         window_px: usize = 3, Some((1.0, 31.0)), "px";
-        /// Photographs that see a surface at a smaller cosine are not used there.
+        /// A photograph is not used where the cosine between its viewing direction and the surface
+        /// normal is smaller.
         min_cosine: f64 = 0.1, Some((0.0, 0.99)), "";
     }
 }
@@ -45,7 +46,7 @@ pub struct SampleCloud {
     /// Per material the area that one of its samples stands for, in units of that of samples at the
     /// common distance; 1 for materials beyond its end.
     pub relative_area: Vec<f64>,
-    /// What is odd about the samples, a sentence each.
+    /// Warnings about the samples, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -74,7 +75,7 @@ pub struct Sample {
     pub radiance: Radiance,
 }
 
-/// What one photograph measured at one sample: L(x, ω_k).
+/// The radiance that one photograph measured at one sample: L(x, ω_k).
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// Index into `Capture::photographs`.
@@ -239,7 +240,7 @@ fn densify(
     Ok(relative_area)
 }
 
-/// Reads a sample's radiance in every photograph that sees it.
+/// Reads a sample's radiance in every photograph that shows it.
 fn read(
     views: &Views,
     options: &SampleOptions,

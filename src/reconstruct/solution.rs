@@ -1,4 +1,4 @@
-//! What a reconstruction comes to, and the report of how it got there.
+//! The result of a reconstruction, and the report of its solve.
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::scene::{Brdf, Optics};
@@ -35,8 +35,8 @@ pub struct Iteration {
     pub index: usize,
     /// Root mean squares over all equations.
     pub rms: Rms,
-    /// What the method minimises, per channel; `None` for the paper's alternation, whose half
-    /// steps minimise different things.
+    /// The objective, per channel; `None` for the paper's alternation, whose half steps minimise
+    /// different things.
     pub objective: Option<Rgb>,
     /// Largest change of any diffuse or specular reflectance since the iteration before.
     pub change: f64,
@@ -88,13 +88,11 @@ pub struct Solution {
     pub stopped: Stopped,
     /// Computed radiance of each equation.
     pub computed: Vec<Rgb>,
-    /// What the result's certainty is known to be; `None` for the paper's method, and as far as
-    /// the fields say.
+    /// The certainty of the result; `None` for the paper's method, and as far as the fields say.
     pub certainty: Option<Certainty>,
-    /// What was decided on the way, a sentence each: which light model, how many lamps, which
-    /// gloss.
+    /// The decisions of the run, one sentence each: which light model, how many lamps, which gloss.
     pub notes: Vec<String>,
-    /// What the artist should know, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -110,7 +108,7 @@ pub struct Certainty {
     pub held_out: Option<Rgb>,
     /// Sets of lights over which the result was averaged; with 1 there are no intervals.
     pub light_sets: usize,
-    /// Which parts of a light model were tried, and what became of each.
+    /// Which parts of a light model were tried, and which were kept.
     pub selection: Option<Selection>,
 }
 
@@ -119,7 +117,7 @@ pub struct Certainty {
 pub struct Selection {
     /// Lobes that were tried: of backgrounds, of fine light, of lamps and suns.
     pub candidates: usize,
-    /// Lobes that shine in the result.
+    /// Lobes with an emission above 0 in the result.
     pub kept: usize,
     /// In the order in which they were made.
     pub trials: Vec<Trial>,
@@ -129,9 +127,9 @@ pub struct Selection {
 /// that were held out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
-    /// What was tried.
+    /// The part that was tried.
     pub part: TrialPart,
-    /// Root of the mean of what the fits make small, without the part and with it.
+    /// Root of the mean loss in held-out blocks, without the part and with it.
     pub before: f64,
     /// The same with the part.
     pub after: f64,
@@ -144,12 +142,12 @@ pub struct Trial {
     pub supported: bool,
 }
 
-/// What is tried.
+/// A part of a light model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrialPart {
     /// A sun.
     Sun,
-    /// The sky as photographs show it, in so many cells.
+    /// The photographed sky, in so many cells.
     SeenSky(usize),
     /// The lights of a room in place of those of an open sky.
     Room,
@@ -175,7 +173,7 @@ pub struct MaterialCertainty {
     pub diffuse: [Option<[f64; 2]>; CHANNELS],
     /// Of ρ_s; `None` also for diffuse materials.
     pub specular: [Option<[f64; 2]>; CHANNELS],
-    /// Exponents that explain the photographs about as well.
+    /// Range of exponents that fit the photographs about as well.
     pub exponent: Option<[f64; 2]>,
     /// The same of the roughness of a coat.
     pub roughness: Option<[f64; 2]>,

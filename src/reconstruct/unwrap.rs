@@ -1,4 +1,4 @@
-//! Section 5.5: where each point of a textured surface lies in its texture map.
+//! Section 5.5: the texture coordinates of each point of a textured surface.
 
 use std::collections::BTreeMap;
 

@@ -1,10 +1,11 @@
-//! Textures finer than the pixels that they come from.
+//! Textures with texels smaller than the pixels of the photographs.
 //!
-//! Eq. 13 at a texel takes the pixel that its centre falls into, and so blurs what lies next to
-//! it into it; a picture made from such a texture blurs it a second time. Here the texels are
-//! sought whose mean over every pixel is what that pixel measured: the simultaneous iterative
-//! reconstruction technique (Gilbert 1972), begun with every texel's mean over the pixels that
-//! show it. Stopped early it leaves the noise of single pixels alone.
+//! Eq. 13 uses, for each texel, the pixel in which its centre lies. The texture is therefore
+//! blurred by the size of a pixel, and a picture that is rendered from it is blurred a second time.
+//! This module computes texels whose mean over every pixel is the value that the pixel measured, by
+//! the simultaneous iterative reconstruction technique (Gilbert 1972). It starts with the mean of
+//! the pixels that show a texel, and is stopped early so that it does not amplify the noise of
+//! single pixels.
 
 use glam::{DVec2, Vec2, Vec3};
 use rayon::prelude::*;

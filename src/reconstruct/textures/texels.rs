@@ -1,5 +1,5 @@
-//! The reflectance of every texel (Eq. 13): what its photographs show, less what a specular lobe
-//! mirrors, over the light there.
+//! The reflectance of every texel (Eq. 13): its photographed radiance, minus that which the
+//! specular lobe reflects, divided by the light there.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -28,9 +28,9 @@ fn brightness(radiance: &Rgb) -> f64 {
     radiance.iter().sum()
 }
 
-/// What a photograph shows of a texel.
+/// The radiance of a texel in one photograph.
 struct Photographed {
-    /// Radiance without what is mirrored.
+    /// Radiance without the specular reflection.
     diffuse: Rgb,
     weight: f64,
     /// Variance of the brightness of `diffuse`.
@@ -61,9 +61,11 @@ fn common(seen: &mut [Photographed]) -> Option<(Rgb, f64)> {
     (weights > 0.0).then(|| (sum.map(|sum| sum / weights), 1.0 / precision))
 }
 
-/// What a texel of a glossy surface sends diffusely: what was found, drawn to what the whole material
-/// would send as far as the patterns of surfaces vary less than what was found is uncertain. Beyond
-/// three times the pattern the difference is mirrored light that is not understood.
+/// The diffuse radiance of a texel of a glossy surface: the weighted mean of the radiance that was
+/// found and the radiance that the mean reflectance of the material would give. The weights follow
+/// from the variance of the former and from how much patterns of surfaces usually vary. A
+/// difference of more than three times the pattern is taken to be specular reflection that the
+/// model does not account for.
 fn drawn(found: Rgb, variance: f64, usual: Rgb) -> Rgb {
     let pattern = PATTERN * brightness(&usual);
     let beyond = ((brightness(&found) - brightness(&usual)).abs() - 3.0 * pattern).max(0.0);
@@ -82,7 +84,7 @@ pub(super) struct Texels<'a> {
     pub options: &'a TextureOptions,
 }
 
-/// What the specular lobe of a surface's material mirrors at the texels, towards one photograph.
+/// The specular reflection at the texels of a surface, towards one photograph.
 struct Mirrored<'a> {
     texels: &'a Texels<'a>,
     incidents: &'a [Option<Incident>],
@@ -104,7 +106,7 @@ impl Sum for Mirrored<'_> {
         values[0] = mirrored.map(|value| value as f32);
     }
 
-    /// What the surface sends diffusely.
+    /// The diffuse radiance of the surface.
     fn base(&self, texel: usize) -> Rgb {
         let irradiance = self.texels.irradiance[texel].unwrap_or_default();
         std::array::from_fn(|c| self.brdf.diffuse[c] * irradiance[c] / PI)
@@ -228,7 +230,7 @@ impl Texels<'_> {
         sum.map(|sum| sum / weights)
     }
 
-    /// Where a photograph sees a texel, and the radiance that it measures there.
+    /// The place of a texel in a photograph, and the radiance that is measured there.
     fn seen(&self, buffer: &VisibilityBuffer, texel: usize) -> Option<(Seen, Rgb)> {
         let place = self.grid.places[texel].as_ref()?;
         let seen = self.views.seen(buffer, place.point)?;
@@ -237,7 +239,7 @@ impl Texels<'_> {
     }
 }
 
-/// What a photograph shows of a surface point, less what is mirrored.
+/// The radiance of a surface point in a photograph, without the specular reflection.
 fn shown(
     buffer: &VisibilityBuffer,
     point: SurfacePoint,
@@ -249,7 +251,7 @@ fn shown(
     let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
     // Beside an edge a pixel shows another surface too: used where there is no other.
     let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
-    // What is mirrored is known less well than what is measured.
+    //    // The specular reflection is known less well than the measured radiance.
     let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
     let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
     Photographed {
