@@ -1,7 +1,8 @@
-//! Bundle adjustment: Levenberg–Marquardt over everything that is placed.
+//! Bundle adjustment: Levenberg–Marquardt over all cameras, lenses, things and points that are
+//! placed.
 //!
-//! Minimises Σ ½ c² ln(1 + (r/c)²) over the residuals that were drawn (Cauchy's loss) plus Σ ½ r²
-//! over those that were typed, by reweighted least squares: each step solves the normal equations
+//! Minimises Σ ½ c² ln(1 + (r/c)²) over the residuals of drawn strokes (Cauchy's loss) plus Σ ½ r²
+//! over those of typed numbers, by reweighted least squares: each step solves the normal equations
 //! (faer's Cholesky) with weights 1 / (1 + (r/c)²) and damping in the units of the diagonal
 //! (Marquardt, 1963; its control after H. B. Nielsen, "Damping Parameter in Marquardt's Method",
 //! 1999). The problems are of some hundred unknowns, so the normal equations are dense.

@@ -1,4 +1,5 @@
-//! What cannot be solved because it contradicts itself before anything is computed.
+//! Checks of a model before anything is computed: strokes and things that are invalid or contradict
+//! themselves.
 
 use std::collections::HashSet;
 

@@ -1,6 +1,6 @@
-//! What a model leaves to convention: where its origin lies, how it is turned about the vertical,
-//! and how large it is. Photographs cannot tell these; where nothing was said, they are chosen, so
-//! that a model of one box can be solved, and a note says what was chosen.
+//! Conventions for the origin, the rotation about the vertical and the scale of a model.
+//! Photographs do not determine these. If no stroke gives them, they are chosen here, so that a
+//! model of one box can be solved, and a note says what was chosen.
 
 use glam::DVec3;
 

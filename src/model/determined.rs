@@ -1,4 +1,4 @@
-//! What the strokes determine, how well, and what they leave open, in words.
+//! Standard errors of what the strokes determine, and sentences about what they do not determine.
 
 use std::collections::BTreeMap;
 

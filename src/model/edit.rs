@@ -1,5 +1,5 @@
-//! Changes of a model that keep its parts together: what refers to something that is removed goes
-//! with it, and things stay listed before those that they carry.
+//! Changes of a model that keep it consistent: if something is removed, everything that refers to
+//! it is removed too, and a thing stays listed before those that stand on it.
 
 use super::things::{corner_names, parameters};
 use super::{Axis, Model, Place, Shape, Side, Stroke, Support, Surfaces, Thing};

@@ -1,5 +1,5 @@
-//! Cameras that a program of its own has found, in coordinates of its own: how they are brought
-//! into the world where no stroke says how.
+//! Cameras that an external program (an engine) has found in coordinates of its own, and the guess
+//! of their place in the world where no stroke determines it.
 
 use std::sync::Arc;
 

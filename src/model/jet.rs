@@ -1,4 +1,4 @@
-//! Numbers that carry their derivatives by a few unknowns (forward automatic differentiation).
+//! Numbers with their derivatives by a few unknowns (forward automatic differentiation).
 //!
 //! A corner of a thing depends on a handful of the unknowns of an adjustment, so the derivatives
 //! are a short list. They are exact to rounding: no step width has to be chosen.

@@ -1,10 +1,11 @@
-//! The straight lines that a photograph shows.
+//! Straight lines in a photograph.
 //!
-//! They are found by LSD (Grompone von Gioi et al., "LSD: a Line Segment Detector", IPOL 2012; the
-//! crate `lsdetect`), which is good at telling lines from texture and leaves their place to about
-//! half a pixel, and cuts long ones in pieces where there is noise. Each is then put onto the
-//! steepest change of brightness ([`snap`]), which is good to a tenth of a pixel, and goes on as far as
-//! that change does; pieces of what has become one line are left out.
+//! They are detected by LSD (Grompone von Gioi et al., "LSD: a Line Segment Detector", IPOL 2012;
+//! the crate `lsdetect`). LSD distinguishes lines from texture well, but its positions are accurate
+//! only to about half a pixel, and it divides long lines where there is noise. Each line is
+//! therefore moved to the steepest change of brightness ([`snap`]), which is accurate to a tenth of
+//! a pixel, and extended as far as that change continues. Pieces of the same line are then left
+//! out.
 
 use glam::DVec2;
 

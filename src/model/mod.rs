@@ -1,5 +1,5 @@
-//! Cameras and a partial model from photographs alone: what a person draws on photographs
-//! ([`Stroke`]) places the cameras and the things ([`Thing`]) that were drawn.
+//! Cameras and a partial model from photographs alone. Cameras and things ([`Thing`]: boxes, rooms
+//! and so on) are computed from strokes ([`Stroke`]) that a person draws on the photographs.
 //!
 //! ```text
 //! Model                   lenses, photographs, things, points, strokes

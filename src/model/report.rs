@@ -1,4 +1,4 @@
-//! What a solve tells: how far each stroke is off, and how well everything is known.
+//! The report of a solve: the residual of each stroke, and the standard error of each number.
 
 use glam::DVec3;
 

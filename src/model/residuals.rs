@@ -1,4 +1,4 @@
-//! By how much a state misses what the strokes say, with derivatives.
+//! The residuals of the strokes for a state of cameras and things, with their derivatives.
 //!
 //! Residuals are in pixels. Picks give two: the coordinates. Lines and edges are compared in the
 //! image without distortion, scaled by the focal length: for an edge the distances of the stroke's

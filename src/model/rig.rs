@@ -1,9 +1,10 @@
-//! The photographs that an engine placed, as one whole that strokes put into the world.
+//! The photographs that an engine placed, as one rig that strokes place in the world.
 //!
-//! An engine has adjusted them to thousands of points, so that where they stand towards each other
-//! is believed more firmly than a stroke is: each is held to its place by residuals in pixels. What
-//! the engine cannot tell, a [`Similarity`](super::Similarity), is unknown; as much of it as no
-//! stroke tells is kept as it was guessed, and a note says so.
+//! An engine has adjusted these cameras to thousands of points, so their relative poses are more
+//! certain than a stroke. Each camera is held near its pose in the rig by residuals in pixels. The
+//! [`Similarity`](super::Similarity) from the rig to the world, which the engine cannot determine,
+//! is unknown. Those of its numbers that no stroke determines keep their guessed values, and a note
+//! says so.
 
 use glam::{DMat3, DQuat, DVec3};
 

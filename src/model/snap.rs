@@ -1,9 +1,9 @@
-//! Moves a drawn line onto the edge of the photograph that it was meant for.
+//! Moves a drawn line onto the nearest edge in the photograph.
 //!
-//! Across the line, at many places along it, the steepest change of brightness within reach is a
-//! candidate. The straight line that most candidates lie on is taken (all pairs from the line's two
-//! ends are tried), and fitted to those by least squares. Where fewer than half of the places agree
-//! there is no edge, and the line stays as it was drawn.
+//! At many places along the line, the steepest change of brightness across it within the search
+//! distance is a candidate. The straight line with the most candidates on it is taken (all pairs of
+//! candidates from the two ends are tried) and fitted to them by least squares. If fewer than half
+//! of the places have a candidate on it, there is no edge, and the line stays as it was drawn.
 //!
 //! A corner is moved onto the crossing of two lines that were found in the photograph.
 

@@ -1,4 +1,4 @@
-//! What an adjusted camera is: a lens and a pose, with the derivatives of its projection.
+//! A camera in the adjustment: a lens and a pose, with the derivatives of its projection.
 //!
 //! The lens is OpenCV's pinhole with the radial terms k1 and k2 and square pixels. Camera axes
 //! are OpenGL's, as in [`Camera`]; *image coordinates* are normalised, with y down and z forward.

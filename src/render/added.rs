@@ -1,4 +1,4 @@
-//! Lights that an artist adds, and the directions in which they are looked for.
+//! Lights that an artist adds, and the sampling of directions towards them.
 
 use std::f32::consts::PI;
 

@@ -1,5 +1,5 @@
-//! Layers added up to pictures, and edits set into a photograph by differential rendering (Debevec
-//! 1998).
+//! Adds layers up to pictures, and inserts edits into a photograph by differential rendering
+//! (Debevec 1998).
 
 use std::ops::Range;
 

@@ -1,19 +1,20 @@
-//! Takes noise out of a picture, where what is seen says that neighbours are lit alike.
+//! Denoises a picture by averaging neighbouring pixels that are probably lit alike.
 //!
-//! An edge-avoiding à-trous wavelet (Dammertz et al. 2010) over the light that falls on surfaces:
-//! their albedo, which has no noise, is divided out, so that textures stay sharp. Neighbours count
-//! less the more their normals and distances differ, and the more their light differs than the
-//! noise explains (Schied et al. 2017), which is estimated from the two halves of the paths.
+//! The filter is an edge-avoiding à-trous wavelet (Dammertz et al. 2010). It works on the light
+//! that falls on surfaces: the albedo, which has no noise, is divided out first, so that textures
+//! stay sharp. The weight of a neighbour falls with the difference of normals and distances, and
+//! with the difference of light beyond that due to noise (Schied et al. 2017). The noise is
+//! estimated from the two halves of the paths.
 //!
-//! Light is moved between pixels, never made or lost: of each pair of pixels both take the same part
-//! of their difference, one up and the other down, as heat flows. Usual weights, which each pixel
-//! scales to a sum of one, lose light. Its noise has a long tail: many pixels that are a little too
-//! dark and know of little noise refuse the few that are much too bright, which take over the dark
-//! ones' light.
+//! The sum of light is preserved: in each pair of pixels, one gains what the other loses, as in the
+//! diffusion of heat. The usual weights, which are normalised to a sum of one in each pixel, lose
+//! light. The noise has a long tail: many pixels are a little too dark and have a small estimated
+//! variance, and few are much too bright. With normalised weights the dark pixels would ignore the
+//! bright ones, while the bright ones would be replaced by the mean of the dark ones.
 //!
 //! A picture is filtered row by row, one neighbour of all pixels after the other, so that the
-//! compiler can take several pixels at once. Each number of a pixel therefore has a plane of its
-//! own; a row holds its part of each plane after the other.
+//! compiler can process several pixels at once. Each component of a pixel is therefore stored in a
+//! plane of its own; a row has its part of each plane, one after the other.
 
 use glam::Vec3;
 use rayon::prelude::*;

@@ -1,5 +1,5 @@
-//! What a user changes of a recovered scene: its light, its materials, lights and objects that are
-//! set into it.
+//! The edits of a recovered scene: changes of its light and materials, and added lights and
+//! objects.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

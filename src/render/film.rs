@@ -1,4 +1,5 @@
-//! What a camera gathers: light, by layers, and what its rays meet first.
+//! The values that a camera accumulates: light in layers, and properties of the surface that its
+//! rays meet first.
 
 use glam::Vec3;
 

@@ -1,4 +1,5 @@
-//! A coarse picture's light as finely as a finer picture knows the surfaces.
+//! Upsamples the light of a coarse picture, guided by the surfaces of a picture of higher
+//! resolution.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,5 @@
-//! How much of each recovered light reaches the places of a scene: what they are sampled by.
+//! A grid over the scene with the irradiance from each recovered light. It gives the probabilities
+//! by which lights are sampled.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;

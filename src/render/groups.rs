@@ -1,5 +1,5 @@
-//! The recovered light in parts that an artist can name and turn up and down: every lamp and sun
-//! on its own, and the background by the direction that it comes from.
+//! The recovered light in named groups whose strength an artist can change: every lamp and sun by
+//! itself, and the background by the direction from which it comes.
 
 use std::collections::BTreeMap;
 

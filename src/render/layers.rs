@@ -1,9 +1,10 @@
-//! Light is linear: a picture is the sum of what each light sends, times that light's strength and
-//! colour. Pictures are therefore kept as layers by light, of strength 1, and a change of strengths
-//! adds them up anew.
+//! Light is linear: a picture is the sum of the contributions of the lights, each times the
+//! strength and colour of its light. Pictures are therefore kept as one layer for each light,
+//! rendered with strength 1. After a change of strengths the layers are only added again.
 //!
-//! A light is known by its shape, so that a layer outlives every edit but a move. Where there are
-//! more lights than layers, those that were not touched share one, with their strengths in it.
+//! A layer is identified by the shape and position of its light, so that it remains valid after
+//! every edit except a move. If there are more lights than layers, the lights that were not changed
+//! share one layer, which contains their strengths.
 
 use std::collections::BTreeMap;
 

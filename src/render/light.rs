@@ -1,4 +1,4 @@
-//! One of the recovered lights.
+//! One of the recovered lights, in the form in which the path tracer uses it.
 
 use glam::{Vec2, Vec3};
 

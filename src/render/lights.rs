@@ -1,4 +1,5 @@
-//! The recovered lights of a scene, of which one is sampled at a time.
+//! The recovered lights of a scene, and the choice of one of them at random, in proportion to its
+//! contribution.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The BRDF of every surface of the capture, after the edits.
+//! The BRDF of every surface of the capture, with the edits applied.
 
 use std::f32::consts::PI;
 

@@ -1,4 +1,4 @@
-//! A recovered scene with its edits as plain data, for whoever takes it elsewhere.
+//! A recovered scene with its edits as plain data, from which exports are written.
 
 use std::collections::HashMap;
 

@@ -1,21 +1,23 @@
 //! Paths from the camera into the scene.
 //!
-//! The estimator is the usual one: at every place that a path comes to, light is gathered from
-//! one of the recovered lights (at the first places from a few) and from every added one, and the
-//! path goes on in a direction that the surface is likely to reflect into. Two kinds of light are
-//! kept apart, since the recovered light contains already what the unmodelled part of the room
-//! returns:
+//! The estimator is path tracing with next-event estimation. At every vertex, light is sampled from
+//! one of the recovered lights (at the first vertices from a few) and from every added light, and
+//! the path continues in a direction that is sampled by the BRDF. Two kinds of light are kept
+//! apart, because the recovered light already includes the light that the unmodelled part of the
+//! room reflects:
 //!
-//! - recovered light reaches what the path comes to over known surfaces and objects alone;
-//! - added light also by way of the [`Shell`](super::scene::Shell) that stands for the room.
+//! - recovered light reaches a vertex directly or by reflection at known surfaces and objects;
+//! - added light is also reflected by the [`Shell`](super::scene::Shell), a box in place of the
+//!   room.
 //!
-//! Where virtual lights lie on known surfaces that no photograph shows, they are all that these
-//! send: a path that comes there goes on for added light alone.
+//! If virtual lights lie on known surfaces that no photograph shows, they include all light that
+//! these surfaces reflect. A path that meets such a surface is continued for added light only.
 //!
-//! A ray that leaves the known scene meets no recovered light but the sky: all other was gathered
-//! where the ray began, also for the specular lobe, which is widened by the light's size as in the
-//! solve. The sky is found both ways, and each finding counts for as much as it is likely (Veach
-//! 1997): beside a window by the surface's directions, deep in a room by the cells behind it.
+//! A ray that leaves the known scene gathers no recovered light except the sky: all other recovered
+//! light was sampled at the vertex before. This holds for the specular lobe too, which is widened
+//! by the size of the light as in the solve. The sky is sampled in both ways, combined by multiple
+//! importance sampling (Veach 1997): beside a window directions of the BRDF are better, deep in a
+//! room the cells behind the window.
 
 use std::f32::consts::PI;
 

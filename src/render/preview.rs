@@ -1,6 +1,6 @@
-//! A scene that is looked at while it is changed: pictures that are coarse within a moment, and get
-//! clearer, kept as [layers](super::layers) by light. What an edit leaves as it was is not traced
-//! again.
+//! Progressive rendering of a scene while it is edited: a noisy picture appears within a moment and
+//! becomes cleaner. It is kept as [layers](super::layers), one for each light. Layers that an edit
+//! does not affect are not traced again.
 
 use std::sync::Arc;
 

@@ -1,12 +1,12 @@
-//! Light probes: the radiance that arrives at a point from all around.
+//! Light probes: the radiance that arrives at a point from all directions.
 //!
 //! Their axes are those of a [`Dome`](crate::scene::Dome): z is up, the left edge looks along +y,
 //! and to the right follow +x, −y (the middle) and −x.
 //!
-//! Recovered lights are known by what they send to a point, less by their shape. Each is drawn as
-//! the disc, ball or cone that it was taken to be, with the even radiance whose integral over the
-//! probe is just what the path tracer takes to arrive; one too small for any pixel goes whole into
-//! the pixel that holds its middle.
+//! The irradiance of a recovered light is known better than its shape. Each light is drawn as the
+//! disc, ball or cone of its model, with a constant radiance whose integral over the probe is the
+//! light that the path tracer computes at the point. A light that is smaller than a pixel is added
+//! to the pixel that contains its middle.
 
 use std::f32::consts::{PI, TAU};
 

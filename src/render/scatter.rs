@@ -1,4 +1,4 @@
-//! The direction in which a path goes on.
+//! Samples the direction in which a path continues.
 
 use std::f32::consts::PI;
 

@@ -1,4 +1,4 @@
-//! A recovered scene with its edits, ready to be lit.
+//! A recovered scene with its edits, prepared for path tracing.
 
 use std::sync::Arc;
 

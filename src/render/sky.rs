@@ -1,4 +1,4 @@
-//! The cells of a recovered sky, found by direction.
+//! The cells of a recovered sky, with a look-up by direction.
 
 use std::f32::consts::PI;
 

@@ -1,4 +1,4 @@
-//! The layers of a scene as one camera sees them, on every step from coarse to fine.
+//! The layers of a scene for one camera, at every resolution from coarse to fine.
 
 use std::ops::Range;
 use std::sync::Arc;

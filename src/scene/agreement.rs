@@ -1,4 +1,4 @@
-//! What photographs of one surface point have in common.
+//! A robust estimate of the radiance of a surface point from several photographs.
 
 use crate::math::rgb::{CHANNELS, Radiance};
 

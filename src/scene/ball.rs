@@ -1,8 +1,8 @@
 //! A mirror ball in photographs: the radiance that arrives at its place, by direction.
 //!
 //! The outline of a ball is a cone of rays, and all angles within it follow from the half angle of
-//! that cone: neither the ball's size nor its distance is needed. What the ball shows is taken to be
-//! far away beside its size.
+//! that cone: neither the size of the ball nor its distance is needed. The scene is assumed to be
+//! far away compared with the size of the ball.
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;

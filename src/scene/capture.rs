@@ -1,4 +1,4 @@
-//! A capture: everything a reconstruction starts from.
+//! A capture: the input of a reconstruction.
 
 use std::path::PathBuf;
 use std::sync::Arc;

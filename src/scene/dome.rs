@@ -1,4 +1,4 @@
-//! Light from all around: a photographed or painted sky, infinitely far away.
+//! An environment map: a photographed or painted sky, infinitely far away.
 
 use std::f32::consts::{PI, TAU};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What surfaces mirror: the modified Phong lobe of Eq. 12, or a dielectric coat.
+//! Specular reflection: the modified Phong lobe of Eq. 12, or a dielectric coat.
 
 use std::f64::consts::PI;
 

@@ -1,6 +1,7 @@
-//! What the pixels of one photograph see: of each the triangle and the position, or, where the
-//! photographs have too many pixels for that, the triangle alone, in runs of pixels that see the
-//! same one. The position then follows from the ray through the pixel, to the same bits.
+//! The visibility buffer of one photograph: for each pixel the triangle and the position that it
+//! shows. If the photographs have too many pixels for this, only the triangle is kept, in runs of
+//! pixels that show the same one. The position is then computed from the ray through the pixel,
+//! with the same bits.
 
 use std::sync::Arc;
 

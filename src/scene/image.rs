@@ -1,4 +1,4 @@
-//! A photograph's linear radiance, with the pixels that are no measurement marked.
+//! The linear radiance of a photograph, in which pixels that are not measurements are marked.
 
 use std::fmt;
 use std::sync::Arc;

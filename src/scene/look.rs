@@ -1,5 +1,5 @@
-//! What the pixels of one photograph see, found by rays: bands of rows side by side, and in them
-//! squares of pixels, whose rays are traced together.
+//! Computes the visibility buffer of one photograph by rays. Bands of rows are processed in
+//! parallel, and within them the rays of squares of pixels are traced together.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What the artist brings: geometry, cameras, photographs and tags.
+//! The input of the method: geometry, cameras, photographs and tags.
 
 pub mod agreement;
 pub mod ball;

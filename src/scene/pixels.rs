@@ -1,5 +1,5 @@
-//! The values of a photograph's pixels: half floats where they lose nothing by it, and in a file
-//! where there are too many for memory.
+//! The pixel values of a photograph: as half floats if this loses no precision, and in a file if
+//! there are too many for memory.
 
 use std::fmt;
 

@@ -1,4 +1,5 @@
-//! Visibility: which photographs see a point of the known surfaces, and what they measured there.
+//! Visibility: which photographs show a point of the known surfaces, and the radiance that they
+//! measured there.
 //!
 //! Every photograph has a visibility buffer: one ray is cast through the centre of each pixel, and
 //! the position and triangle that it hits are kept. Where the nine hits around a pixel lie on one

@@ -1,4 +1,5 @@
-//! The edges of a mesh as a camera sees them, lens included: to be held against its photograph.
+//! The edges of a mesh, projected with a camera and its lens distortion, to be drawn over its
+//! photograph.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;

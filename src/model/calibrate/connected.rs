@@ -1,4 +1,5 @@
-//! What can be placed together: photographs with a known rotation and what they show.
+//! Finds the photographs with a known rotation, and the points and things in them, that can be
+//! placed together.
 
 use glam::DMat3;
 

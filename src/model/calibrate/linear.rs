@@ -1,10 +1,10 @@
-//! All positions at once where cameras' rotations are known.
+//! All positions by one linear system, for cameras of known rotation.
 //!
-//! Each ray then has a known direction in the world, and that a point lies on it is linear in the
-//! camera's position and in the point. Corners are linear in relaxed parameters of their things: a
-//! box is a parallelepiped for the time being. What the floor, the tops of things and typed numbers
-//! say is linear as well. The system is homogeneous in the scale; the mean distance of what was
-//! picked is set to 1, which also puts it before the cameras.
+//! Each ray then has a known direction in the world, and the condition that a point lies on it is
+//! linear in the position of the camera and of the point. Corners are linear in relaxed parameters
+//! of their things: here a box may be any parallelepiped. The constraints from the floor, the tops
+//! of things and typed numbers are linear too. The system is homogeneous in the scale. The mean
+//! distance of the picked points is set to 1, which also places them in front of the cameras.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};

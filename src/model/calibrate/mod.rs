@@ -1,4 +1,4 @@
-//! Start values in closed form: from strokes to a focal length, rotations, places.
+//! Start values in closed form: focal length, rotations and positions from strokes.
 //!
 //! 1. [`lines`]: strokes and edges of things that run along the axes of the world, or of a box.
 //! 2. [`vanishing`]: their vanishing points give focal length, principal point and rotation.

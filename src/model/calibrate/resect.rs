@@ -1,10 +1,10 @@
-//! A camera from points whose places are known.
+//! Resection: a camera from points of known position.
 //!
-//! Six points or more that are not in one plane give the projection by the direct linear
-//! transformation; four or more in a plane by the plane's homography (Z. Zhang, "A Flexible New
-//! Technique for Camera Calibration", 2000). Both also give a focal length that is not known.
-//! Written on faer: `sqpnp` would bring a second matrix library, and takes points in single
-//! precision.
+//! Six or more points that are not in one plane give the projection by the direct linear
+//! transformation; four or more points in a plane give it by the homography of the plane (Z. Zhang,
+//! "A Flexible New Technique for Camera Calibration", 2000). Both also give the focal length if it
+//! is unknown. Written on faer: `sqpnp` would bring a second matrix library, and takes points in
+//! single precision.
 
 use faer::{Mat, Side};
 use glam::{DMat3, DVec2, DVec3};

@@ -1,6 +1,6 @@
-//! How the photographs that an engine placed are turned in the world: strokes on all of them
-//! together tell it, since they are known towards each other. One line along an axis in each of two
-//! photographs does.
+//! The rotation in the world of the photographs that an engine placed. Since their relative poses
+//! are known, strokes on all of them together determine it. One line along an axis in each of two
+//! photographs is enough.
 
 use faer::{Mat, Side};
 use glam::{DMat3, DQuat, DVec2, DVec3};

@@ -1,4 +1,4 @@
-//! Parameters of things from the places of their corners.
+//! Parameters of things from the positions of their corners.
 
 use glam::{DVec2, DVec3};
 

@@ -1,5 +1,5 @@
-//! The order in which closed forms are used: what has lines comes first, and what is placed by then
-//! helps to place the rest.
+//! The order in which the closed forms are used: photographs with lines come first, and those that
+//! are placed by then help to place the others.
 
 use glam::{DMat3, DVec2, DVec3};
 

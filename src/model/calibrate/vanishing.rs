@@ -1,4 +1,4 @@
-//! Vanishing points, and what they say of a camera.
+//! Vanishing points, and the focal length, principal point and rotation of a camera from them.
 //!
 //! Closed forms as in B. Caprile, V. Torre, "Using Vanishing Points for Camera Calibration" (1990):
 //! vanishing points of orthogonal directions are orthogonal as seen from the camera.

@@ -1,11 +1,11 @@
 //! Things that are fitted to points which an engine found: a plane or a box, by the points inside of
 //! an outline that is drawn on a photograph.
 //!
-//! Of the points that the photograph shows there, those count that most agree on: others
-//! lie behind, or are wrong. A plane becomes a polygon, the rectangle around its points; a box has
-//! its faces where points lie in planes at right angles, stands upright, and on what is below it.
-//! Either is marked by its corners in photographs that show the points, as if they had been
-//! clicked there: all that can be done with things that are drawn can be done with it.
+//! Points inside the outline may lie behind the thing, or be wrong; the planes with the most
+//! inliers are used. A plane becomes a polygon, the rectangle around its points. A box is upright,
+//! has its faces where points lie in planes at right angles, and stands on the surface below it.
+//! The corners of the new thing are marked in photographs that show its points, as if they had been
+//! clicked there. It can therefore be edited like any drawn thing.
 
 mod plane;
 mod solid;

@@ -1,4 +1,4 @@
-//! Planes through points of which many lie elsewhere, and rectangles around points of a plane.
+//! Planes through points with many outliers, and rectangles around the points of a plane.
 
 use faer::{Mat, Side};
 use glam::{DVec2, DVec3};

@@ -1,6 +1,6 @@
-//! Things: what a person models over photographs, by few numbers each.
+//! Things: the parametric shapes that a person models over photographs.
 //!
-//! A thing's corners follow from its parameters, so that what is said of it holds exactly: walls
+//! The corners of a thing follow from a few parameters, so that its constraints hold exactly: walls
 //! and edges are vertical, a box has right angles and stands on the floor or on another thing, a
 //! poster lies in its wall. The floor is the plane z = 0; z is up.
 

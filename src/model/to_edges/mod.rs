@@ -1,14 +1,14 @@
 //! Moves a thing until its outline lies on the lines that the photographs show.
 //!
-//! Cameras and all other things are held. Places on the outline that no face hides are each given
-//! the nearest line of like direction; then the thing's numbers are moved to where the distances
-//! of the places' feet on those lines from the projected outline are least, by the machinery and
-//! the robust loss of the adjustment ([`adjust`]). That is repeated while the
-//! distance within which lines count shrinks. As wrong lines may be nearer than the right ones, the
-//! search begins from several places, and what leaves the least of the outline without a line
-//! counts. What was typed about the thing counts as it does there,
-//! and what no line tells stays as it was. The result is a model in which the strokes about the
-//! thing have moved with it, so that solving it places the thing there.
+//! Cameras and all other things are held fixed. Each point on the visible part of the outline is
+//! matched with the nearest line of similar direction. Then the numbers of the thing are adjusted,
+//! with the solver and the robust loss of the bundle adjustment ([`adjust`]), to minimise the
+//! distances between the projected outline and the feet of these points on their lines. This is
+//! repeated with a decreasing search distance. A wrong line may be nearer than the right one, so
+//! the search starts from several positions, and the result with the smallest unmatched part of the
+//! outline is taken. Typed numbers have the same weight as in the bundle adjustment, and numbers
+//! that no line determines stay as they were. In the resulting model the strokes of the thing have
+//! moved with it, so that solving the model places the thing there.
 
 mod outline;
 mod strokes;

@@ -1,4 +1,4 @@
-//! The outline of a thing as photographs show it: places on its edges that no face hides.
+//! The visible outline of a thing in a photograph: points on its edges that no face hides.
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! What a chart tells of the camera: the colour matrix to linear Rec. 709, and whether its values are
-//! linear.
+//! Properties of the camera from a photographed chart: the colour matrix to linear Rec. 709, and
+//! whether its values are linear.
 //!
 //! The model: a patch of the reflectance t has the radiance m with M m = s t, where M is the matrix
 //! and s = 1 + b u + c v the light over the chart, which changes evenly (u and v are −1 to 1 along its

@@ -1,4 +1,4 @@
-//! What a photograph shows of a chart's patches, and whether it is the chart.
+//! Reads the patches of a chart in a photograph, and checks whether they are those of this chart.
 
 use glam::{DVec2, Vec2};
 

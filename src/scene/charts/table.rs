@@ -1,4 +1,4 @@
-//! What patches charts have, and what each of them reflects.
+//! The patches of charts and their reflectances.
 
 use glam::DVec2;
 

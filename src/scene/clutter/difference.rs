@@ -1,4 +1,4 @@
-//! How far each pixel is from what most photographs say of its surface point.
+//! The difference of each pixel from the radiance of its surface point in most photographs.
 
 use super::small::SmallView;
 use super::{FEWEST, islands};

@@ -1,16 +1,16 @@
-//! What stands before the known surfaces in photographs: things that were photographed and not
-//! modelled, such as cups, plants and people. Masks are suggested for them.
+//! Finds unmodelled things in front of the known surfaces in photographs, such as cups, plants and
+//! people. Masks are suggested for them.
 //!
-//! Photographs of one point of a diffuse surface agree. Where a photograph is far from what most say
-//! of a point, beyond what photographs of that surface are usually apart (noise, gloss, a mesh that
-//! is off a little), either it saw a highlight there, or something stood before the surface
-//! (`difference`). A thing is somewhere: along the pixel's ray there is a place before the surface at
-//! which the other photographs disagree, too, and none of them sees the known surface through it
-//! (`occupied`). Highlights have no such place. Last, a thing ends where the photograph has an edge
-//! (`regions`).
+//! Photographs of one point of a diffuse surface agree. A photograph may differ from most others at
+//! a point by more than is usual for that surface (because of noise, gloss or small errors of the
+//! mesh). Then it shows a highlight there, or something was in front of the surface (`difference`).
+//! An object has a position: somewhere along the ray of the pixel, in front of the surface, the
+//! other photographs differ too, and none of them shows the known surface behind that place
+//! (`occupied`). For a highlight there is no such place. Finally, the mask is extended to edges in
+//! the photograph (`regions`).
 //!
-//! Photographs are compared in at most 640 pixels across. The constants were set on
-//! `kitchen-coarse`, where it is known what is in the way.
+//! Photographs are compared at a width of at most 640 pixels. The constants were set on
+//! `kitchen-coarse`, where the unmodelled things are known.
 
 mod difference;
 mod islands;

@@ -1,5 +1,5 @@
-//! Whether a place along a pixel's ray, before the surface that the ray meets, looks occupied to the
-//! other photographs.
+//! Whether a place along the ray of a pixel, in front of the surface that it meets, looks occupied
+//! in the other photographs.
 
 use glam::Vec3;
 

@@ -1,4 +1,4 @@
-//! Photographs in fewer pixels, with what each pixel sees of the known surfaces.
+//! Photographs with fewer pixels, together with their visibility buffers.
 
 use glam::{DVec2, Vec3};
 
