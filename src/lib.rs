@@ -1,5 +1,5 @@
 //! Photometric reconstruction: from a partial geometric model, calibrated cameras and HDR
-//! photographs to what the surfaces reflect and what light falls on them.
+//! photographs to the reflectance of the surfaces and the light that falls on them.
 //!
 //! The method is that of Gibson, Howard and Hubbard, "Flexible Image-Based Photometric
 //! Reconstruction using Virtual Light Sources" (Eurographics 2001); sections and equations cited
@@ -7,15 +7,15 @@
 //!
 //! # The pipeline
 //!
-//! One reconstruction is a straight line of plain data:
+//! One reconstruction is a sequence of stages, from plain data to plain data:
 //!
 //! ```text
 //! (Model               io::model::read, model::solve: cameras and geometry from photographs alone)
 //! Capture              io::capture::load       geometry, cameras, photographs, tags
 //!                      (exposures, where photographs are series of them)
-//!   -> SampleCloud     reconstruct::samples    4.1  points seen in the photographs
-//!   -> VirtualLights   reconstruct::lights     4.2  where light from the unknown comes in
-//!   -> Lobes           reconstruct::lobes      4.2  in which directions (Eq. 8)
+//!   -> SampleCloud     reconstruct::samples    4.1  surface points that photographs show
+//!   -> VirtualLights   reconstruct::lights     4.2  positions of light from unmodelled surroundings
+//!   -> Lobes           reconstruct::lobes      4.2  its directions (Eq. 8)
 //!   -> Transport       reconstruct::transport  5.1  I_s, radiance records, k_ij (Eq. 10)
 //!   -> Solution        reconstruct::refine     5.2 to 5.4  reflectances and emissions
 //!                      or reconstruct::joint, which finds lights and solution together
@@ -49,30 +49,38 @@
 //! - *Surface point*: a position on a known surface with the normal of one side
 //!   ([`scene::views::SurfacePoint`]).
 //! - *Sample*: a surface point at which measured and computed radiance are compared.
-//! - *Virtual light*, *lobe*, *emission*: where light from what was not modelled comes in, in which
-//!   directions, and how much (E).
-//! - *Irradiance* I_s: what photographed surfaces send to a sample; *coupling* k_ij: irradiance per
-//!   unit of a lobe's emission.
-//! - *Radiance record*: radiance that one direction brings to a specular sample.
+//! - *Virtual light*: a light source that replaces a part of the unmodelled surroundings; *lobe*:
+//!   its directional distribution, a power of the cosine about an axis; *emission* E: the strength
+//!   of a lobe, in the photographs' unit of radiance.
+//! - *Irradiance* I_s: the irradiance of a sample from known surfaces; *coupling* k_ij: irradiance
+//!   per unit of a lobe's emission, in sr.
+//! - *Radiance record*: the radiance that arrives at a specular sample from one direction.
 //! - *BRDF*: the modified Phong model of Eq. 12 ([`scene::Brdf`]).
-//! - *Patch radiosity*: the light that known surfaces reflect which no photograph shows; a patch's
-//!   *form factor* is its projected solid angle over π ([`reconstruct::transport::PatchRadiosity`]).
-//! - *Bounded least squares*, *active set*, *KKT residual*: the numerical problem of emissions at
-//!   or above zero, the unknowns that are at a bound, and how far a result is from the minimum.
-//! - *Ridge*: a penalty on squared emissions; *prior*: one on the logarithms of reflectances.
-//! - *Paired cross-validation*: two models compared by their errors on the same held-out blocks of
+//! - *Patch radiosity*: the light that is reflected by known surfaces which no photograph shows;
+//!   the *form factor* of a patch is its projected solid angle over π
+//!   ([`reconstruct::transport::PatchRadiosity`]).
+//! - *Bounded least squares*: least squares with bounds, here emissions of at least zero; *active
+//!   set*: the unknowns that are at a bound; *KKT residual*: the largest projected gradient, which
+//!   is zero at the minimum.
+//! - *Residual*: log(computed/measured) of the radiance in one equation; *row*: one equation of the
+//!   joint solve.
+//! - *Ridge*: a penalty on squared emissions; *prior*: a Gaussian on the logarithms of
+//!   reflectances.
+//! - *Background*: the virtual lights that are neither lamps nor a sun; *light set*: one choice of
+//!   background and lamps, over several of which the result is averaged.
+//! - *Paired cross-validation*: two models compared by their errors in the same held-out blocks of
 //!   samples.
 //! - *Stage cache*: products of earlier runs ([`reconstruct::StageCache`]).
-//! - *Degradation*, *variant*: what is made worse about a capture, and which solve it is tried on
-//!   ([`study::stability`]).
+//! - *Degradation*: an error that is added to a capture to measure its effect; *variant*: the solve
+//!   whose result is measured ([`study::stability`]).
 //! - *Stroke*: what a person draws on a photograph, or types, to place cameras and things
 //!   ([`model::Stroke`]); *thing*: a room's shell, box, prism, cylinder or polygon
 //!   ([`model::Thing`]); *lens*: the numbers of a camera that photographs may share.
 //! - *Vanishing point*: where the images of parallel lines meet; *resection*: a camera from points
 //!   whose places are known; *bundle adjustment*: cameras, things and points at the least sum of
 //!   squared residuals ([`model::adjust`]).
-//! - *Command*, *event*, *job*: what the worker is sent, what it reports, and the two together
-//!   ([`worker`]).
+//! - *Job*: a piece of work of the background thread; *command*: the request for a job; *event*: a
+//!   report of a job ([`worker`]).
 
 pub mod watch;
 

@@ -45,7 +45,9 @@ impl Workspace {
             Self::Reconstruct => "Options, the run, and its convergence",
             Self::Inspect => "Samples, lights, materials and their errors",
             Self::Relight => "Other light, other materials, and objects set into the scene",
-            Self::Study => "What seconds buy in accuracy, and what the capture can bear",
+            Self::Study => {
+                "Error against computing time, and how large errors of the capture may be"
+            }
         }
     }
 

@@ -110,7 +110,8 @@ pub fn suggested(state: &mut State, of: &Arc<Capture>, suggestions: &[Suggestion
     }
     let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
     let text = if shares.len() < 3 {
-        "Of fewer than three photographs that disagree nobody knows which is right: nothing is masked."
+        "With fewer than three photographs of a point it is not known which one is right: \
+         nothing is masked."
             .to_owned()
     } else if mean == 0.0 {
         "The photographs agree: nothing is masked.".to_owned()

@@ -57,7 +57,7 @@ panes! {
     Tags Right, "Tags", "Show tags", "Materials and which surfaces have them";
     KnownLight Right, "Known light", "Show known light", "Lights whose shape and place are known";
     Run Right, "Run", "Show run", "Method, options and progress";
-    Inspector Right, "Inspector", "Show inspector", "Every number of what is selected";
+    Inspector Right, "Inspector", "Show inspector", "Every number of the selection";
     Relight Right, "Relight", "Show relight", "Other light, materials and objects";
     Convergence Lower, "Convergence", "Show convergence", "Error against iteration";
     SampleErrors Lower, "Error per sample", "Show error per sample",
@@ -65,12 +65,13 @@ panes! {
     Samples Lower, "Samples", "Show samples", "Table of samples";
     Lights Lower, "Lights", "Show lights", "Table of virtual and known lights";
     Materials Lower, "Materials", "Show materials", "Table of reflectances with intervals";
-    Compare Lower, "Compare", "Show compare", "Photographs beside what the results make of them";
-    Masks Lower, "Masks", "Show masks", "What is left out of photographs, and tools to draw it";
-    Log Lower, "Log", "Show log", "What happened, with warnings";
+    Compare Lower, "Compare", "Show compare", "Photographs beside renderings of the results";
+    Masks Lower, "Masks", "Show masks", "Pixels of photographs that are left out, and tools to \
+         draw them";
+    Log Lower, "Log", "Show log", "Messages and warnings";
     Speed Study, "Speed and accuracy", "Show speed and accuracy",
-        "What seconds buy in accuracy on this capture";
-    Stability Study, "Stability", "Show stability", "What this capture can bear";
+        "How the error falls with computing time on this capture";
+    Stability Study, "Stability", "Show stability", "How large errors of this capture may be";
 }
 
 impl Pane {

@@ -27,7 +27,7 @@ pub(super) fn command() -> Command {
         .subcommands([merge(), export(), super::chart::command(capture())])
         .subcommand(
             Command::new("info")
-                .about("Show what a capture holds and what is odd about it")
+                .about("Show the contents of a capture, and warnings about them")
                 .arg(capture()),
         )
         .subcommands([import(), score(), study(), super::reference::command()])
@@ -265,8 +265,8 @@ fn import() -> Command {
         .arg(unit("units", "Unit of the source's coordinates [default: m]"))
         .arg(unit("mesh-units", "Unit of the mesh's [default: that of the source]"))
         .arg(number("scale", "NUMBER", "Factor on cameras and mesh, for sources without a unit"))
-        .arg(axis("up", "What is up in the source; it becomes z [default: z]"))
-        .arg(axis("mesh-up", "What is up in the mesh [default: as in the source]"))
+        .arg(axis("up", "Axis that points up in the source; it becomes z [default: z]"))
+        .arg(axis("mesh-up", "Axis that points up in the mesh [default: as in the source]"))
         .arg(number("weld", "METRES", "Join vertices no farther apart than this [default: 0]"))
         .arg(
             Arg::new("surfaces")
@@ -308,7 +308,7 @@ fn score() -> Command {
                 .requires("truth_images"),
         )
         .arg(
-            folder("truth-images", "With true ones of the same names")
+            folder("truth-images", "The true pictures, which have the same names")
                 .id("truth_images")
                 .requires("renders"),
         )
@@ -350,13 +350,13 @@ fn study() -> Command {
             .arg(quiet())
     };
     let speed = Command::new("speed")
-        .about("Chart what seconds buy in accuracy, over a designed set of settings")
+        .about("Chart the error against computing time, over a designed set of settings")
         .arg(capture().num_args(1..));
     let stability = Command::new("stability")
-        .about("Find out what a capture can bear, by making it worse in controlled steps")
+        .about("Measure how large errors of a capture may be, by degrading it in controlled steps")
         .arg(capture());
     Command::new("study")
-        .about("Study speed against accuracy, and what harms a result")
+        .about("Measure error against computing time, and the effect of errors in a capture")
         .subcommand_required(true)
         .arg_required_else_help(true)
         .subcommand(common(speed, "Runs of each setting, with other seeds [default: 3; quick: 1]"))

@@ -69,8 +69,8 @@ pub(super) fn command(capture: Arg) -> Command {
             value("sd", "NUMBER", "Standard deviation of that reflectance")
                 .value_parser(value_parser!(f64)),
         )
-        .arg(value("name", "NAME", "What it is called [default: card or chart]"))
-        .arg(switch("pin", "Write it into tags.json: its reflectance is known to the solve"))
+        .arg(value("name", "NAME", "Its name [default: card or chart]"))
+        .arg(switch("pin", "Write it into tags.json, with its reflectance as known"))
         .arg(switch("matrix", "Write the colour matrix into tags.json: photographs are read by it"))
         .arg(switch("json", "Print as JSON"))
         .arg(switch("quiet", "Show no progress").short('q'))

@@ -18,11 +18,12 @@ pub(super) fn command(capture: Arg) -> Command {
         Arg::new(name).long(name).help(help).action(ArgAction::SetTrue)
     };
     Command::new("masks")
-        .about("Suggest masks: what stands before the known surfaces in the photographs")
+        .about("Suggest masks for unmodelled things in front of the known surfaces")
         .long_about(
-            "Suggest masks: find what stands before the known surfaces in the photographs, where \
-             photographs of one point disagree beyond what is usual for its surface and no highlight \
-             explains it. Writes a PNG for each photograph that measures radiance, black where it is \
+            "Suggest masks: find unmodelled things in front of the known surfaces, where \
+             photographs \
+             of one point differ by more than is usual for its surface and a highlight is not the \
+             cause. Writes a PNG for each photograph that measures radiance, black where it is \
              left out, as masks/NAME.png in the capture's folder, where the other commands find it. \
              Look at the masks before you trust them. Needs three photographs of most surfaces.",
         )

@@ -51,16 +51,18 @@ pub(super) fn command(capture: Arg) -> Command {
                 .required(true),
         )
         .arg(
-            value("reflectance", "R,G,B", "What the ball mirrors of the light, one number or three")
+            value("reflectance", "R,G,B", "Reflectance of the ball, one number or three")
                 .value_parser(parse_reflectance)
                 .required(true),
         )
         .arg(
-            value("radius", "METRES", "The ball's radius, by which its place is told")
+            value("radius", "METRES", "The ball's radius; its position is then printed for \
+                 each photograph")
                 .value_parser(value_parser!(f64)),
         )
         .arg(
-            value("camera-angle", "DEGREES", "Around each camera, left to the other photographs [default: 8]")
+            value("camera-angle", "DEGREES", "Angle around the direction of each camera in \
+                 which the other photographs are used [default: 8]")
                 .value_parser(value_parser!(f64)),
         )
         .arg(

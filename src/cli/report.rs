@@ -1,4 +1,4 @@
-//! What `lobelia reconstruct` prints at its end, to be read in 100 columns.
+//! The report that `lobelia reconstruct` prints at its end, in 100 columns.
 
 use crate::io::export::lights;
 use crate::math::rgb::{CHANNELS, Rgb};

@@ -7,7 +7,7 @@ use super::Vignetting;
 pub const DARKEST_CORNER: f64 = 0.02;
 
 crate::choices! {
-    /// How codes stand for exposure.
+    /// The response: how codes follow from exposure.
     ResponseKind {
         /// Linear for 16-bit files, recovered for others.
         Auto = "auto",
@@ -19,7 +19,7 @@ crate::choices! {
 }
 
 crate::choices! {
-    /// What each exposure counts for at a pixel.
+    /// The weight of each exposure at a pixel.
     Weights {
         /// By how well a code determines ln E, and nothing at both ends of the range.
         Noise = "noise",
@@ -29,7 +29,7 @@ crate::choices! {
 }
 
 crate::choices! {
-    /// What the channels of RAW photographs are.
+    /// The colours of RAW photographs.
     RawColor {
         /// Linear sRGB, by the camera's matrix for daylight; no white balance.
         Srgb = "srgb",
@@ -41,10 +41,10 @@ crate::choices! {
 crate::options! {
     /// Options of merging exposures.
     MergeOptions in "merge" {
-        /// How codes stand for exposure: recovered from the exposures, linear (RAW developed to
-        /// 16 bits), or auto: linear for 16-bit files, else recovered.
+        /// Response of the camera, from exposure to codes: recovered from the exposures, linear
+        /// (RAW developed to 16 bits), or auto: linear for 16-bit files, recovered for others.
         response: ResponseKind = ResponseKind::Auto, None, "";
-        /// What each exposure counts for at a pixel: by noise, or the triangle of Debevec and
+        /// Weight of each exposure at a pixel: by its noise, or hat, the triangle of Debevec and
         /// Malik 1997, as in OpenCV.
         weights: Weights = Weights::Noise, None, "";
         /// Smoothness of a recovered response, lambda of Debevec and Malik 1997, Eq. 3, as it
@@ -52,16 +52,15 @@ crate::options! {
         smoothness: f64 = 20.0, Some((0.1, 10_000.0)), "";
         /// Pixels that a response is recovered from, over all series.
         pixels: usize = 4000, Some((100.0, 100_000.0)), "";
-        /// Codes at and below this fraction of full scale measure nothing; with a linear response
+        /// Codes at and below this fraction of full scale are not used; with a linear response
         /// it is also the level of no light.
         black: f64 = 0.0, Some((0.0, 0.5)), "";
         /// Codes at and above this fraction of full scale are saturated.
         saturation: f64 = 0.98, Some((0.5, 1.0)), "";
         /// Find the translations of hand-held exposures, and undo them.
         align: bool = true, None, "";
-        /// What the channels of RAW photographs become: linear sRGB by the camera's matrix for
-        /// daylight, the same for all lights and photographs (no white balance), or what the
-        /// camera measured behind its filters.
+        /// Colours of RAW photographs: linear sRGB by the camera's matrix for daylight, the same for
+        /// all lights and photographs (no white balance), or the channels of the camera's sensor.
         raw_color: RawColor = RawColor::Srgb, None, "";
         /// Vignetting to divide out: the images are radiance times 1 + a r^2 + b r^4, r in half
         /// diagonals from the middle; this is a.

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, in words that a photographer can act on.
+//! Errors of files, with messages that say what to do.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

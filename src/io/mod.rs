@@ -1,10 +1,10 @@
-//! The only place that knows file formats, one file a format (see the README for their
-//! description).
+//! File formats: one source file for each format (`assets/guide/files.md` describes them). No other
+//! module opens files.
 //!
-//! Reading starts at [`capture::load`]; everything that is written goes through [`atomic`], so a
-//! file appears under its final name only when it is whole. Whatever a file says is checked
-//! before it is believed: sizes are bounded before memory is asked for, and every [`Error`]
-//! names the file, the place, what is wrong and what to do.
+//! Reading starts at [`capture::load`]. Everything that is written goes through [`atomic`], so that
+//! a file appears under its final name only when it is complete. The contents of a file are checked
+//! before they are used: sizes are bounded before memory is allocated, and every [`Error`] names
+//! the file, the place, what is wrong and what to do.
 
 mod accept;
 pub mod atomic;

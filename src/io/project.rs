@@ -1,8 +1,8 @@
-//! Project files (`.lobelia`): what the artist decided about a capture, as versioned JSON.
+//! Project files (`.lobelia`): the tags, options and edits of a capture, as versioned JSON.
 //!
-//! A project refers to its capture by a path relative to the project's own folder, so that both
-//! can be moved together. It holds tags and those options that differ from their defaults; what
-//! the window looks like is kept beside them without being understood here.
+//! A project refers to its capture by a path relative to the project's own folder, so that both can
+//! be moved together. It contains tags and those options that differ from their defaults. The state
+//! of the window is stored with them as JSON that this module does not interpret.
 
 mod masks;
 

@@ -1,6 +1,6 @@
-//! `solution.json` and `lights.json`: what a reconstruction gives back.
+//! `solution.json` and `lights.json`: the results of a reconstruction.
 //!
-//! A field that the method cannot give is `null`, never a made-up number. Unknown fields are
+//! A field whose value the method does not compute is `null`. Unknown fields are
 //! ignored; another format or version is refused by name.
 
 use std::path::Path;
@@ -21,63 +21,80 @@ const VERSION: u64 = 1;
 /// `solution.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Solution {
+    /// `lobelia-solution`.
     pub format: String,
+    /// Version of the format.
     pub version: u64,
+    /// Method of the solve: `joint` or `paper`.
     pub method: String,
+    /// The reflectances, one object for each material.
     pub materials: Vec<Material>,
+    /// Size of the problem.
     pub scene: Scene,
+    /// Errors of the fit.
     pub rms: Rms,
-    /// What was assumed of the light and found of it; `null` in files of older versions.
+    /// Model of the light; `null` in files of older versions.
     #[serde(default)]
     pub light_model: Option<LightModel>,
-    /// `null` where the method does not say.
+    /// Certainty of the common scale of all reflectances; `null` for the method `paper`.
     #[serde(default)]
     pub scale: Option<Scale>,
-    /// Which parts of a light model were tried; left out where the method tries none.
+    /// Which parts of a light model were tried; left out by the method `paper`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub selection: Option<Selection>,
     /// Exposures of the photographs that share diffuse samples; empty where they were not looked
     /// for, and in files of older versions.
     #[serde(default)]
     pub photographs: Vec<Photograph>,
+    /// Iterations of the solve.
     pub iterations: usize,
-    /// Why the refinement stopped.
+    /// Why the solve stopped.
     pub stopped: String,
+    /// Elapsed time of each stage.
     pub seconds: Seconds,
-    /// The stages that were taken over from an earlier run of the studio, so that this one spent
-    /// no seconds in them; left out where there are none, and always by the terminal.
+    /// Stages whose results were reused from an earlier run of the studio, so that this run spent
+    /// no time in them; left out if there are none, and always by the terminal.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kept_stages: Vec<String>,
+    /// Warnings of the run.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
-/// An estimated reflectance.
+/// A material and its estimated reflectance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
+    /// Name of the tag.
     pub name: String,
-    /// `diffuse` or `specular`.
+    /// Tag: `diffuse` or `specular`.
     pub kind: String,
+    /// Names of its surfaces.
     pub surfaces: Vec<String>,
+    /// Diffuse reflectance, 0 to 1; for a textured material the mean of its texture.
     pub diffuse: Option<Rgb>,
+    /// 95 % interval of `diffuse`, lower and upper end.
     pub diffuse_interval: Option<Intervals>,
+    /// Specular reflectance ρ_s of the modified Phong model, or the reflectance of a mirror.
     pub specular: Option<Rgb>,
+    /// 95 % interval of `specular`.
     pub specular_interval: Option<Intervals>,
+    /// Exponent n of the modified Phong model.
     pub exponent: Option<f64>,
+    /// Smallest and largest exponent that fit about as well.
     pub exponent_interval: Option<[f64; 2]>,
-    /// How a specular material was found to shine: `phong` by a lobe of its own strength, `coated` by
-    /// a dielectric coat, as a `mirror` that reflects the part `specular`, or it is clear `glass`;
-    /// `None` of a diffuse one.
+    /// Model of the specular reflection: `phong` (modified Phong model), `coated` (dielectric
+    /// coat), `mirror`, or `glass` (clear glass); `null` if no gloss was found.
     #[serde(default)]
     pub model: Option<String>,
     /// GGX roughness α of a coat.
     #[serde(default)]
     pub roughness: Option<f64>,
+    /// Smallest and largest roughness that fit about as well.
     #[serde(default)]
     pub roughness_interval: Option<[f64; 2]>,
-    /// For each channel, whether the photographs determine the value.
+    /// For each channel, whether the photographs determine `diffuse`.
     pub identified: Option<[bool; CHANNELS]>,
-    /// 0 where no photograph sees the material.
+    /// Number of samples; 0 if no photograph shows the material.
     pub samples: usize,
 }
 
@@ -85,8 +102,9 @@ pub struct Material {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Photograph {
+    /// Its `file_path`.
     pub name: String,
-    /// Its pixels are this many times as bright as they should be.
+    /// Factor by which its pixels are too bright.
     pub gain: f64,
     /// Standard deviation of the gain's logarithm.
     pub gain_log_sd: f64,
@@ -96,109 +114,135 @@ pub struct Photograph {
     pub samples: usize,
 }
 
-/// How large the problem was.
+/// Size of the problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Scene {
+    /// Triangles of the mesh.
     pub triangles: usize,
+    /// Surfaces of the mesh.
     pub surfaces: usize,
+    /// Photographs that measure radiance.
     pub images: usize,
+    /// Samples on the surfaces.
     pub samples: usize,
+    /// Virtual lights of the result.
     pub virtual_lights: usize,
+    /// Lobes of these lights.
     pub candidate_lobes: usize,
+    /// Lobes with an emission above 0 in some channel.
     pub active_lobes: usize,
 }
 
-/// Root mean square differences of observed and computed radiance, for each channel.
+/// Root mean square differences between measured and computed radiance, for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rms {
+    /// At the first iteration, in the photographs' unit.
     pub initial: Option<Rgb>,
+    /// At the last iteration, in the photographs' unit.
     #[serde(rename = "final")]
     pub final_: Option<Rgb>,
+    /// At the last iteration, relative to the measured radiance.
     pub relative_final: Option<Rgb>,
-    /// Of the logarithms, in samples that were held out.
+    /// Root mean square of log(computed/measured) at held-out samples.
     pub held_out: Option<Rgb>,
 }
 
-/// How the light was described.
+/// Model of the light.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LightModel {
     /// `room` or `open`; `null` without any virtual light.
     pub world: Option<String>,
-    /// Sets of lights over which the result was averaged.
+    /// Light sets over which the result was averaged; with 1 there are no intervals.
     pub light_sets: usize,
-    /// Lamps and a sun that were found to shine.
+    /// Lamps that were found.
     pub lamps: usize,
+    /// Whether a sun was found.
     pub sun: bool,
-    /// What was decided on the way, a sentence each.
+    /// Decisions of the run, one sentence each.
     pub notes: Vec<String>,
 }
 
 /// How well the common scale of all reflectances is known, for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
-    /// Smallest singular value of the reflectances' logarithms, the light projected out.
+    /// Smallest singular value of the Jacobian by the logarithms of the reflectances, with the
+    /// light projected out; 0 if the photographs do not determine the scale.
     pub singular_value: Rgb,
-    /// Root mean square of log(computed/measured).
+    /// Root mean square of log(computed/measured) of the fit.
     pub log_rms: Rgb,
     /// Standard deviation of the logarithm of the scale.
     pub log_sd: Rgb,
 }
 
-/// How the light model was chosen.
+/// Parts of the light model that were tried.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Selection {
     /// Lobes that were tried.
     pub candidates: usize,
-    /// Lobes that shine in the result.
+    /// Lobes with an emission above 0 in the result.
     pub kept: usize,
-    /// In the order in which they were made.
+    /// Comparisons, in the order in which they were made.
     pub trials: Vec<Trial>,
 }
 
-/// A part that could be added, and the error of held-out blocks of samples without it and with it.
+/// A part of the light model, and the error at held-out blocks of samples without it and with it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Trial {
-    /// `lamp`, `sun`, `room` (rather than an open sky), `gloss`, `background` (twice its lights), `fine lobes` in place of the others,
-    /// or `fine lobes beside` them.
+    /// `lamp`, `sun`, `photographed sky`, `room` (rather than an open sky), `lobe` (a Phong lobe
+    /// rather than a coat), `gloss`, `background` (with all of its lights rather than fewer),
+    /// `fine lobes` in place of lamps, or `fine lobes beside` the other lights.
     pub part: String,
-    /// Of a lamp its number, from 1; of a background and of fine lobes beside others the lobes.
+    /// Number of the lamp, from 1; for a background and for fine lobes beside others the number of
+    /// lobes; for a photographed sky the number of cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
-    /// Of gloss the material.
+    /// Material of a `lobe` or `gloss`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
+    /// Error without the part: root of the mean loss, about the RMS of log(computed/measured).
     pub error_before: f64,
+    /// Error with the part.
     pub error_after: f64,
     /// `error_after` / `error_before` − 1.
     pub change: f64,
-    /// Of the change; `null` where there are too few blocks to tell.
+    /// Standard error of `change`; `null` if there are fewer than two blocks.
     pub standard_error: Option<f64>,
-    /// Whether the error fell by more than that, so that the part was kept.
+    /// Whether the error fell by more than its standard error.
     pub supported: bool,
 }
 
-/// Time that the run spent in each stage: 0 in those of `kept_stages`.
+/// Elapsed time of each stage in seconds; 0 for those in `kept_stages`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Seconds {
+    /// Reading the capture.
     pub load: f64,
+    /// Placing samples.
     pub samples: f64,
+    /// Placing virtual lights.
     pub lights: f64,
+    /// Light transport to the samples.
     pub transport: f64,
+    /// Solving for reflectances and light.
     pub solve: f64,
+    /// Reconstructing textures.
     pub textures: f64,
+    /// All stages together.
     pub total: f64,
 }
 
 /// `lights.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lights {
+    /// `lobelia-lights`.
     pub format: String,
+    /// Version of the format.
     pub version: u64,
+    /// The virtual lights.
     pub lights: Vec<Light>,
 }
 
@@ -207,27 +251,33 @@ pub struct Lights {
 pub struct Light {
     /// `sphere`, `surface`, `lamp`, `sky`, `sun` or `known`.
     pub kind: String,
-    /// Of a known light: what the artist calls it.
+    /// Name of a known light in `tags.json`.
     pub name: Option<String>,
+    /// Centre of a disc or a lamp, in metres.
     pub position: Option<[f64; 3]>,
-    /// Of a light at infinity: the way its light travels.
+    /// Unit direction in which the light of a sky cell or a sun travels.
     pub direction: Option<[f64; 3]>,
+    /// Unit normal of a disc.
     pub normal: Option<[f64; 3]>,
+    /// Area of a disc.
     pub area_m2: Option<f64>,
+    /// Radius of a disc or a lamp.
     pub radius_m: Option<f64>,
-    /// Of a part of the sky.
+    /// Solid angle of a sky cell.
     pub solid_angle_sr: Option<f64>,
+    /// Directional distribution of its emission.
     pub lobes: Vec<Lobe>,
 }
 
-/// A part of a light's directional emission.
+/// A lobe of a light: `emission` × (ω · `direction`)^`exponent` in direction ω.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Lobe {
+    /// Unit axis of the lobe.
     pub direction: [f64; 3],
-    /// 0 is isotropic.
+    /// Exponent of the cosine; 0 emits equally in all directions.
     pub exponent: f64,
-    /// Radiance; of a sun the irradiance of a surface that faces it, of a known light what its
-    /// strength is called in `tags.json`.
+    /// Radiance in the photographs' unit; for a sun the irradiance of a surface that faces it, for
+    /// a known light its radiance, intensity or irradiance as in `tags.json`.
     pub emission: Rgb,
 }
 

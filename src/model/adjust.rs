@@ -44,7 +44,7 @@ pub enum Stopped {
     Stalled,
 }
 
-/// What an adjustment found.
+/// The result of an adjustment.
 #[derive(Clone, Debug)]
 pub struct Adjusted {
     /// The values at the minimum.
@@ -82,7 +82,7 @@ pub fn adjust(
     })
 }
 
-/// Moves what is unknown to where the cost of some residuals is least. `residuals` are those of a
+/// Adjusts the unknowns to the minimum of the cost of some residuals. `residuals` are those of a
 /// state; one that has none is not gone to, and is the error where it is the first.
 pub(super) fn minimise<E>(
     start: &State,

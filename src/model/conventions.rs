@@ -8,7 +8,7 @@ use super::things::{self, Kind};
 use super::unknowns::State;
 use super::{Axis, Model, Place, Shape, Stroke, Support};
 
-/// Standard deviation of what is chosen, in metres. Nothing contradicts it, so that it holds
+/// Standard deviation of the chosen values, in metres. Nothing contradicts them, so that each holds
 /// exactly whatever this is.
 const CHOSEN_SD_M: f64 = 1e-3;
 

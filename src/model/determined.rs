@@ -120,7 +120,7 @@ fn unseen(model: &Model, unknowns: &Unknowns, norms: &[f64]) -> Option<ModelErro
     ))
 }
 
-/// Which changes of the whole world nothing tells: three shifts, three turns, the scale.
+/// The changes of the whole world that are undetermined: three shifts, three rotations, the scale.
 pub fn untold(model: &Model, state: &State) -> [bool; 7] {
     let unknowns = Unknowns::of(model, state);
     let Ok(rows) = residuals::rows(model, state, &unknowns) else { return [false; 7] };
@@ -136,7 +136,7 @@ pub fn untold(model: &Model, state: &State) -> [bool; 7] {
     })
 }
 
-/// What combinations of unknowns the strokes leave open.
+/// The combinations of unknowns that the strokes do not determine.
 fn in_words(
     model: &Model,
     adjusted: &Adjusted,
@@ -338,7 +338,7 @@ fn are(count: usize) -> &'static str {
     if count == 1 { "is" } else { "are" }
 }
 
-/// Numbers that are determined, but so badly that they say nothing: a sentence each.
+/// Numbers that are determined, but too badly to be of use: one sentence each.
 pub fn vague(model: &Model, adjusted: &Adjusted, certainty: &Certainty) -> Vec<ModelError> {
     let (state, unknowns) = (&adjusted.state, &adjusted.unknowns);
     let mut list = Vec::new();

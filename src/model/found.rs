@@ -18,7 +18,7 @@ const EYE_M: f64 = 1.5;
 /// Part of the points that is taken to lie below the floor, by error.
 const BELOW: f64 = 0.05;
 
-/// What an engine has found.
+/// The cameras and points that an engine has found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FoundCameras {
     /// Its name.

@@ -49,13 +49,13 @@ pub use view::{Optic, Pose};
 pub struct Model {
     /// Lenses of the photographs.
     pub lenses: Vec<Lens>,
-    /// What is drawn on.
+    /// The photographs.
     pub photographs: Vec<Photograph>,
     /// Each is listed before those that it carries.
     pub things: Vec<Thing>,
     /// Points that belong to no thing.
     pub points: Vec<Point>,
-    /// What places everything.
+    /// The strokes.
     pub strokes: Vec<Stroke>,
     /// Points that an engine has found: things can be fitted to them; they take no part in the
     /// adjustment.
@@ -92,7 +92,7 @@ pub struct Fit {
     pub k2: bool,
 }
 
-/// A photograph, by what is known of it.
+/// A photograph, with what is known of its camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Photograph {
     /// `file_path` in the camera file.

@@ -19,7 +19,7 @@ pub struct Estimate {
     pub sd: Option<f64>,
 }
 
-/// How far a stroke is from what everything together says.
+/// The residual of a stroke in the fit of all strokes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrokeReport {
     /// Index into `Model::strokes`.

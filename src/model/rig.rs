@@ -89,7 +89,7 @@ fn turn_slope(turn: DVec3) -> DMat3 {
     DMat3::IDENTITY + 0.5 * cross + second * (cross * cross)
 }
 
-/// Keeps what nothing tells of where the engine's photographs lie in the world, and says what.
+/// Keeps the guessed values of undetermined numbers of the rig's pose in the world, and notes them.
 pub fn keep(model: &Model, state: &mut State) -> Vec<String> {
     let mut placed = model.photographs.iter().zip(&state.poses);
     if !placed.any(|(own, pose)| own.found.is_some() && pose.is_some()) {

@@ -20,7 +20,7 @@ const CONTRADICTED: f64 = 0.25;
 /// A stroke that is off by more than this many times what strokes are off by is named.
 const OUTLYING: f64 = 5.0;
 
-/// What the strokes of a model say.
+/// The solution of a model.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// The adjusted numbers.
@@ -45,16 +45,16 @@ pub struct Solution {
     pub steps: usize,
     /// Why the adjustment ended.
     pub stopped: Stopped,
-    /// What was chosen, and which strokes disagree with the others.
+    /// Notes on values that were chosen, and on strokes that disagree with the others.
     pub notes: Vec<String>,
-    /// What was left out because too little is known of it.
+    /// Parts that were left out because too little is known of them.
     pub unplaced: Vec<ModelError>,
     /// Why cameras and things cannot be used as they are; empty where they can.
     pub problems: Vec<ModelError>,
 }
 
 impl Solution {
-    /// Whether nothing stands against using the cameras and the mesh.
+    /// Whether the cameras and the mesh can be used.
     pub fn is_usable(&self) -> bool {
         self.problems.is_empty()
     }

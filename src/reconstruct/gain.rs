@@ -17,7 +17,7 @@ use crate::scene::{Capture, MaterialKind};
 use crate::{choices, options};
 
 choices! {
-    /// What is done about photographs of other exposure.
+    /// Treatment of photographs with another exposure.
     GainUse {
         /// Not looked for.
         Off = "off",
@@ -31,8 +31,9 @@ choices! {
 options! {
     /// The photographs as measurements.
     PhotographOptions in "photographs" {
-        /// Differences of exposure between photographs, found from diffuse samples that several of
-        /// them see: off, report (and warn), or apply: divide them out before anything else.
+        /// Differences of exposure between photographs, estimated from diffuse samples that several
+        /// of them show. off: not estimated. report: a warning names large ones. apply: they are
+        /// also divided out, before anything else.
         gain: GainUse = GainUse::Report, None, "";
     }
 }

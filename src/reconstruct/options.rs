@@ -27,13 +27,13 @@ choices! {
 }
 
 options! {
-    /// What concerns the whole reconstruction.
+    /// Options of the whole reconstruction.
     GeneralOptions in "general" {
-        /// joint: light and reflectances solved together, with intervals. paper: the alternation
-        /// of Sections 3 to 5, which keeps close to its start; to compare.
+        /// joint: light and reflectances are solved for together, with intervals. paper: the
+        /// alternation of Sections 3 to 5, for comparison; its result stays close to its start.
         method: Method = Method::Joint, None, "";
         /// Sets the options that time and accuracy depend on most: draft for a first look, standard
-        /// for their defaults, fine for the last run. Options given beside it win.
+        /// for their defaults, fine for the last run. Options that are given too override it.
         quality: Quality = Quality::Standard, None, "";
         /// Seed of all random choices: the same seed gives the same result.
         seed: usize = 1, Some((0.0, 9e15)), "";

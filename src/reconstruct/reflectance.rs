@@ -15,7 +15,7 @@ use crate::watch::{Cancelled, Watch};
 options! {
     /// How specular reflectances are found.
     GlossOptions in "gloss" {
-        /// Photographs used per specular sample; more of them see more of the lobe.
+        /// Photographs used per specular sample; more photographs cover more of the specular lobe.
         views_per_sample: usize = 6, Some((1.0, 1e4)), "";
         /// Exponent n from which the search starts (Eq. 12).
         start_exponent: f64 = 20.0, Some((0.1, 1e4)), "";

@@ -57,7 +57,7 @@ pub fn compose_pixel(
     (picture, change)
 }
 
-/// Layers with their weights, and what they are set into.
+/// Layers with their weights, and the photograph into which they are inserted.
 pub struct Mix<'a> {
     pub after: Vec<(&'a Vec<Radiance>, Radiance)>,
     /// The scene without edits, where it is wanted.

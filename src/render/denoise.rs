@@ -38,7 +38,7 @@ const DARKEST: f32 = 0.02;
 /// Pixels to each side whose variances are averaged.
 const REACH: isize = 3;
 
-/// What is known of every pixel without noise.
+/// Properties of every pixel that have no noise.
 pub struct Guides {
     pub(super) width: usize,
     pub(super) height: usize,

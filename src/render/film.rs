@@ -23,7 +23,7 @@ pub struct LightFilm {
     values: Vec<f32>,
 }
 
-/// What the rays through every pixel meet first, without noise but at edges.
+/// The surfaces that the rays through every pixel meet first; without noise, except at edges.
 #[derive(Clone, Debug)]
 pub struct SurfaceFilm {
     paths: Vec<u32>,
@@ -150,8 +150,8 @@ impl LightFilm {
         }
     }
 
-    /// The sum over all pixels of the squared error of their brightness, were the layers weighted.
-    /// What the layers' noise has in common is all of it.
+    /// The sum over all pixels of the squared error of their brightness, for weighted layers. The
+    /// noise of the layers is taken to be fully correlated.
     pub fn squared_error(&self, weights: &[Radiance]) -> f64 {
         let squared = |index: usize| {
             let (means, error) = self.light(index);
@@ -239,7 +239,7 @@ impl Film {
         self.light.sum()
     }
 
-    /// What reached what is seen without a detour.
+    /// Direct light at the visible surfaces.
     pub fn direct(&self) -> Vec<Radiance> {
         self.light.layer(self.light.summed)
     }

@@ -93,11 +93,12 @@ impl IrradianceGrid {
         ((z * side + y) * side + x) * SIDES.len() + 2 * axis + sign
     }
 
-    /// The irradiance in one bin, shadows included. Of a few points that see a light the part is known
-    /// by Krichevsky's and Trofimov's estimate, which expects a half: what none of them sees may be
-    /// seen from beside them. Where the surface goes on in the bins around, theirs is expected
-    /// instead: deep in a room hundreds of cells of a sky are seen from nowhere, and were most of
-    /// what is sampled.
+    /// The irradiance in one bin, shadows included. The visible fraction of a light is estimated
+    /// from a few points by the estimator of Krichevsky and Trofimov, whose prior mean is a half,
+    /// since a light that is hidden from all of these points may be visible between them. Where the
+    /// surface continues into neighbouring bins, their mean is the prior instead: deep in a room,
+    /// hundreds of cells of a sky are visible from nowhere, and with a half they would get most of
+    /// the samples.
     fn shadowed(&self, cells: &[Cell], points: &[Vec<SurfacePoint>], bin: usize) -> Vec<f32> {
         let (cell, side) = (bin / SIDES.len(), bin % SIDES.len());
         let count = self.shining.len();

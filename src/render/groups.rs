@@ -21,8 +21,8 @@ pub struct Group {
     pub emission: Rgb,
 }
 
-/// The groups of all lights that shine: lamps, suns and the artist's own lights one by one, then
-/// the background from each of six directions as seen from the middle of the geometry.
+/// The groups of all lights with an emission: lamps, suns and known lights one by one, then the
+/// background from each of six directions as seen from the middle of the geometry.
 pub fn groups(capture: &Capture, solved: &Solved) -> Vec<Group> {
     let (low, high) = capture.mesh.bounds().unwrap_or_default();
     let middle = 0.5 * (low + high);

@@ -30,14 +30,14 @@ pub enum Source {
     Shared(Vec<(Shape, Rgb)>),
 }
 
-/// The part of its share of the samples that a recovered light gets at least where it is turned
-/// down: its layer may be turned up again, and poor samples count as much in it as good ones.
+/// The least fraction of its share of the samples for a recovered light that is turned down. Its
+/// layer may be turned up again, and noisy samples have the same weight in it as good ones.
 const LEAST_IMPORTANCE: f32 = 0.2;
 
-/// What a layer takes of memory per pixel: its sums, its picture, and the noise of a film of its own.
+/// Memory of a layer per pixel: its sums, its picture, and the noise of a film of its own.
 const LAYER_BYTES: usize = 2 * size_of::<Radiance>() + size_of::<f32>();
-/// What all else takes per pixel: surfaces and guides of all steps, a photograph, and a light that
-/// is traced anew.
+/// All other memory per pixel: surfaces and guides of all steps, a photograph, and a light that is
+/// traced again.
 const OTHER_BYTES: usize = 160;
 /// The same of the scene without edits, where it is traced by itself.
 const BARE_BYTES: usize = 170;
@@ -123,7 +123,7 @@ impl Source {
         }
     }
 
-    /// What each layer is to be multiplied by for the light that edits ask for.
+    /// The factor on each layer for the light of the edits.
     pub fn weights(&self, edits: &Edits) -> Vec<Radiance> {
         match self {
             Self::Recovered { own, .. } => {
@@ -144,8 +144,8 @@ impl Source {
         }
     }
 
-    /// What becomes of each of `count` recovered lights where `weights` multiply the layers: those
-    /// whose light counts for more are sampled more often.
+    /// The use of each of `count` recovered lights if `weights` multiply the layers: lights with
+    /// larger weights are sampled more often.
     pub fn uses(&self, groups: &[Group], weights: &[Radiance], count: usize) -> Vec<Use> {
         let Self::Recovered { own, folded } = self else { return Vec::new() };
         let strength = |layer: usize| weights.get(layer).map_or(0.0, |weight| weight[0]);

@@ -11,7 +11,7 @@ use crate::render::scene::Solved;
 use crate::scene::emitter::Arrival;
 use crate::scene::{Capture, Emitter, KnownLight, SurfacePoint, Views};
 
-/// A recovered light that shines.
+/// A recovered light with an emission above 0.
 #[derive(Clone, Debug)]
 pub struct Light {
     pub shape: VirtualLight,

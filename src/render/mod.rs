@@ -49,8 +49,8 @@ options! {
         time: Option<f64> = None, Some((0.01, 1e6)), "s";
         /// Reflections that a path goes through at most.
         reflections: usize = 16, Some((1.0, 1000.0)), "";
-        /// Take noise out where normals, distances and albedos say that neighbours are lit alike;
-        /// false for pixels that are means of their own paths.
+        /// Denoise by averaging neighbours whose normals, distances and albedos are similar; with
+        /// false every pixel is the mean of its own paths.
         denoise: bool = true, None, "";
         /// Seed of all random numbers.
         seed: usize = 1, Some((0.0, 1e15)), "";

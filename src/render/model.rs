@@ -15,7 +15,7 @@ use crate::render::scene::{Scene, Shell, Solved, unseen_shines};
 use crate::scene::{Camera, Capture, Image, Photograph, Views};
 use crate::watch::{Cancelled, Watch};
 
-/// Everything that light meets, and what sends it.
+/// All surfaces and lights of the scene.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The capture's surfaces with triangles, then the objects'.
@@ -23,7 +23,7 @@ pub struct Model {
     /// Recovered lights that shine, times the edits' factor on them.
     pub recovered: Vec<Light>,
     pub added: Vec<AddedLight>,
-    /// What returns added light alone.
+    /// The box that reflects only added light.
     pub shell: Option<Shell>,
     /// The photographs' cameras; no two have the same name.
     pub cameras: Vec<View>,
@@ -204,7 +204,7 @@ fn by_surface(mesh: &Mesh, surfaces: usize) -> Vec<Vec<usize>> {
     members
 }
 
-/// A surface's radiance as the photographs show it; what none shows is as beside it.
+/// The radiance of a surface from the photographs; where none shows it, from its neighbourhood.
 fn photographed(
     views: &Views,
     surface: usize,

@@ -34,8 +34,9 @@ use crate::scene::{SurfacePoint, Viewing};
 
 /// Low-discrepancy numbers of one path (Owen-scrambled Sobol; Burley 2020).
 ///
-/// Every place of a path has numbers of its own for the path and for each kind of light. Which
-/// lights are looked for therefore changes neither the path nor what the others send over it.
+/// Every vertex of a path has numbers of its own for the path and for each kind of light. A change
+/// of the sampled lights therefore changes neither the path nor the contributions of the other
+/// lights.
 pub struct Sequence {
     index: u32,
     seed: u32,
@@ -53,8 +54,8 @@ const SET: u64 = 1 << 16;
 const PLACES: usize = 28;
 
 impl Sequence {
-    /// Path `index` of a pixel. Even and odd ones are two sets that know nothing of each other, so
-    /// that their difference gives the noise.
+    /// Path `index` of a pixel. Even and odd paths are two independent sets, so that their
+    /// difference gives the noise.
     pub fn new(seed: u64, pixel: u64, index: u64) -> Self {
         let (half, index) = (index % 2, index / 2);
         let mut mixed = Random::new(seed, pixel, 2 * (index / SET) + half);
@@ -98,7 +99,7 @@ impl Sequence {
     }
 }
 
-/// What the first place of a path is like.
+/// Properties of the first vertex of a path.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct First {
     /// Diffuse and specular reflectance together; 0 where nothing is met.
@@ -110,7 +111,7 @@ pub struct First {
     pub is_object: bool,
 }
 
-/// The lights that a path looks for.
+/// The lights that a path samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sought {
     pub recovered: bool,
@@ -118,8 +119,8 @@ pub struct Sought {
     pub added: Vec<usize>,
 }
 
-/// Where the light of a path goes: one entry for each of the scene's layers, then one for what
-/// reached the first place without a detour, and what was seen to shine.
+/// The light of a path: one entry for each of the scene's layers, then one for direct light at the
+/// first vertex and for emission that is seen directly.
 pub struct Gathered<'a> {
     pub layers: &'a mut [Radiance],
 }
@@ -135,7 +136,7 @@ impl Gathered<'_> {
     }
 }
 
-/// Where a path is, and what it carries.
+/// The present vertex of a path and its throughput.
 #[derive(Clone, Copy)]
 struct Place {
     point: SurfacePoint,
@@ -155,15 +156,15 @@ struct Chose {
     survives: f32,
 }
 
-/// Recovered lights that are sampled at the first places of a path, one at the later ones: what is seen
-/// is mostly lit by them directly, and a shadow ray costs less than a path.
+/// Recovered lights that are sampled at the first vertices of a path; one is sampled at the later
+/// ones. Most visible light is direct light, and a shadow ray costs less than a path.
 const SAMPLES: [usize; 2] = [4, 2];
 
 fn samples_at(depth: usize) -> usize {
     SAMPLES.get(depth).copied().unwrap_or(1)
 }
 
-/// Places that a path goes on from whatever it carries; later it ends by chance.
+/// Vertices from which a path always continues; after them it ends by Russian roulette.
 const SURE_DEPTH: usize = 3;
 
 fn add(sum: &mut Radiance, light: Radiance) {

@@ -50,7 +50,7 @@ pub struct Picture {
     pub traced: u64,
 }
 
-/// What is to be seen.
+/// The request for a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
     pub edits: Arc<Edits>,
@@ -195,7 +195,7 @@ impl<'a> Preview<'a> {
         lit
     }
 
-    /// What to trace next; `None` when all is done.
+    /// The next tracing step; `None` when all is done.
     pub fn plan(&self) -> Option<Plan> {
         let asked = self.asked.as_ref()?;
         let weights = self.weights(&asked.edits);
@@ -280,7 +280,7 @@ impl<'a> Preview<'a> {
         Some(Plan { is_bare: false, units, step, upto, is_first: false })
     }
 
-    /// Traces what is planned. When it is cancelled, the paths that were traced stay.
+    /// Traces the planned step. When it is cancelled, the paths that were traced are kept.
     pub fn trace(&mut self, plan: &Plan, watch: &Watch) -> Result<(), Cancelled> {
         let Some(asked) = self.asked.clone() else { return Ok(()) };
         let weights = self.weights(&asked.edits);

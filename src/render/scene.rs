@@ -19,7 +19,7 @@ use crate::render::looks::{BrdfF32, SurfaceLook, surface_looks};
 use crate::render::path::Sought;
 use crate::scene::{Brdf, Capture, Emitter, Optics, SurfacePoint, Views, fresnel, without_glass};
 
-/// What a reconstruction recovered, as far as rendering needs it.
+/// The parts of a reconstruction that rendering needs.
 #[derive(Clone, Debug, Default)]
 pub struct Solved {
     /// Per material of the capture; `None` where no photograph shows it.
@@ -87,7 +87,7 @@ impl Geometry {
     }
 }
 
-/// What a triangle does with light.
+/// The optical behaviour of a triangle.
 #[derive(Clone, Copy, Debug)]
 enum Look {
     Reflects(BrdfF32),
@@ -99,7 +99,7 @@ enum Look {
     Photographed,
 }
 
-/// What is met by a ray.
+/// The surface that a ray meets.
 pub enum Met {
     Surface(BrdfF32),
     /// A mirror, or glass where it reflects, with the part of the light that it reflects.
@@ -138,7 +138,7 @@ pub struct Scene<'a> {
     unseen_shines: bool,
 }
 
-/// The box that stands for the unmodelled room.
+/// The box that takes the place of the unmodelled room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shell {
     pub low: Vec3,
@@ -335,7 +335,7 @@ impl<'a> Map<'a> {
     }
 }
 
-/// Whether known surfaces shine that no photograph shows.
+/// Whether known surfaces that no photograph shows emit light.
 pub fn unseen_shines(solved: &Solved) -> bool {
     solved.light.lights.lights.iter().any(|light| light.kind == LightKind::Surface)
 }

@@ -7,10 +7,10 @@ use crate::math::rgb::{CHANNELS, Radiance};
 /// kitchen-full and kitchen-coarse.
 pub const AGREEMENT: f64 = 1.5;
 
-/// The radiance of a diffuse surface that was seen in several directions: the mean of what is not
-/// far brighter than the darkest. A highlight, a mirror image or a thing in front of the surface
-/// makes some photographs see it brighter, by any factor, though the surface sends that little
-/// elsewhere. Zero of nothing.
+/// The diffuse radiance of a surface point from photographs in several directions: the mean of
+/// those that are not far brighter than the darkest. A highlight, a mirror image or a thing in
+/// front of the surface makes the point brighter in some photographs, by any factor, although this
+/// light goes in few directions only. Zero without photographs.
 pub fn agreed(seen: &[Radiance]) -> Radiance {
     let (mut sum, mut count) = ([0.0; CHANNELS], 0.0);
     let is_near = agreeing(seen.iter().map(brightness));

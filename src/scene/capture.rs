@@ -20,7 +20,7 @@ pub struct Capture {
     pub materials: Vec<Material>,
     pub lights: Vec<KnownLight>,
     pub environment: Environment,
-    /// What was read with reservations: each says what, where and with what consequence.
+    /// Warnings of the readers: each names the problem, its place and its consequence.
     pub warnings: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ impl Surface {
     }
 }
 
-/// What a surface is to the reconstruction.
+/// The role of a surface in the reconstruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Reflects as `Capture::materials[index]`.
@@ -99,7 +99,7 @@ pub enum MaterialKind {
     Specular,
 }
 
-/// A light that the artist gave.
+/// A known light, given in `tags.json` or in the studio.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownLight {
     /// A luminaire seen in the photographs.
@@ -126,7 +126,7 @@ impl KnownLight {
         }
     }
 
-    /// What the artist calls such a light in `tags.json`.
+    /// The name of such a light in `tags.json`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Visible { .. } => "visible",

@@ -40,7 +40,7 @@ struct Band {
 const UNKNOWN: Vec3 = Vec3::NAN;
 
 impl Look<'_> {
-    /// What all pixels see, packed or whole. `watch` counts the rows.
+    /// The visibility buffer of all pixels, packed or whole. `watch` counts the rows.
     pub fn hits(&self, is_packed: bool, watch: &Watch) -> Result<Hits, Cancelled> {
         let Camera { width, height, .. } = *self.camera;
         if is_packed {

@@ -6,7 +6,7 @@ use crate::math::rgb::Radiance;
 use crate::math::sampling::mirrored;
 use crate::scene::{Capture, Views};
 
-/// What the surfaces of a material do with light besides reflecting it by a BRDF.
+/// Optical behaviour of a material's surfaces besides reflection by a BRDF.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Optics {
     /// Nothing: it has a BRDF.

@@ -22,7 +22,7 @@ use crate::scene::agreement::{agreed, agreeing, brightness};
 use crate::scene::{Camera, Capture, Image, Optics};
 use crate::watch::{Cancelled, Watch};
 
-/// The capture's measurements with what each of their pixels sees.
+/// The photographs that are measurements, with their visibility buffers.
 pub struct Views<'a> {
     pub capture: &'a Capture,
     /// The geometry that light meets: without the glass, which it passes.
@@ -201,7 +201,7 @@ impl<'a> Views<'a> {
         !caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
     }
 
-    /// The pixel in which a photograph sees a surface point, and the cosine of the angle of view.
+    /// The pixel in which a photograph shows a surface point, and the cosine of the angle of view.
     pub fn seen(&self, buffer: &VisibilityBuffer, point: SurfacePoint) -> Option<Seen> {
         let towards = buffer.position - point.position;
         // Facing away: the commonest case, and the cheapest to tell.
@@ -265,7 +265,7 @@ impl<'a> Views<'a> {
     }
 }
 
-/// Pixels beside each other that see the same triangle.
+/// Neighbouring pixels that show the same triangle.
 #[derive(Clone, Debug)]
 pub struct Run {
     pub columns: Range<usize>,
@@ -274,7 +274,7 @@ pub struct Run {
     pub is_off_edges: bool,
 }
 
-/// Where a photograph sees a surface point.
+/// The position of a surface point in a photograph.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     pub x: usize,
@@ -320,7 +320,7 @@ impl<'a> VisibilityBuffer<'a> {
         inside.then_some((pixel.x as usize, pixel.y as usize))
     }
 
-    /// The triangle and position that a pixel's centre sees.
+    /// The triangle and position at a pixel's centre.
     pub fn hit(&self, x: usize, y: usize) -> Option<(Vec3, u32)> {
         let index = y * self.camera.width + x;
         let triangle = self.hits.seen(index).triangle()?;

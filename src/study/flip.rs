@@ -1,8 +1,9 @@
-//! FLIP: how much a viewer who flips between two pictures sees change (Andersson et al. 2020), and
-//! its form for radiance, HDR-FLIP (Andersson et al. 2021), which shows both pictures at every
-//! exposure that a viewer might choose and keeps the largest error of each pixel.
+//! FLIP: a measure of the visible difference between two pictures between which a viewer flips
+//! (Andersson et al. 2020), and its form for radiance, HDR-FLIP (Andersson et al. 2021). HDR-FLIP
+//! compares both pictures at every exposure that a viewer might choose, and takes the largest error
+//! of each pixel.
 //!
-//! Written from the papers; the constants are theirs. Held against NVIDIA's own implementation in
+//! Written from the papers, with their constants. Compared with NVIDIA's own implementation in
 //! `tests/study/flip.rs`.
 
 use rayon::prelude::*;

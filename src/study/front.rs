@@ -1,4 +1,4 @@
-//! The Pareto front: what nothing else beats in both ways at once.
+//! The Pareto front: the points for which no other point is better in both coordinates.
 
 /// Indices of the points that no other one is both at least as small as in x and in y and smaller
 /// in one of them, by ascending x. Points that are not finite are no part of it.

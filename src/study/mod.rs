@@ -1,5 +1,5 @@
-//! Studies of the results: how far they are from the truth, accuracy against seconds, and error
-//! against degradations of the capture.
+//! Studies of the results: error against the truth, error against computing time, and error against
+//! degradations of the capture.
 
 pub mod chart;
 pub mod cost;

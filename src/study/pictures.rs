@@ -1,8 +1,8 @@
-//! How far rendered pictures are from true ones, where the render knows what is seen.
+//! The error of rendered pictures against true ones, over the pixels that show known surfaces.
 //!
-//! Differences of light are measured by their relative RMS, what a viewer sees of them by PSNR
-//! and FLIP (Andersson et al. 2020) of sRGB pictures at one exposure, at which the 99th percentile
-//! of the true values is white, and by HDR-FLIP at whichever exposure shows most.
+//! Differences of radiance are measured by their relative RMS. Their visibility is measured by PSNR
+//! and FLIP (Andersson et al. 2020) of sRGB pictures at one exposure, for which the 99th percentile
+//! of the true values is white, and by HDR-FLIP at the exposure at which they are most visible.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! What the results of a study of stability are compared with: the truth, or without one the result
-//! of the same variant on the capture as it is.
+//! The reference of a study of stability: the truth, or without one the result of the same variant
+//! on the unchanged capture.
 
 use crate::io;
 use crate::io::export::summary;

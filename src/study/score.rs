@@ -1,4 +1,4 @@
-//! How far a solution is from the truth of a test capture.
+//! The error of a solution against the truth of a test capture.
 //!
 //! Reflectances and light are determined together, so an estimate may be right but for a
 //! factor; errors are therefore given raw, after one common scale, and after a scale for each

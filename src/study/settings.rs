@@ -1,5 +1,6 @@
-//! The designed set of settings that the study of speed runs: what seconds and accuracy depend on,
-//! one thing at a time about the two methods' defaults, and sets that cost as little as can be.
+//! The designed set of settings for the study of speed: changes of one option at a time from the
+//! defaults of the two methods, for options that affect time and accuracy, and sets of options that
+//! take as little time as possible.
 
 use crate::options::{OptionError, OptionValue};
 use crate::reconstruct::quality::{Change, Quality};

@@ -1,4 +1,4 @@
-//! The study of speed: what seconds buy in accuracy, over the designed settings.
+//! The study of speed: error against computing time, over a designed set of settings.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};

@@ -1,4 +1,4 @@
-//! One thread that takes commands and gives events.
+//! The background thread: it receives commands and sends events.
 //!
 //! The window and the terminal send the same commands, so that both give the same results. Jobs are
 //! done one after the other; each has its own [`Watch`], so that a late cancel cannot stop the

@@ -1,5 +1,5 @@
-//! A recovered scene that is looked at while it is changed: pictures that are coarse within a
-//! moment of every change, and get clearer until the next.
+//! Progressive rendering of a recovered scene while it is edited: a noisy picture within a moment
+//! of every change, which becomes cleaner until the next.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

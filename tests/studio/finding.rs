@@ -95,7 +95,7 @@ fn an_engine_places_photographs_in_one_step_of_undo() {
     // One alone is placed by hand, and then none is found any more.
     window.click("Place this one by hand");
     assert_eq!(placed(&window.saved(folder)), [false, false, true]);
-    window.click("Forget what was found");
+    window.click("Discard the cameras that were found");
     let model = window.saved(folder);
     assert_eq!((placed(&model), model.found_points.len()), (vec![false; 3], 0));
 }

@@ -18,7 +18,7 @@ fn painting(folder: &Path) -> Window {
     window.wait_for("Photographs (6)");
     window.wait("the view", |window| !window.harness.state().is_busy());
     window.key(Modifiers::SHIFT, Key::P);
-    assert!(window.has_part("What is hatched"), "the panel is in front");
+    assert!(window.has_part("Hatched pixels"), "the panel is in front");
     window
 }
 

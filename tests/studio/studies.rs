@@ -42,7 +42,7 @@ fn save_to(window: &mut Window, folder: &Path) {
 fn settings_become_points_that_can_be_used_and_saved() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = studying(folder.path());
-    assert!(window.has_part("what seconds buy in accuracy on this capture"));
+    assert!(window.has_part("how the error falls with computing time on this capture"));
     window.wait("the look for the truth", |window| !window.harness.state().is_busy());
     window.click("Run study");
     window.wait("two points", |window| points(window).len() >= 2);
@@ -92,7 +92,7 @@ fn curves_and_sentences_say_what_the_capture_bears() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = studying(folder.path());
     window.click("Stability");
-    assert!(window.has_part("Switch on what is to get worse, and run the study"));
+    assert!(window.has_part("Switch on the degradations to test, and run the study"));
     window.wait("the look for the truth", |window| !window.harness.state().is_busy());
     window.click("Image noise");
     for (field, text) in [("Steps", "2"), ("Seeds", "1")] {

@@ -120,11 +120,11 @@ fn masks(list: &mut Vec<Command>) {
     entry("Mask surface", None, tool(MaskTool::Surface), MaskTool::Surface.help());
     let help = "Clicks and drags in the 3D view select again";
     entry("Lay mask tool down", None, Masking::Tool(None), help);
-    let help = "Find what stands before the known surfaces, where photographs disagree";
+    let help = "Find unmodelled things in front of the known surfaces, where photographs disagree";
     entry("Suggest masks", None, Masking::Suggest, help);
-    let help = "Leave nothing out of the photograph that is looked through, or selected";
+    let help = "Unmask all pixels of the photograph in view, or of the selected one";
     entry("Clear mask", None, Masking::Clear, help);
-    let help = "Leave out what is kept of that photograph, and keep what is left out";
+    let help = "Exchange pixels of that photograph that are kept and pixels that are left out";
     entry("Invert mask", key(COMMAND | Modifiers::SHIFT, Key::M), Masking::Invert, help);
     put_within(list, from, "Masks");
 }

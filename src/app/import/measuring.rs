@@ -37,7 +37,7 @@ impl Measuring {
         match (self.ends.len(), self.length_m(), self.true_m) {
             (0 | 1, ..) => Some("Click two places of known distance on photographs first."),
             (_, None, _) => Some("Both places are the same: click two that are apart."),
-            (.., None) => Some("Type what the length is in truth first."),
+            (.., None) => Some("Type the true length first."),
             _ => None,
         }
     }

@@ -32,7 +32,7 @@ impl Layout {
             "The photograph left of a line that can be dragged, the render right",
         ),
         (Self::Flip, "Flip", "The render while the pointer is on the picture, else the photograph"),
-        (Self::Difference, "Difference", "What the render has too much or too little"),
+        (Self::Difference, "Difference", "Rendering minus photograph"),
     ];
 }
 
@@ -83,7 +83,7 @@ pub fn compare_ui(
 ) {
     let capture = project.result_capture();
     if project.products.whole.is_none() {
-        ui.weak("Run to compare the photographs with what the results make of them.");
+        ui.weak("Run to compare the photographs with renderings of the results.");
         return;
     }
     let measured: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
@@ -134,7 +134,7 @@ pub fn compare_ui(
     };
     let photograph = &capture.photographs[chosen];
     let (Some(film), Some(image)) = (&picture.film, &photograph.image) else {
-        let none = "The picture could not be made; the message beside says why.";
+        let none = "The picture could not be made; the message beside it says why.";
         ui.weak(if picture.is_done { none } else { "The first paths are being traced…" });
         return;
     };

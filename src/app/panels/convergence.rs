@@ -44,7 +44,7 @@ impl What {
         (
             Self::Objective,
             "Objective",
-            "What the joint method minimises; the paper's alternation has none",
+            "The objective of the joint method; the paper's alternation has none",
         ),
     ];
 

@@ -54,8 +54,9 @@ pub fn light_ui(
         mask_ui(ui, project, (index, light, lobes), coverage, cache, actions);
     }
     ui.add_space(6.0);
-    ui.weak("Lobes, by emission (red / green / blue)")
-        .on_hover_text("Those that light no sample come last: the photographs say nothing of them");
+    ui.weak("Lobes, by emission (red / green / blue)").on_hover_text(
+        "Those that light no sample come last: the photographs do not determine them",
+    );
     let solution = project.products.solution.as_deref();
     let emission = |lobe: usize| {
         solution.and_then(|solution| solution.emission.get(lobe).copied()).unwrap_or_default()
@@ -103,9 +104,9 @@ fn mask_ui(
 ) {
     let Some((lights, _)) = &project.products.lights else { return };
     ui.add_space(6.0);
-    ui.weak("What it sees of photographed surfaces").on_hover_text(
-        "Its hemisphere as a disc, the middle along its normal: bright where photographed \
-         surfaces are met, rings where its lobes point",
+    ui.weak("Photographed surfaces in its hemisphere").on_hover_text(
+        "Its hemisphere as a disc, the middle along its normal: bright where its rays meet \
+         photographed surfaces, rings where its lobes point",
     );
     let Some(coverage) = coverage.filter(|coverage| Arc::ptr_eq(&coverage.of, lights)) else {
         actions.push(Action::Cover);

@@ -74,8 +74,10 @@ pub fn textures_ui(
         if response.secondary_clicked() {
             cache.exposure_ev = 0.0;
         }
-        ui.toggle_value(&mut cache.marks_unseen, "Mark unmeasured")
-            .on_hover_text("Paint over what no photograph measures: it is filled from beside it");
+        ui.toggle_value(&mut cache.marks_unseen, "Mark unmeasured").on_hover_text(
+            "Mark texels that no photograph measures; their values are filled \
+                 from their neighbours",
+        );
     });
     if cache.answer.is_some() {
         ui.spinner();

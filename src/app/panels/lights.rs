@@ -116,7 +116,7 @@ pub fn unseen_ui(ui: &mut egui::Ui) {
 }
 
 pub const UNSEEN: &str =
-    "It shines where no sample is: the photographs say nothing of how strong it is";
+    "It sends its light where there is no sample: the photographs do not determine its strength";
 
 /// A light's kind, and for a known one its name.
 pub fn name(project: &Project, light: &VirtualLight) -> String {

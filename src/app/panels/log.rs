@@ -18,7 +18,7 @@ pub fn log_ui(
 ) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut state.warnings_only, "Warnings and errors only")
-            .on_hover_text("Leave out what only reports progress");
+            .on_hover_text("Leave out messages about progress");
         if ui.button("Copy log").on_hover_text("Copy all lines to the clipboard").clicked() {
             let lines: Vec<String> = messages
                 .log

@@ -127,8 +127,8 @@ fn tools_ui(ui: &mut egui::Ui, project: &Project, view: &mut Viewport, actions: 
     };
     let is_meant = shown.is_some_and(has_image);
     for (name, help, what) in [
-        ("Clear", "Leave nothing out of the photograph that is looked through", Do::Clear),
-        ("Invert", "Leave out what is kept, and keep what is left out", Do::Invert),
+        ("Clear", "Unmask all pixels of the photograph in view", Do::Clear),
+        ("Invert", "Exchange pixels that are kept and pixels that are left out", Do::Invert),
     ] {
         let response = ui
             .add_enabled(is_meant, Button::new(name))
@@ -156,12 +156,13 @@ fn suggest_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs, actions: &mut V
     let response = ui
         .add_enabled(count >= 3, Button::new("Suggest masks"))
         .on_hover_text(
-            "Find what stands before the known surfaces, where three photographs or more disagree. \
+            "Find unmodelled things in front of the known surfaces, where three photographs or \
+             more disagree. \
              It is added to the masks that are there",
         )
         .on_disabled_hover_text("At least three photographs that measure radiance are needed");
     if response.clicked() {
         actions.push(Action::Masking(Do::Suggest));
     }
-    ui.weak("What is hatched counts for nothing in a run.");
+    ui.weak("Hatched pixels are not used in a run.");
 }

@@ -35,7 +35,7 @@ pub fn outliner_ui(
     actions: &mut Vec<Action>,
 ) {
     let field = egui::TextEdit::singleline(&mut state.search).hint_text("Search");
-    ui.add(field.desired_width(f32::INFINITY)).on_hover_text("Show only what has this in its name");
+    ui.add(field.desired_width(f32::INFINITY)).on_hover_text("Show only names that contain this");
     let wanted = state.search.trim().to_lowercase();
     let shown = |name: &str| wanted.is_empty() || name.to_lowercase().contains(&wanted);
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

@@ -63,7 +63,7 @@ fn views_ui(
             .on_hover_text("One picture from the place of each photograph");
         ui.add_enabled_ui(has_view, |ui| {
             ui.radio_value(&mut own.is_view, true, "Current view")
-                .on_hover_text("What the 3D view shows, or the photograph that is looked through")
+                .on_hover_text("The 3D view, or the photograph in view")
                 .on_disabled_hover_text("The 3D view has not been drawn yet");
         });
     });

@@ -112,7 +112,7 @@ fn replace_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>)
         ),
         _ => (
             "Replace the file?",
-            "is there already. What it holds would be lost.",
+            "is there already. Its contents would be lost.",
             "Lose what that file holds",
         ),
     };

@@ -278,7 +278,7 @@ fn surroundings_ui(ui: &mut egui::Ui, edits: &Edits) -> Option<Proposal> {
             let field = DragValue::new(albedo).range(0.0..=1.0).speed(0.005);
             entry::number(ui, field, Unit::Plain)
                 .accessible_name("Albedo of the surroundings")
-                .on_hover_text("What the unmodelled room reflects of added light, 0 to 1");
+                .on_hover_text("Fraction of added light that the unmodelled room reflects, 0 to 1");
         }
     });
     (next != edits.surroundings)

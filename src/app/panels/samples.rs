@@ -16,7 +16,7 @@ const HEADS: [Head; 9] = [
     head("x (m)", 50.0, "Position along x, in metres"),
     head("y (m)", 50.0, "Position along y, in metres"),
     head("z (m)", 50.0, "Position along z, in metres"),
-    head("Views", 46.0, "Photographs that see it"),
+    head("Views", 46.0, "Photographs that show it"),
     head("Error (ln)", 66.0, "Mean over the channels of ln(computed / measured)"),
     head("Measured R / G / B", 138.0, "Measured radiance, in the photographs' unit"),
     head("Computed R / G / B", 138.0, "Computed radiance, in the photographs' unit"),

@@ -101,7 +101,8 @@ fn probe_ui(ui: &mut egui::Ui, own: &mut ExportQuestion) {
         ui.weak("Place");
         ui.horizontal(|ui| {
             let mut is_chosen = own.probe_at.is_some();
-            let help = "Else it is between the first camera and what that sees in its middle";
+            let help = "Otherwise it is between the first camera and the surface in the middle \
+                 of its picture";
             if ui.checkbox(&mut is_chosen, "At").on_hover_text(help).changed() {
                 own.probe_at = is_chosen.then_some(own.middle);
             }

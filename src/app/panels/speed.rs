@@ -128,9 +128,10 @@ pub fn speed_ui(
         empty(
             ui,
             if is_running {
-                "The first setting is being run. Its point will stand here."
+                "The first setting is being run. Its point will appear here."
             } else {
-                "Run the study to see what seconds buy in accuracy on this capture. Every setting \
+                "Run the study to see how the error falls with computing time on this capture. \
+                 Every setting \
                  becomes a point; a click on one sets the run's options."
             },
         );

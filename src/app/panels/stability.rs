@@ -56,7 +56,9 @@ pub fn stability_ui(
     ui.horizontal_wrapped(|ui| {
         let request = state.request();
         let obstacle = match &request {
-            request if request.degradations.is_empty() => Some("Switch on what is to get worse."),
+            request if request.degradations.is_empty() => {
+                Some("Switch on the degradations to test.")
+            }
             request if request.variants.is_empty() => Some("Switch a method on."),
             _ => None,
         };
@@ -144,16 +146,16 @@ impl StabilityState {
                 .accessible_name("Steps")
                 .on_hover_text("Steps of each, the most severe one at the end");
             let field = egui::DragValue::new(&mut self.seeds).range(1..=9).speed(0.05);
-            ui.add(field.prefix("Seeds "))
-                .accessible_name("Seeds")
-                .on_hover_text("Each step is run with so many seeds; the bands span their results");
+            ui.add(field.prefix("Seeds ")).accessible_name("Seeds").on_hover_text(
+                "Each step is run with this number of seeds; the bands span their results",
+            );
             ui.checkbox(&mut self.draft, "Draft").on_hover_text(
                 "Run by the quality draft, which is quicker, rather than by your options",
             );
         });
         ui.separator();
         ui.horizontal(|ui| {
-            ui.strong("What gets worse");
+            ui.strong("Degradation");
             let any = self.degradations.iter().any(|(is_on, _)| *is_on);
             for (name, help, on) in
                 [("All", "Switch everything on", true), ("None", "Switch everything off", false)]
@@ -240,7 +242,7 @@ fn findings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs) {
             if is_running {
                 "The capture as it is comes first; the curves follow."
             } else {
-                "Switch on what is to get worse, and run the study: curves show how the error \
+                "Switch on the degradations to test, and run the study: curves show how the error \
                  grows, and sentences say what this capture bears."
             },
         );

@@ -126,7 +126,9 @@ impl Shading {
 
     pub fn help(self) -> &'static str {
         match self {
-            Self::Photograph => "The photographs projected onto the geometry; dark where none sees",
+            Self::Photograph => {
+                "The photographs projected onto the geometry; dark where no photograph shows it"
+            }
             Self::Material => "A colour for each material; striped where no tag names a surface",
             Self::Reflectance => "Diffuse reflectance that the reconstruction found",
             Self::Plain => "The geometry alone",
@@ -156,8 +158,10 @@ impl SampleColor {
             Self::Error => {
                 "ln (computed / measured radiance), as in the tables; grey without a result"
             }
-            Self::Weight => "1 / radiance over the mean: what an error weighs if taken relatively",
-            Self::Views => "Number of photographs that see each sample",
+            Self::Weight => {
+                "1 / radiance over the mean: the weight of an error if errors are relative"
+            }
+            Self::Views => "Number of photographs that show each sample",
         }
     }
 }

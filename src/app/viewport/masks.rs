@@ -53,8 +53,8 @@ impl Tool {
                 "Paint over what must not count; [ and ] change the size, Alt erases, Esc gives the \
                  stroke up"
             }
-            Self::Lasso => "Draw around what must not count; Alt erases, Esc gives it up",
-            Self::Box => "Drag a box over what must not count; Alt erases, Esc gives it up",
+            Self::Lasso => "Draw around pixels to leave out; Alt erases, Esc abandons the stroke",
+            Self::Box => "Drag a box over pixels to leave out; Alt erases, Esc abandons the stroke",
             Self::Surface => {
                 "Click a surface: this photograph is left out wherever it shows it; Shift leaves all \
                  but the surface out, Alt erases"

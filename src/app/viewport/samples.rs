@@ -92,7 +92,7 @@ fn scale(values: &[f32], color: SampleColor) -> Option<Scale> {
             ("Error: ln (computed / measured)", -end, end)
         }
         SampleColor::Weight => ("Weight (mean radiance / own)", 0.0, at(0.98)),
-        _ => ("Photographs that see a sample", at(0.0).min(1.0), at(1.0).max(2.0)),
+        _ => ("Photographs that show a sample", at(0.0).min(1.0), at(1.0).max(2.0)),
     };
     Some(Scale {
         title: title.to_owned(),

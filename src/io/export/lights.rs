@@ -1,4 +1,4 @@
-//! What became of the virtual lights: `lights.json`, and the light model in `solution.json`.
+//! The recovered virtual lights: `lights.json`, and the light model in `solution.json`.
 
 use super::numbers;
 use crate::io::solution::{Light, LightModel, Lights, Lobe, Selection, Trial};
@@ -7,7 +7,7 @@ use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::reconstruct::solution::{self, TrialPart};
 use crate::scene::Capture;
 
-/// How the light was described, and what of it shines.
+/// The light model and its numbers of lamps and suns.
 pub fn model(reconstruction: &Reconstruction) -> LightModel {
     let result = &reconstruction.solution;
     let shining = |kind| count(reconstruction, |light| light.kind == kind);
@@ -23,7 +23,7 @@ pub fn model(reconstruction: &Reconstruction) -> LightModel {
     }
 }
 
-/// What a model that was grown tried.
+/// The comparisons of the search for a light model.
 pub fn selection(capture: &Capture, selection: &solution::Selection) -> Selection {
     let trial = |trial: &solution::Trial| {
         let (part, number, material) = match trial.part {

@@ -8,30 +8,30 @@ options! {
         /// Sets of lights that the result is averaged over; their spread goes into the
         /// intervals. With 1 there are no intervals, and the run takes a fraction of the time.
         light_sets: usize = 6, Some((1.0, 100.0)), "";
-        /// Lamps that are placed freely in space, at most; 0 for none.
+        /// Largest number of lamps, which are placed anywhere in space; 0 for none.
         max_lamps: usize = 6, Some((0.0, 30.0)), "";
         /// Look for a sun where tags.json gives none.
         find_sun: bool = true, None, "";
         /// Radius of the sphere that carries the background's lights.
         radius_factor: f64 = 1.2, Some((1.0, 100.0)), "half-diagonals";
-        /// Distance between the background's lights where lamps and sun do the rest.
+        /// Distance between the lights of the coarse background, which lamps and a sun complement.
         coarse_spacing: f64 = 0.6, Some((0.1, 3.0)), "half-diagonals";
-        /// Side of the grid of lobes of those lights.
+        /// Side of the grid of lobes of each light of the coarse background.
         coarse_grid: usize = 3, Some((1.0, 12.0)), "";
-        /// Exponent of those lobes.
+        /// Exponent of the lobes of the coarse background.
         coarse_exponent: f64 = 5.0, Some((0.0, 1e3)), "";
-        /// Distance between lights where lamps explain nothing.
+        /// Distance between fine lights, which are tried in place of lamps and in addition to them.
         fine_spacing: f64 = 0.32, Some((0.05, 3.0)), "half-diagonals";
-        /// Side of the grid of lobes of the fine lights.
+        /// Side of the grid of lobes of each fine light.
         fine_grid: usize = 6, Some((1.0, 12.0)), "";
         /// Exponent of the fine lights' lobes.
         fine_exponent: f64 = 20.0, Some((0.0, 1e3)), "";
         /// Ridge on the background's emissions, relative to their columns' norms; the light sets
         /// vary it by a factor of 3 either way.
         ridge: f64 = 1e-2, Some((0.0, 1.0)), "";
-        /// Residuals larger than this many standard deviations of their material count less
-        /// (Cauchy's loss), and materials count by that deviation, so that textured and cluttered
-        /// surfaces do not decide about the light of all others. 0 is least squares.
+        /// Residuals larger than this many standard deviations of their material have less
+        /// weight (Cauchy's loss), and materials are weighted by the inverse of that deviation, so
+        /// that textured and cluttered surfaces do not determine the light. 0 is least squares.
         robust: f64 = 2.5, Some((0.0, 100.0)), "standard deviations";
         /// Reflectance of the brightest diffuse surfaces: fresh plaster and white paint. No part
         /// of a surface is taken to be brighter.

@@ -12,7 +12,7 @@ use crate::math::color::{difference, lab};
 use crate::math::rgb::{CHANNELS, Rgb, luminance};
 use crate::solve::subplex::{SubplexOptions, subplex};
 
-/// What was found out about a camera's colours.
+/// The colour response of a camera, fitted to a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorFit {
     /// Reflectance in linear Rec. 709 from radiance in the middle of the chart.
@@ -27,14 +27,14 @@ pub struct ColorFit {
     pub curve: Curve,
 }
 
-/// Whether radiance to a power explains the patches better than radiance.
+/// Whether a power of the radiance fits the patches better than the radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve {
-    /// The power that explains them best.
+    /// The power that fits them best.
     pub power: f64,
     /// RMS then.
     pub rms: f64,
-    /// The power explains them better by more than chance would let it, and is not about 1.
+    /// The power fits significantly better, and is not about 1.
     pub is_better: bool,
 }
 

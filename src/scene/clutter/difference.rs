@@ -29,7 +29,7 @@ pub(super) struct Compared {
     pub color: f32,
 }
 
-/// Per surface what photographs of it are usually apart.
+/// Per surface the usual difference between photographs of it.
 pub(super) struct Usual {
     brighter: Vec<f32>,
     darker: Vec<f32>,
@@ -94,7 +94,8 @@ pub(super) fn compare(
     Ok((0..own.points.len()).map(one).collect())
 }
 
-/// What photographs of each surface are usually apart, from the points that enough of them see.
+/// The usual difference between photographs of each surface, from the points that enough of them
+/// show.
 pub(super) fn usual(small: &[SmallView], compared: &[Vec<Compared>], surfaces: usize) -> Usual {
     let mut brightness = vec![Vec::new(); surfaces];
     let mut color = vec![Vec::new(); surfaces];

@@ -90,7 +90,7 @@ fn row(
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     ui.label(name).on_hover_text(file.display().to_string());
     ui.monospace(brackets::time(series.seconds[exposure]))
-        .on_hover_text("Exposure time, times what aperture and sensitivity change");
+        .on_hover_text("Exposure time times the factors of aperture and sensitivity");
     let is_reference = exposure == series.reference;
     ui.weak(if is_reference { "the camera's own" } else { "" });
     let Some(found) = found else { return };

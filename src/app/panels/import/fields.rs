@@ -171,7 +171,7 @@ fn units(ui: &mut egui::Ui, page: &mut ImportPage) {
             entry::number(ui, field.max_decimals(6), entry::Unit::Plain)
         },
     );
-    row(ui, "Up", "What is up in the source; it becomes +z (--up)", |ui| {
+    row(ui, "Up", "The axis that points up in the source; it becomes +z (--up)", |ui| {
         combo(ui, "up", &mut options.up, &axes)
     });
     let same = [("as the cameras", None)];
@@ -184,7 +184,7 @@ fn units(ui: &mut egui::Ui, page: &mut ImportPage) {
     row(ui, "Mesh unit", "Unit of the mesh's coordinates (--mesh-units)", |ui| {
         combo(ui, "mesh unit", &mut options.mesh_unit, &own_units)
     });
-    row(ui, "Mesh up", "What is up in the mesh (--mesh-up)", |ui| {
+    row(ui, "Mesh up", "The axis that points up in the mesh (--mesh-up)", |ui| {
         combo(ui, "mesh up", &mut options.mesh_up, &own_axes)
     });
     ui.checkbox(&mut options.undistorted, "Photographs are undistorted").on_hover_text(

@@ -32,7 +32,7 @@ pub fn measure_ui(ui: &mut egui::Ui, page: &mut ImportPage) {
         let mut truth = own.true_m.unwrap_or(length);
         let field = DragValue::new(&mut truth).range(1e-6..=1e6).speed(0.005 * length);
         let field = field.max_decimals(6).suffix(" m");
-        let help = "What this length is in truth: 2.4, 240 cm";
+        let help = "The true length: 2.4, 240 cm";
         let response = entry::number(ui, field, entry::Unit::Length);
         if response.on_hover_text(help).labelled_by(label.id).changed() {
             own.true_m = Some(truth);

@@ -51,7 +51,7 @@ pub fn import_ui(ui: &mut egui::Ui, page: &mut ImportPage, actions: &mut Vec<Act
                 (
                     View::Photographs,
                     "Photographs",
-                    "The mesh's edges over each photograph, as its camera sees them",
+                    "The mesh's edges over each photograph, projected with its camera",
                 ),
                 (View::Exposures, "Exposures", "Exposure series, and the response of the camera"),
             ] {

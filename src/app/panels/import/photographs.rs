@@ -91,7 +91,7 @@ pub fn photographs_ui(ui: &mut egui::Ui, page: &mut ImportPage) {
         let unseen = check.marks.iter().filter(|mark| mark.projected.is_none()).count();
         let unseen = match unseen {
             0 => String::new(),
-            some => format!("; {some} outside of what the camera sees"),
+            some => format!("; {some} outside the picture"),
         };
         ui.label(format!(
             "{}: median residual {:.2} px, worst {:.2} px{unseen}",

@@ -79,13 +79,12 @@ pub fn find_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model, actions: &mut
                     corners place it then";
         let by_hand = egui::Button::new("Place this one by hand").small();
         let by_hand = ui.add_enabled(shown, by_hand).on_hover_text(help);
-        let why =
-            "The photograph that is looked at stands by no engine: lines and corners place it.";
+        let why = "No engine has placed the photograph in view: lines and corners place it.";
         if by_hand.on_disabled_hover_text(why).clicked() {
             ask(actions, FindAction::Forget(Some(page.shown)));
         }
         let help = "Take back where the engine placed the photographs; strokes stay";
-        if ui.small_button("Forget what was found").on_hover_text(help).clicked() {
+        if ui.small_button("Discard the cameras that were found").on_hover_text(help).clicked() {
             ask(actions, FindAction::Forget(None));
         }
     }

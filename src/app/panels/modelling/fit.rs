@@ -24,7 +24,7 @@ pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
         ui.colored_label(ui.visuals().error_fg_color, failure);
     }
     if model.strokes.is_empty() && !model.has_found() {
-        ui.weak("Nothing is drawn yet. What is off will be listed here.");
+        ui.weak("Nothing is drawn yet. Strokes with large errors will be listed here.");
         return;
     }
     let Some(solved) = page.solved.clone() else {
@@ -117,7 +117,7 @@ fn words_ui(
     let label = egui::Label::new(egui::RichText::new(text).color(color)).wrap();
     let response = ui.add(label.sense(egui::Sense::click()));
     let response = response.on_hover_cursor(egui::CursorIcon::PointingHand);
-    if response.on_hover_text("Click to see what is meant").clicked() {
+    if response.on_hover_text("Click to show which part of the model it is about").clicked() {
         match go {
             Go::Photograph(index) => page.show(index),
             Go::Select(selected) => select(page, model, selected),

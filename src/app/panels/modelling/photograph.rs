@@ -56,7 +56,7 @@ pub fn photograph_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model) -> Prop
             "2. Add a room or a box (R, B) and click its corners; do the same in the other \
              photographs.",
             "3. Say where the origin is (O), and one length that you know (K).",
-            "4. Look at what is off, mend it, and use the model.",
+            "4. Correct the strokes with large errors, and use the model.",
         ] {
             ui.label(step);
         }
@@ -88,7 +88,7 @@ pub fn photograph_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model) -> Prop
         ui.weak("To begin with");
         ui.horizontal(|ui| {
             let mut is_known = lens.focal_px.is_some();
-            let help = "A start value, from EXIF or typed; else the lines tell it";
+            let help = "A start value, from EXIF or typed; otherwise it follows from the lines";
             if ui
                 .checkbox(&mut is_known, "")
                 .on_hover_text(help)

@@ -35,11 +35,11 @@ pub fn stroke_ui(
         (None, _) => drop(ui.weak("Its residual is not known yet.")),
         (Some(off), Stroke::Position { sd_m, .. } | Stroke::Length { sd_m, .. }) => {
             ui.label(format!("Off by {:.4} m", off * sd_m))
-                .on_hover_text("How far the photographs are from what was typed");
+                .on_hover_text("Difference between the photographs and the typed value");
         }
         (Some(off), _) => {
             ui.label(format!("Off by {off:.2} px"))
-                .on_hover_text("How far it is from what all strokes together say");
+                .on_hover_text("Its distance from the fit of all strokes together");
         }
     }
     ui.add_space(4.0);

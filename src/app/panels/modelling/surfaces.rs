@@ -18,7 +18,7 @@ pub fn surfaces_ui(ui: &mut egui::Ui, own: &mut Thing) -> Option<String> {
         if let Some(all) = &mut own.surfaces.all {
             let mut text = all.clone();
             let field = egui::TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
-            let help = "The surface's name, as tags know it";
+            let help = "The surface's name, as tags refer to it";
             let response = ui.add(field).on_hover_text(help).accessible_name("Surface");
             if response.changed() && is_name(&text) {
                 *all = text;

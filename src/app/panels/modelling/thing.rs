@@ -246,7 +246,7 @@ fn numbers_ui(
                 .and_then(|report| report.numbers.iter().find(|own| own.name == parameter.name));
             let place = own.held.iter().position(|(held, _)| *held == parameter.name);
             let mut is_held = place.is_some();
-            let help = "Held at the number that is typed; else the strokes tell it";
+            let help = "Held at the typed number; otherwise the strokes determine it";
             let label = format!("Hold {}", parameter.name);
             if ui
                 .checkbox(&mut is_held, parameter.name.as_str())
