@@ -39,7 +39,8 @@ pub struct VirtualLights {
     pub lights: Vec<VirtualLight>,
     /// Minimum distance between lights in metres.
     pub spacing_m: f32,
-    /// Centre of the sphere about the geometry that carries lights where nothing is known.
+    /// Centre of the sphere around the geometry on which lights are placed where no surface is
+    /// known.
     pub sphere_center: Vec3,
     /// Its radius in metres.
     pub sphere_radius_m: f32,
@@ -75,8 +76,8 @@ pub enum LightKind {
     Sky,
     /// At infinity; its emission is the irradiance of a surface that faces it.
     Sun,
-    /// A luminaire that the artist gave, `Capture::lights[index]`; its emission is its radiance,
-    /// intensity or irradiance.
+    /// A known light, `Capture::lights[index]`; its emission is its radiance, intensity or
+    /// irradiance.
     Known(usize),
 }
 
@@ -157,8 +158,8 @@ impl VirtualLight {
         free as f32 / discs.len() as f32
     }
 
-    /// Whether a surface point sees the place of the light that a point of the unit square stands
-    /// for.
+    /// Whether the place of the light for a point of the unit square is visible from a surface
+    /// point.
     pub fn is_seen(&self, views: &Views, point: SurfacePoint, square: Vec2) -> bool {
         self.is_free(views, point, self.frame(point), square_to_disc(square))
     }
@@ -172,8 +173,8 @@ impl VirtualLight {
         })
     }
 
-    /// The direction to the place of a light at infinity that a point of the unit square stands
-    /// for: even over its cone.
+    /// The direction to the place of a light at infinity for a point of the unit square: uniform
+    /// over its cone.
     pub fn direction_within(&self, square: Vec2) -> Vec3 {
         self.distant_direction(Frame::about(self.normal), square_to_disc(square))
     }

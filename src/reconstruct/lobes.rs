@@ -10,7 +10,7 @@ use crate::scene::{SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
-    /// How a virtual light's radiance may vary with direction.
+    /// The directional distribution of a virtual light.
     LobeOptions in "lobes" {
         /// Side of the coverage mask (128 or more in Section 4.2).
         mask_px: usize = 128, Some((6.0, 2048.0)), "px";

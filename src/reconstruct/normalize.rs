@@ -66,8 +66,8 @@ impl Normalization {
     }
 }
 
-/// Pixels are read again and again: of a photograph that has more, every so many-th along a row and
-/// a column.
+/// Pixels are read in every round. Of a photograph that has more than this, only every k-th pixel
+/// of every k-th row is used.
 const MOST_PIXELS: usize = 1 << 20;
 
 fn normalized(radiance: Radiance, gain: Rgb) -> Option<Rgb> {

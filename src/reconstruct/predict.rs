@@ -15,7 +15,7 @@ use crate::reconstruct::textures::light::Light;
 use crate::scene::{Brdf, Views};
 use crate::watch::{Cancelled, Watch};
 
-/// The measured and the computed radiance of a withheld sample.
+/// The measured and the computed radiance of a held-out sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     /// Mean over the photographs, in their unit of radiance.
@@ -28,8 +28,9 @@ pub struct Predicted {
 const PARTS: usize = 4;
 const PURPOSE: u64 = 2;
 
-/// Takes the samples of one part of all blocks out of a cloud, and returns them. Blocks are cells of
-/// a fifth of the half-diagonal: single samples would be predicted too well from those beside them.
+/// Removes the samples of one part of all blocks from a cloud, and returns them. Blocks are cells
+/// of a fifth of the half-diagonal: single held-out samples would be predicted too well, because of
+/// their neighbours.
 pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> Vec<Sample> {
     let blocks = Blocks::of(&views.capture.mesh, &cloud.samples);
     let fold = deal(blocks.count, PARTS, PURPOSE);

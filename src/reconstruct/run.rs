@@ -29,12 +29,12 @@ use crate::watch::Watch;
 pub(super) struct Run<'a> {
     pub capture: &'a Capture,
     pub options: &'a Options,
-    /// What each step is handed, in the order of `Step::ALL`.
+    /// The inputs of each step, in the order of `Step::ALL`.
     pub inputs: [Arc<Inputs>; 7],
     /// Products of earlier runs, which may be taken over.
     pub earlier: Vec<RunProducts>,
     pub products: RunProducts,
-    /// The quarter of all blocks, by its number, whose samples are withheld to be predicted.
+    /// The quarter of all blocks, by its number, whose samples are held out and then predicted.
     pub withheld: Option<usize>,
     pub watch: &'a Watch,
     pub update: &'a (dyn Fn(Update) + Sync),

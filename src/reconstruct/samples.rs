@@ -43,7 +43,7 @@ pub struct SampleCloud {
     pub samples: Vec<Sample>,
     /// The photographs of all samples, one after the other; see `Sample::views`.
     pub views: Vec<View>,
-    /// Per material the area that one of its samples stands for, in units of that of samples at the
+    /// Per material the area that one of its samples represents, relative to that of samples at the
     /// common distance; 1 for materials beyond its end.
     pub relative_area: Vec<f64>,
     /// Warnings about the samples, one sentence each.
@@ -51,19 +51,19 @@ pub struct SampleCloud {
 }
 
 impl SampleCloud {
-    /// The area that a sample of a material stands for, in units of that of samples at the common
+    /// The area that a sample of a material represents, relative to that of samples at the common
     /// distance.
     pub fn relative_area(&self, material: usize) -> f64 {
         self.relative_area.get(material).copied().unwrap_or(1.0)
     }
 }
 
-/// A point on a known surface with the radiance seen there.
+/// A point on a known surface with its measured radiance.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// In metres, in world coordinates.
     pub position: Vec3,
-    /// Unit normal of the side that the photographs see.
+    /// Unit normal of the photographed side.
     pub normal: Vec3,
     /// Index into `Capture::materials`.
     pub material: usize,
@@ -99,7 +99,7 @@ impl Sample {
 /// an area A with about 0.697 A/d² points (a jamming coverage of 0.547 by discs of radius d/2).
 pub const JAMMING_DENSITY: f64 = 0.697;
 
-/// Places samples over the surfaces that the photographs see.
+/// Places samples over the photographed surfaces.
 ///
 /// # Errors
 /// `Error::Cancelled`, and `Error::TooManyPixels` where the photographs have more pixels than

@@ -52,13 +52,13 @@ pub struct Transport {
     pub first_unphotographed: Vec<usize>,
     /// The radiosity of those surfaces; zero unless it was computed.
     pub patch_radiosity: PatchRadiosity,
-    /// Where bright surfaces are, which rays are aimed at.
+    /// Cells of bright surfaces, at which additional rays are aimed.
     pub bright: Arc<BrightCells>,
 }
 
-/// The radiosity solution of known surfaces that no photograph shows: they are divided into
-/// patches, each the surroundings of a point, with one diffuse radiance each. The default has no
-/// patches and sends no light.
+/// The radiosity solution of known surfaces that no photograph shows. They are divided into patches
+/// around points, each with one diffuse radiance. The default has no patches and therefore no
+/// radiosity.
 #[derive(Clone, Debug, Default)]
 pub struct PatchRadiosity {
     /// Finds the patch of a position.
@@ -99,7 +99,7 @@ impl PatchRadiosity {
     }
 }
 
-/// Logarithm of a part of a specular lobe's height that is nothing.
+/// Logarithm of the fraction of a specular lobe's height below which its value is neglected.
 const DARK_LOG: f32 = -16.0;
 
 impl Transport {
@@ -110,7 +110,8 @@ impl Transport {
 
     /// ∫ L π f/ρ_s cos θ dω over the radiance records of one sample, per channel.
     pub fn reflected(&self, sample: usize, viewing: Viewing, gloss: Gloss) -> Rgb {
-        // Of few values that matter many small ones are left out, and single precision is enough.
+        //        // Only few values are large; the many small ones are left out, and single
+        //        precision is enough.
         let value = |direction: Vec3| match gloss {
             Gloss::Phong { exponent } => {
                 let (cosine, exponent) = (viewing.mirror.dot(direction), exponent as f32);
@@ -290,7 +291,7 @@ pub fn arriving(
     for (value, lobe) in values.iter_mut().zip(lobes) {
         *value = lobe.value(-geometry.direction) * geometry.factor;
     }
-    // Not worth a ray: no lobe of this light sends anything this way.
+    //    // No ray is needed: no lobe of this light emits in this direction.
     if values.iter().all(|&value| value <= 1e-7 * geometry.factor) {
         values.fill(0.0);
         return;

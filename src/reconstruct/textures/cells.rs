@@ -22,7 +22,7 @@ pub(super) trait Sum: Sync {
     fn parts(&self) -> usize;
     /// Sets the values of the listed parts at a texel that has a place.
     fn compute(&self, texel: usize, parts: &[usize], values: &mut [Radiance]);
-    /// What else there is at a texel. Changes are judged against the sum with it.
+    /// The other light at a texel. Changes of the parts are compared with the sum including it.
     fn base(&self, _texel: usize) -> Rgb {
         [0.0; CHANNELS]
     }

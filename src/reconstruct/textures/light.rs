@@ -15,7 +15,7 @@ use crate::reconstruct::transport::arriving;
 use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
-/// The light at texels: what was recovered, with what is gathered from the photographs.
+/// The light at texels: the recovered lights and the light from photographed surfaces.
 pub(in crate::reconstruct) struct Light<'a> {
     recovered: &'a RecoveredLight,
     /// Indices of the lights with any emission.

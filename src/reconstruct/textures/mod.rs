@@ -192,7 +192,7 @@ fn footprint(views: &Views, cloud: &SampleCloud, surface: usize) -> Option<f32> 
     footprints.get(footprints.len() / 2).copied()
 }
 
-/// The surface point of every texel's centre that a photograph measures, on the side that it sees.
+/// The surface point at every texel's centre that a photograph measures, on the photographed side.
 pub fn points(
     views: &Views,
     unwrap: &Unwrap,
@@ -202,7 +202,7 @@ pub fn points(
     Ok(places.into_iter().map(|place| place.map(|place| place.point)).collect())
 }
 
-/// The place of every texel's centre that a photograph measures, on the side that it sees.
+/// The place of every texel's centre that a photograph measures, on the photographed side.
 fn rasterize(
     views: &Views,
     unwrap: &Unwrap,
