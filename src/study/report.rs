@@ -23,8 +23,8 @@ pub fn page(
 ) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
-         content=\"width=device-width\">\n<title>What {0} can bear</title>\n<style>{STYLE}</style>\n\
-         <h1>What {0} can bear</h1>\n",
+         content=\"width=device-width\">\n<title>How large errors of {0} may be</title>\n<style>{STYLE}</style>\n\
+         <h1>How large errors of {0} may be</h1>\n",
         escaped(capture)
     );
     // Writing into a string does not fail.
@@ -33,7 +33,7 @@ pub fn page(
     }
     let _ = writeln!(page, "<p>{}</p>", escaped(&soundness(rows)));
     page.push_str(
-        "<h2>In short</h2>\n<table><tr><th>What goes wrong<th>The result bears<th>It breaks at\
+        "<h2>In short</h2>\n<table><tr><th>Error of the capture<th>Tolerated up to<th>The result breaks at\
          <th>What to do\n",
     );
     let mut of_joint: Vec<&(Degradation, Variant, DegradationCurve)> =
@@ -41,10 +41,10 @@ pub fn page(
     // What breaks first stands first.
     of_joint.sort_by(|a, b| severity(&b.2).total_cmp(&severity(&a.2)));
     for (degradation, _, curve) in &of_joint {
-        let (bears, breaks) = limits(*degradation, curve);
+        let (tolerated, breaks) = limits(*degradation, curve);
         let _ = writeln!(
             page,
-            "<tr><td>{}<td>{bears}<td>{breaks}<td>{}",
+            "<tr><td>{}<td>{tolerated}<td>{breaks}<td>{}",
             degradation.title(),
             advice(*degradation)
         );
@@ -65,14 +65,13 @@ pub fn page(
     page
 }
 
-/// How far off the result is on the capture as it is, and what is meant by breaking.
+/// The error on the unchanged capture, and the definition of breaking.
 pub fn opening(curves: &[(Degradation, Variant, DegradationCurve)]) -> Option<String> {
     let clean = curves.iter().find(|(_, variant, _)| *variant == Variant::Joint)?.2.clean?;
     Some(format!(
-        "As the capture is, the reflectances that are recovered are off by {clean:.3} on average, \
-         on a scale from 0 (black) to 1 (white). To see what it would bear, one thing after the \
-         other was made worse, step by step. We say that the result breaks where this error is \
-         more than {BREAKS} times as large."
+        "As the capture is, the reflectances that are recovered have a mean error of {clean:.3}, on a \
+         scale from 0 (black) to 1 (white). The capture was then degraded step by step, one property \
+         at a time. The result breaks where its error is more than {BREAKS} times as large."
     ))
 }
 
@@ -85,11 +84,11 @@ fn severity(curve: &DegradationCurve) -> f64 {
     early + mean / curve.clean.unwrap_or(1.0).max(1e-9)
 }
 
-/// What is borne and where it breaks, in words.
+/// The largest level that is tolerated, and the level at which the result breaks, in words.
 fn limits(degradation: Degradation, curve: &DegradationCurve) -> (String, String) {
     let breaks = curve.breaks_at;
-    let borne = curve.steps.iter().map(|(level, _)| *level).take_while(|&l| Some(l) != breaks);
-    let bears = borne
+    let below = curve.steps.iter().map(|(level, _)| *level).take_while(|&l| Some(l) != breaks);
+    let tolerated = below
         .last()
         .map_or("none of the steps that were tried".to_owned(), |l| degradation.step(l));
     let error = |level: f64| {
@@ -102,17 +101,17 @@ fn limits(degradation: Degradation, curve: &DegradationCurve) -> (String, String
     let breaks = breaks.map_or("not within what was tried".to_owned(), |level| {
         format!("{}: {}", degradation.step(level), error(level))
     });
-    (bears, breaks)
+    (tolerated, breaks)
 }
 
-/// For each variant the level of one degradation that it bears, or at which it breaks.
+/// For each variant the level of one degradation that it tolerates, or at which it breaks.
 pub fn sentence(curves: &[(Degradation, Variant, DegradationCurve)]) -> String {
     let mut text = String::new();
     for (degradation, variant, curve) in curves {
-        let (bears, breaks) = limits(*degradation, curve);
+        let (tolerated, breaks) = limits(*degradation, curve);
         let name = variant.name();
         let said = match curve.breaks_at {
-            None => format!("{name} bears {bears}. "),
+            None => format!("{name} tolerates {tolerated}. "),
             Some(_) => format!("{name} breaks at {breaks}. "),
         };
         text.push_str(&said);
@@ -120,7 +119,7 @@ pub fn sentence(curves: &[(Degradation, Variant, DegradationCurve)]) -> String {
     text
 }
 
-/// What can be done about a degradation.
+/// A remedy for a degradation.
 pub fn advice(degradation: Degradation) -> &'static str {
     match degradation {
         Degradation::Noise => "Expose longer, or merge more exposures.",

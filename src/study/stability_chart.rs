@@ -12,7 +12,7 @@ pub type DegradationCurves = [(Degradation, Variant, DegradationCurve)];
 pub fn chart(capture: &str, curves: &DegradationCurves) -> Drawing {
     let panels = curves.chunk_by(|a, b| a.0 == b.0).map(panel).collect();
     chart::draw(&Chart {
-        title: format!("What {capture} can bear"),
+        title: format!("How large errors of {capture} may be"),
         notes: vec![
             "Mean absolute error of reflectance as one thing gets worse: the line is the median \
              over seeds, the band from the lowest to the highest. A star marks where a method \

@@ -109,7 +109,7 @@ fn curves_and_sentences_say_what_the_capture_bears() {
     window.wait("the end", |window| !window.harness.state().is_busy());
     let of = |way: &str| names(&window, &format!("{way}, noise of")).len();
     assert_eq!((of("joint"), of("paper")), (2, 2));
-    assert!(window.has_part("joint bears") || window.has_part("joint breaks at"));
+    assert!(window.has_part("joint tolerates") || window.has_part("joint breaks at"));
     assert!(window.has_part("Of 6 runs, 0 stopped with an internal error"));
     assert!(window.has_part("As the capture is, the reflectances"));
 

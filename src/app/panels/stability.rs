@@ -243,7 +243,7 @@ fn findings_ui(ui: &mut egui::Ui, project: &Project, jobs: &Jobs) {
                 "The capture as it is comes first; the curves follow."
             } else {
                 "Switch on the degradations to test, and run the study: curves show how the error \
-                 grows, and sentences say what this capture bears."
+                 grows, and sentences say which errors this capture tolerates."
             },
         );
         return;
