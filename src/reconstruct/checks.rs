@@ -101,7 +101,7 @@ pub(super) fn of_photographs(views: &Views) -> Vec<String> {
             ));
         } else if inner > shown * 9 / 10 {
             warnings.push(format!(
-                "{name} sees the inner sides of the surfaces: its camera may stand inside a \
+                "{name} shows the inner sides of the surfaces: its camera may stand inside a \
                  wall or box, or the faces may be wound the wrong way round"
             ));
         }

@@ -213,7 +213,7 @@ fn sources<'a>(scene: &'a Scene, content: Content) -> Vec<Source<'a>> {
     sources
 }
 
-/// Lights that stand for the whole of the unseen world rather than for a luminaire.
+/// Lights that represent all of the unmodelled surroundings rather than a luminaire.
 pub fn is_broad(kind: LightKind) -> bool {
     matches!(kind, LightKind::Sphere | LightKind::Surface | LightKind::Sky)
 }

@@ -52,7 +52,7 @@ pub struct MaterialScore {
     pub true_specular: Rgb,
     /// n.
     pub estimated_exponent: Option<f64>,
-    /// Exponents that explain the photographs about as well.
+    /// Exponents that fit the photographs about as well.
     pub exponent_interval: Option<[f64; 2]>,
     /// n; `null` where the truth has none.
     pub true_exponent: Option<f64>,

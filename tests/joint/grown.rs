@@ -229,7 +229,7 @@ fn what_was_tried_is_told() {
     let result = glossy();
     let notes = &result.solution.notes;
     let Selection { candidates, kept, trials } = selection(result);
-    let counts = format!("{kept} of {candidates} lobes that were tried shine");
+    let counts = format!("{kept} of {candidates} lobes that were tried emit light");
     assert!(notes.iter().any(|note| note.ends_with(&counts)), "{notes:?}");
     let parts = notes.iter().find(|note| note.starts_with("parts, ")).expect("a note on the parts");
     for part in [

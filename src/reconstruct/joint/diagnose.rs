@@ -61,8 +61,8 @@ pub fn without_emitters<'a>(
         .filter(|(_, count)| **count >= ENOUGH_EMITTERS)
         .map(|(surface, count)| {
             format!(
-                "{count} samples on \"{}\" are far brighter than light falling on them explains \
-                 and are left out: if something shines there, model it and tag it as a visible \
+                "{count} samples on \"{}\" are far brighter than the light model accounts for, and \
+                 are left out: if something emits light there, model it and tag it as a visible \
                  light",
                 capture.surfaces[surface].name
             )
@@ -98,8 +98,8 @@ pub fn examine(problem: &Problem, fitted: &Fitted) -> Vec<String> {
         let stands_out = rms > STRUCTURED && rms > STRUCTURED_FACTOR * typical;
         if material.known_diffuse.is_some() && rms > STRUCTURED {
             warnings.push(format!(
-                "the known reflectance of \"{}\" rests on a material that the light does not \
-                 explain well (error {:.0} %): its own error goes to all the others; pin a \
+                "the known reflectance of \"{}\" rests on a material that the light model fits \
+                 badly (error {:.0} %): its own error is passed on to all the others; pin a \
                  uniform, well lit material instead",
                 material.name,
                 100.0 * rms

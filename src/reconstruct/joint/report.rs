@@ -54,8 +54,8 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
     let is_open = model.layout().is_some_and(|layout| layout.world == World::Open);
     let lamps = model.lamps();
     notes.push(format!(
-        "the unseen world is taken to be {}, with {lamps} lamp{}{}; {} of {} lobes that were tried \
-         shine",
+        "the unmodelled surroundings are taken to be {}, with {lamps} lamp{}{}; {} of {} lobes that \
+         were tried emit light",
         if is_open { "an open sky" } else { "a room" },
         if lamps == 1 { "" } else { "s" },
         if model.sun().is_some() { " and a sun" } else { "" },
@@ -69,11 +69,11 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
                 Gloss::Coat { roughness },
                 [Gloss::Coat { roughness: most }, Gloss::Coat { roughness: least }],
             ) => format!(
-                "\"{name}\": a coat of roughness {roughness:.2}; {least:.2} to {most:.2} explain the \
+                "\"{name}\": a coat of roughness {roughness:.2}; {least:.2} to {most:.2} fit the \
                  photographs about as well"
             ),
             (gloss, [low, high]) => format!(
-                "\"{name}\": exponent {:.0}; {:.0} to {:.0} explain the photographs about as well",
+                "\"{name}\": exponent {:.0}; {:.0} to {:.0} fit the photographs about as well",
                 gloss.exponent(),
                 low.exponent(),
                 high.exponent(),
