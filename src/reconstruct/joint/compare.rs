@@ -41,7 +41,8 @@ pub struct PairedCv {
     pub after: f64,
     /// after/before − 1.
     pub change: f64,
-    /// Of `change`, from the differences of the blocks; infinite where there are fewer than two.
+    /// Of `change`, from the differences of the blocks, and larger for few of them (`few_blocks`);
+    /// infinite where there are fewer than two, of all or of those that a sun reaches.
     pub standard_error: f64,
 }
 
@@ -68,28 +69,33 @@ impl PairedCv {
         }
     }
 
-    /// From weight and the two losses of every block, by strata. Strata of fewer than two blocks are
-    /// taken together with the others.
-    fn of_strata(strata: &[Vec<[f64; 3]>; 2]) -> Self {
+    /// From weight and the two losses of every block: those that what one model adds reaches, or none, and
+    /// the others.
+    fn of_strata([mut reached, mut others]: [Vec<[f64; 3]>; 2]) -> Self {
+        if others.len() == 1 {
+            reached.append(&mut others);
+        }
+        let strata = [reached, others];
         let all = strata.concat();
         let sum = |blocks: &[[f64; 3]], k: usize| blocks.iter().map(|block| block[k]).sum::<f64>();
         let weight = sum(&all, 0).max(f64::MIN_POSITIVE);
         let (before, after) = (sum(&all, 1) / weight, sum(&all, 2) / weight);
-        // Of a ratio of sums, blocks being unequal.
-        let variance = |blocks: &[[f64; 3]]| {
+        // Of a ratio of sums, blocks being unequal; with its degrees of freedom.
+        let variance = |blocks: &[[f64; 3]]| -> [f64; 2] {
             let weight = sum(blocks, 0).max(f64::MIN_POSITIVE);
             let fall = (sum(blocks, 1) - sum(blocks, 2)) / weight;
             let squares: f64 =
                 blocks.iter().map(|block| (block[1] - block[2] - fall * block[0]).powi(2)).sum();
             let count = blocks.len() as f64;
-            squares * count / (count - 1.0).max(f64::MIN_POSITIVE)
+            [squares * count / (count - 1.0), count - 1.0]
         };
-        let variance = if strata.iter().any(|blocks| blocks.len() < 2) {
-            variance(&all)
-        } else {
-            strata.iter().map(|blocks| variance(blocks)).sum()
-        };
-        let of_fall = variance.sqrt() / weight;
+        let variances: Vec<[f64; 2]> = strata
+            .iter()
+            .filter(|blocks| !blocks.is_empty())
+            .map(|blocks| variance(blocks))
+            .collect();
+        let of_fall = variances.iter().map(|[variance, _]| variance).sum::<f64>().sqrt() / weight;
+        let of_fall = of_fall * few_blocks(&variances);
         // Fits that share most of their rows err alike.
         let of_fall = of_fall * SHARED_ROWS.sqrt();
         // The change of the root is the fall divided by this, so that either is significant alike.
@@ -98,13 +104,28 @@ impl PairedCv {
             before: before.sqrt(),
             after: after.sqrt(),
             change: if before > 0.0 { (after / before).sqrt() - 1.0 } else { 0.0 },
-            standard_error: if all.len() < 2 || per_change <= 0.0 {
+            // One block says nothing of how alike others would be.
+            standard_error: if all.len() < 2 || strata[0].len() == 1 || per_change <= 0.0 {
                 f64::INFINITY
             } else {
                 of_fall / per_change
             },
         }
     }
+}
+
+/// How many of its standard errors a difference needs to be as certain as one standard error of a normal
+/// distribution is, where the standard error is from few blocks: Student's t by the expansion of Cornish and
+/// Fisher (Abramowitz and Stegun 26.7.5) with the degrees of freedom of Welch and Satterthwaite, from
+/// variance and degrees of freedom of every stratum.
+fn few_blocks(strata: &[[f64; 2]]) -> f64 {
+    let variance: f64 = strata.iter().map(|[variance, _]| variance).sum();
+    let inverse: f64 = strata
+        .iter()
+        .filter(|[part, _]| *part > 0.0)
+        .map(|[part, degrees]| (part / variance).powi(2) / degrees)
+        .sum();
+    1.0 + inverse / 2.0 + inverse.powi(2) / 4.0 + inverse.powi(3) / 16.0
 }
 
 /// Compares two models of one problem.
@@ -123,7 +144,7 @@ pub fn compare(problem: &Problem, before: &Validated, after: &Validated) -> Pair
             if is_reached { &mut lit } else { &mut others }.push(sums);
         }
     }
-    PairedCv::of_strata(&[lit, others])
+    PairedCv::of_strata([lit, others])
 }
 
 /// Per block whether a sun that only one of two models has reaches it: blocks that it does not
@@ -246,23 +267,23 @@ mod tests {
     #[test]
     fn differences_are_paired_and_their_error_is_that_of_their_mean() {
         // Equal weights: the fall is the mean of 0.2, 0.4, 0.6, its error 0.2/√3 by hand, times √(7/3)
-        // for four folds.
+        // for four folds and 1.3203 for two degrees of freedom.
         let blocks = [[1.0, 1.0, 0.8], [1.0, 9.0, 8.6], [1.0, 2.0, 1.4]];
-        let change = PairedCv::of_strata(&[blocks.to_vec(), Vec::new()]);
+        let change = PairedCv::of_strata([blocks.to_vec(), Vec::new()]);
         assert!((change.before - 4.0f64.sqrt()).abs() < 1e-12);
         assert!((change.change - ((3.6f64 / 4.0).sqrt() - 1.0)).abs() < 1e-12);
-        let of_fall = 0.2 / 3.0f64.sqrt() * (7.0f64 / 3.0).sqrt();
+        let of_fall = 0.2 / 3.0f64.sqrt() * (7.0f64 / 3.0).sqrt() * 1.320_312_5;
         let of_root = of_fall / (4.0 + (4.0f64 * 3.6).sqrt());
         assert!((change.standard_error - of_root).abs() < 1e-12, "{change:?}");
         // However different the blocks are, all of them fell.
         assert!(change.is_better());
-        let mixed = PairedCv::of_strata(&[
+        let mixed = PairedCv::of_strata([
             vec![[1.0, 1.0, 0.5], [1.0, 1.0, 1.4], [1.0, 1.0, 1.0]],
             Vec::new(),
         ]);
         assert!(mixed.change < 0.0 && !mixed.is_better(), "{mixed:?}");
         for few in [&blocks[..1], &[], &[[1.0, 0.0, 0.0]; 3]] {
-            let none = PairedCv::of_strata(&[few.to_vec(), Vec::new()]);
+            let none = PairedCv::of_strata([few.to_vec(), Vec::new()]);
             assert!(!none.is_better(), "{none:?}");
         }
     }
@@ -270,10 +291,10 @@ mod tests {
     /// How many standard errors the fall of the mean loss is, and the change of its root, is one number.
     #[test]
     fn a_large_fall_is_as_certain_as_the_fall_of_the_mean_loss() {
-        // Falls 4 and 2, mean 3 ± 1, times √(7/3): 1.96 standard errors, by hand.
+        // Falls 4 and 2, mean 3 ± 1, times √(7/3) and 1.8125 for one degree of freedom, by hand.
         let blocks = vec![[1.0, 5.0, 1.0], [1.0, 2.5, 0.5]];
-        let change = PairedCv::of_strata(&[blocks, Vec::new()]);
-        let expected = 3.0 / (7.0f64 / 3.0).sqrt();
+        let change = PairedCv::of_strata([blocks, Vec::new()]);
+        let expected = 3.0 / (7.0f64 / 3.0).sqrt() / 1.8125;
         assert!((-change.change / change.standard_error - expected).abs() < 1e-12, "{change:?}");
     }
 
@@ -282,16 +303,37 @@ mod tests {
     fn what_helps_every_block_that_it_reaches_is_certain_however_few_these_are() {
         let reached = vec![[1.0, 2.0, 1.0]; 3];
         let others = vec![[1.0, 1.0, 1.0]; 97];
-        let by_strata = PairedCv::of_strata(&[reached.clone(), others.clone()]);
+        let by_strata = PairedCv::of_strata([reached.clone(), others.clone()]);
         assert!(by_strata.standard_error < 1e-12, "{by_strata:?}");
-        let together = PairedCv::of_strata(&[[reached, others.clone()].concat(), Vec::new()]);
+        let together = PairedCv::of_strata([[reached, others.clone()].concat(), Vec::new()]);
         assert!((by_strata.change - together.change).abs() < 1e-12);
-        // √(3 · 0.97 · 100/99) blocks' worth of 3, by hand, times √(7/3).
+        // √(3 · 0.97 · 100/99) blocks' worth of 3, by hand, times √(7/3), for 99 degrees of freedom.
         let of_fall = (3.0 * 0.97 * 100.0f64 / 99.0 * 7.0 / 3.0).sqrt() / 100.0;
+        let of_fall =
+            of_fall * (1.0 + 0.5 / 99.0 + 0.25 / 99.0f64.powi(2) + 99.0f64.powi(-3) / 16.0);
         let of_root = of_fall / (1.03 + 1.03f64.sqrt());
         assert!((together.standard_error - of_root).abs() < 1e-12, "{together:?}");
         // One block alone says nothing of how alike others would be.
-        let one = PairedCv::of_strata(&[vec![[1.0, 2.0, 1.0]], others]);
+        let one = PairedCv::of_strata([vec![[1.0, 2.0, 1.0]], others]);
         assert!(!one.is_better(), "{one:?}");
+    }
+
+    #[test]
+    fn few_blocks_are_as_certain_as_student_has_them() {
+        // Quantiles of Student's t at 0.84134, by numerical integration of its density.
+        for (degrees, quantile) in [(1.0, 1.8373), (2.0, 1.3213), (3.0, 1.1969), (10.0, 1.0526)] {
+            let found = few_blocks(&[[0.3, degrees]]);
+            assert!((found / quantile - 1.0).abs() < 0.015, "{degrees}: {found}");
+        }
+        // Two strata of equal variance and degrees of freedom have twice as many together.
+        assert!((few_blocks(&[[0.3, 5.0]; 2]) - few_blocks(&[[0.3, 10.0]])).abs() < 1e-12);
+        assert!((few_blocks(&[[0.0, 5.0]]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_single_block_that_a_sun_does_not_reach_is_taken_with_the_others() {
+        let reached = vec![[1.0, 2.0, 1.0]; 3];
+        let with = PairedCv::of_strata([reached.clone(), vec![[1.0, 2.0, 1.0]]]);
+        assert_eq!(with, PairedCv::of_strata([[reached, vec![[1.0, 2.0, 1.0]]].concat(), vec![]]));
     }
 }
