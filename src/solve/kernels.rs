@@ -70,11 +70,61 @@ pub fn dot_and_square(a: &[f64], b: &[f64], weights: Option<&[f64]>) -> (f64, f6
     (sum, square)
 }
 
+/// The natural logarithm of a normal number above 0, to about one unit in the last place; ∞ and what
+/// is no number give no number. Unlike that of the C library it is inlined into loops and becomes
+/// vector instructions there. The series is that of Sun's fdlibm (`e_log.c`).
+#[inline(always)]
+pub fn ln(x: f64) -> f64 {
+    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+    const BIAS: u64 = 1023;
+    const MANTISSA_BITS: u32 = 52;
+    // 2⁵², in whose lowest bits a small integer can be put.
+    const WHOLE: u64 = 0x4330_0000_0000_0000;
+    const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
+    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+    // x = 2ᵏ m with √½ ≤ m < √2.
+    let biased =
+        (x.to_bits().wrapping_sub(ROOT_HALF).wrapping_add(BIAS << MANTISSA_BITS)) >> MANTISSA_BITS;
+    let k = f64::from_bits(WHOLE | biased) - (f64::from_bits(WHOLE) + BIAS as f64);
+    let m = x.to_bits().wrapping_sub(biased.wrapping_sub(BIAS) << MANTISSA_BITS);
+    let f = f64::from_bits(m) - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let w = z * z;
+    let even = w
+        * (3.999_999_999_940_942e-1
+            + w * (2.222_219_843_214_978_4e-1 + w * 1.531_383_769_920_937_3e-1));
+    let odd = z
+        * (6.666_666_666_666_735e-1
+            + w * (2.857_142_874_366_239e-1
+                + w * (1.818_357_216_161_805e-1 + w * 1.479_819_860_511_658_6e-1)));
+    let half = 0.5 * f * f;
+    let of_m = half - (s * (half + even + odd) + k * LN_2_LOW) - f;
+    k * LN_2_HIGH - of_m + 0.0 * x
+}
+
 /// y += factor · x.
 #[inline(always)]
 pub fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += factor * x;
+    }
+}
+
+/// y += Σ factorⱼ · xⱼ, to the bit what [`add_scaled`] gives one after the other, with `y` read and
+/// written a quarter as often.
+#[inline(always)]
+pub fn add_all_scaled(y: &mut [f64], terms: &[(f64, &[f64])]) {
+    let fours = terms.chunks_exact(4);
+    let rest = fours.remainder();
+    for four in fours {
+        let [(a, p), (b, q), (c, r), (d, s)] = [four[0], four[1], four[2], four[3]];
+        for ((((y, p), q), r), s) in y.iter_mut().zip(p).zip(q).zip(r).zip(s) {
+            *y = *y + a * p + b * q + c * r + d * s;
+        }
+    }
+    for &(factor, x) in rest {
+        add_scaled(y, factor, x);
     }
 }
 
@@ -102,3 +152,6 @@ fn fold<T: Copy + AddAssign>(sums: &[T; LANES]) -> T {
     }
     sums[0]
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,7 +15,9 @@ use faer::Mat;
 use crate::reconstruct::joint::hessian::Hessian;
 use crate::reconstruct::joint::terms::{Ridge, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
-use crate::solve::kernels::{self, add_scaled, column_of_mut, dot, weighted_square};
+use crate::solve::kernels::{
+    self, add_all_scaled, add_scaled, column_of_mut, dot, vectorised, weighted_square,
+};
 use crate::watch::Watch;
 
 pub use crate::reconstruct::joint::terms::{Anchor, Objective, Pair, Terms};
@@ -114,21 +116,17 @@ impl Channel<'_> {
         let design = self.design;
         let mut diffuse = design.base[self.channel].clone();
         let mut specular = design.specular_base[self.channel].clone();
-        for (column, &emission) in state.emission.iter().enumerate() {
-            if emission != 0.0 {
-                add_scaled(
-                    &mut diffuse,
-                    emission,
-                    kernels::column_of(design.diffuse.as_ref(), column),
-                );
-                if !specular.is_empty() {
-                    add_scaled(
-                        &mut specular,
-                        emission,
-                        kernels::column_of(design.specular.as_ref(), column),
-                    );
-                }
-            }
+        let lit = || state.emission.iter().enumerate().filter(|(_, emission)| **emission != 0.0);
+        let add_to = |sums: &mut [f64], design: &Mat<f64>| {
+            let of_column = |(column, &emission): (usize, &f64)| {
+                (emission, kernels::column_of(design.as_ref(), column))
+            };
+            let terms: Vec<(f64, &[f64])> = lit().map(of_column).collect();
+            vectorised(|| add_all_scaled(sums, &terms));
+        };
+        add_to(&mut diffuse, &design.diffuse);
+        if !specular.is_empty() {
+            add_to(&mut specular, &design.specular);
         }
         let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
         let value = (0..diffuse.len())
@@ -175,12 +173,11 @@ impl Channel<'_> {
                 if weight > 0.0 { weight * (2.0 * log).exp() } else { 0.0 }
             })
             .collect();
-        (0..self.design.columns())
-            .map(|column| {
-                let values = kernels::column_of(self.design.diffuse.as_ref(), column);
-                weighted_square(values, &scale).sqrt()
-            })
-            .collect()
+        let norm = |column: usize| {
+            let values = kernels::column_of(self.design.diffuse.as_ref(), column);
+            vectorised(|| weighted_square(values, &scale)).sqrt()
+        };
+        (0..self.design.columns()).map(norm).collect()
     }
 
     /// Descends from `start` to the minimum.
@@ -325,11 +322,11 @@ impl Channel<'_> {
         }
         let of_ridge = ridge.gradient(&state.emission);
         let of_emission = |column: usize| {
-            let mut sum =
-                dot(kernels::column_of(self.design.diffuse.as_ref(), column), &by_diffuse);
+            let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
+            let mut sum = vectorised(|| dot(diffuse, &by_diffuse));
             if !by_specular.is_empty() {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                sum += dot(specular, &by_specular);
+                sum += vectorised(|| dot(specular, &by_specular));
             }
             -sum - of_ridge[column]
         };
@@ -356,9 +353,11 @@ impl Channel<'_> {
         for (position, &column) in columns.iter().enumerate() {
             let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
             let out = column_of_mut(&mut jacobian, position);
-            for ((out, factor), k) in out.iter_mut().zip(&row_scales.diffuse).zip(diffuse) {
-                *out = factor * k;
-            }
+            vectorised(|| {
+                for ((out, factor), k) in out.iter_mut().zip(&row_scales.diffuse).zip(diffuse) {
+                    *out = factor * k;
+                }
+            });
             if !row_scales.specular.is_empty() {
                 let specular = kernels::column_of(self.design.specular.as_ref(), column);
                 for &(row, glossy, factor) in &row_scales.specular {

@@ -1,0 +1,40 @@
+use super::*;
+
+/// Beside the C library's, over all magnitudes, and closely about 1, where logarithms cancel.
+#[test]
+fn the_inlined_logarithm_is_that_of_the_library() {
+    let mut worst = 0.0f64;
+    let mut compare = |x: f64| {
+        let (own, library) = (vectorised(|| ln(x)), x.ln());
+        let error = (own - library).abs() / library.abs().max(f64::MIN_POSITIVE);
+        worst = worst.max(if own == library { 0.0 } else { error });
+    };
+    for step in 0..100_000 {
+        let step = f64::from(step) / 100_000.0;
+        compare((600.0 * (step - 0.5)).exp());
+        compare(0.7 + 0.72 * step);
+        compare(1.0 + 1e-6 * (step - 0.5));
+    }
+    for x in [1.0, f64::MIN_POSITIVE, f64::MAX, 0.5f64.sqrt(), 2.0f64.sqrt(), 2.0, 0.5] {
+        compare(x);
+    }
+    assert!(worst < 3e-16, "{worst}");
+    assert_eq!(ln(1.0), 0.0);
+    assert!(ln(f64::INFINITY).is_nan() && ln(f64::NAN).is_nan());
+}
+
+#[test]
+fn columns_added_together_are_those_added_one_after_the_other() {
+    let column = |j: usize| -> Vec<f64> {
+        (0..37).map(|i| ((i * 7 + j * 13) as f64).sin() / (1 + i + j) as f64).collect()
+    };
+    for count in 0..10 {
+        let columns: Vec<Vec<f64>> = (1..=count).map(column).collect();
+        let terms: Vec<(f64, &[f64])> =
+            columns.iter().enumerate().map(|(j, x)| (0.3 + j as f64, &x[..])).collect();
+        let (mut together, mut each) = (column(0), column(0));
+        vectorised(|| add_all_scaled(&mut together, &terms));
+        terms.iter().for_each(|(factor, x)| add_scaled(&mut each, *factor, x));
+        assert_eq!(together, each, "{count}");
+    }
+}
