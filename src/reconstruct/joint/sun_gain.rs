@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -11,9 +12,10 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::Frame;
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::problem::{Data, Problem};
-use crate::reconstruct::joint::terms::{influence, loss};
+use crate::reconstruct::joint::terms::influence;
 use crate::scene::views::VisibilityBuffer;
 use crate::scene::{SurfacePoint, Views};
+use crate::solve::kernels::{ln, vectorised};
 use crate::watch::Cancelled;
 
 /// Radians: half of what the first directions are apart, and less than the sun's own size.
@@ -93,15 +95,22 @@ pub fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
 /// model is wrong by several octaves where the sun shines in; the gain is therefore computed from
 /// the loss itself and not from its linearisation.
 pub struct SunGain {
+    /// The places that count.
+    counting: Vec<usize>,
     channels: Vec<ChannelGain>,
 }
 
+/// One channel at the places that count.
 struct ChannelGain {
-    places: Vec<Residual>,
-    /// Sum of `influence`.
+    /// What a sun of unit irradiance adds to π L̂ at normal incidence, as a part of π L̂.
+    slope: Vec<f64>,
+    /// The irradiance, at normal incidence, that is missing there.
+    missing: Vec<f64>,
+    residuals: Residuals,
+    /// Sum of the influences.
     influence: f64,
     /// The sum of the losses where all light is dimmed by so many steps of [`DIMMING`].
-    dimmed: Vec<f64>,
+    dimmed: Vec<OnceLock<f64>>,
 }
 
 /// A step of the logarithm of light, and how many of them are tabulated: a sun in the open is ten times
@@ -109,23 +118,25 @@ struct ChannelGain {
 const DIMMING: f64 = 0.05;
 const DIMMINGS: usize = 60;
 
-/// One channel at a place.
-struct Residual {
-    weight: f64,
-    /// The weight with which it would count in a linear problem.
-    influence: f64,
-    robust: f64,
+/// Residuals of one channel, each number of them by itself, for vector instructions.
+#[derive(Default)]
+struct Residuals {
     /// log(L̂/L).
-    residual: f64,
-    /// π L̂, and what a sun of unit irradiance adds to it at normal incidence.
-    computed: f64,
-    reflectance: f64,
+    residual: Vec<f64>,
+    /// The weight with which it would count in a linear problem.
+    influence: Vec<f64>,
+    /// Its loss is `of_log` ln(1 + (`inverse` r)²) + `of_square` r², one of the two being 0.
+    inverse: Vec<f64>,
+    of_log: Vec<f64>,
+    of_square: Vec<f64>,
 }
 
 /// Number of strengths of a sun that are tried: quantiles of the strengths that fit single places.
 const STRENGTHS: usize = 4;
 /// Light that is left without a sun is at least this part of the light with it.
 const LEAST_LEFT: f64 = 1e-3;
+/// Residuals whose losses are summed side by side.
+const LANES: usize = 8;
 
 impl SunGain {
     /// Without the light of the part `without`.
@@ -136,9 +147,17 @@ impl SunGain {
         without: Option<usize>,
     ) -> Self {
         let columns = without.map_or(0..0, |slot| fitted.model.columns_of(slot));
+        let counts = |&index: &usize| {
+            let place = &places[index];
+            place.share * problem.weights[place.row] > 0.0
+        };
+        let counting: Vec<usize> = (0..places.len()).filter(counts).collect();
         let of = |c: usize| -> ChannelGain {
             let fit = &fitted.channels[c];
-            let of_place = |place: &Place| {
+            let (mut slope, mut missing) = (Vec::new(), Vec::new());
+            let mut residuals = Residuals::default();
+            for &index in &counting {
+                let place = &places[index];
                 let row = place.row;
                 let material = problem.rows.material[row];
                 let reflectance = fit.state.log_diffuse[material].exp();
@@ -150,20 +169,31 @@ impl SunGain {
                 }
                 let computed = computed.max(least);
                 let residual = computed.ln() - place.log_radiance[c];
-                let robust = problem.priors.robust[material];
+                slope.push(reflectance / computed);
+                missing.push(computed * ((-residual).exp() - 1.0) / reflectance);
                 let weight = place.share * problem.weights[row];
-                let influence = weight * influence(residual, robust);
-                Residual { weight, influence, robust, residual, computed, reflectance }
-            };
-            ChannelGain::new(places.iter().map(of_place).collect())
+                residuals.push(residual, weight, problem.priors.robust[material]);
+            }
+            ChannelGain::new(slope, missing, residuals)
         };
-        Self { channels: (0..CHANNELS).map(of).collect() }
+        let channels = (0..CHANNELS).into_par_iter().map(of).collect();
+        Self { counting, channels }
     }
 
     /// By how much the cost falls with a sun of this coupling to the places, if all other light is
     /// dimmed by a common factor.
     pub fn fall(&self, column: &[f32]) -> f64 {
-        0.5 * self.channels.iter().map(|channel| channel.fall(column)).sum::<f64>()
+        self.fall_of(self.counting.iter().map(|&place| column[place]))
+    }
+
+    /// The same with how it reaches each of the places that count.
+    fn fall_of(&self, reach: impl Iterator<Item = f32>) -> f64 {
+        let lit: Vec<(usize, f64)> = reach
+            .enumerate()
+            .filter(|(_, reach)| *reach > 0.0)
+            .map(|(index, reach)| (index, f64::from(reach)))
+            .collect();
+        0.5 * self.channels.iter().map(|channel| channel.fall(&lit)).sum::<f64>()
     }
 
     /// The best direction near a first.
@@ -174,11 +204,11 @@ impl SunGain {
         start: Vec3,
     ) -> Result<Vec3, Cancelled> {
         let fall = |towards: Vec3| {
-            if is_above(towards) {
-                self.fall(&column(problem.data.views, places, towards))
-            } else {
-                0.0
+            if !is_above(towards) {
+                return 0.0;
             }
+            let views = problem.data.views;
+            self.fall_of(self.counting.iter().map(|&index| reach(views, &places[index], towards)))
         };
         let mut best = (start, fall(start));
         let mut step = FIRST_STEP;
@@ -210,68 +240,149 @@ impl SunGain {
 }
 
 impl ChannelGain {
-    fn new(places: Vec<Residual>) -> Self {
-        let dimmed = |step: usize| {
-            places.iter().map(|place| place.loss(-(step as f64) * DIMMING)).sum::<f64>()
-        };
-        let dimmed = (0..=DIMMINGS).map(dimmed).collect();
-        Self { influence: places.iter().map(|place| place.influence).sum(), dimmed, places }
+    fn new(slope: Vec<f64>, missing: Vec<f64>, residuals: Residuals) -> Self {
+        let influence = residuals.influence.iter().sum();
+        let residuals = residuals.some(0..slope.len());
+        let dimmed = vec![OnceLock::new(); DIMMINGS + 1];
+        Self { slope, missing, residuals, influence, dimmed }
+    }
+
+    /// The sum of the losses with all light dimmed by so many steps; most are never asked for.
+    fn dimmed_by(&self, steps: usize) -> f64 {
+        *self.dimmed[steps].get_or_init(|| self.residuals.losses(-(steps as f64) * DIMMING))
     }
 
     /// The sum of the losses with all light dimmed, between tabulated steps.
     fn dimmed(&self, dimming: f64) -> f64 {
         let step = (dimming / DIMMING).clamp(0.0, DIMMINGS as f64 - 1e-9);
         let (whole, part) = (step as usize, step.fract());
-        (1.0 - part) * self.dimmed[whole] + part * self.dimmed[whole + 1]
+        (1.0 - part) * self.dimmed_by(whole) + part * self.dimmed_by(whole + 1)
     }
 
-    /// By how much the sum of the losses falls.
-    fn fall(&self, column: &[f32]) -> f64 {
-        let lit: Vec<(&Residual, f64)> = self
-            .places
-            .iter()
-            .zip(column)
-            .filter(|(place, reach)| **reach > 0.0 && place.weight > 0.0)
-            .map(|(place, reach)| (place, place.reflectance * f64::from(*reach)))
-            .collect();
+    /// By how much the sum of the losses falls with a sun that reaches these of the places.
+    fn fall(&self, lit: &[(usize, f64)]) -> f64 {
         let mut wanted: Vec<f64> = lit
             .iter()
-            .map(|(place, reach)| place.computed * ((-place.residual).exp() - 1.0) / reach)
+            .map(|&(index, reach)| self.missing[index] / reach)
             .filter(|strength| *strength > 0.0)
             .collect();
         if wanted.is_empty() {
             return 0.0;
         }
-        wanted.sort_by(f64::total_cmp);
-        let mut changes = vec![0.0; lit.len()];
+        let residuals = self.residuals.some(lit.iter().map(|&(index, _)| index));
+        let mut slope: Vec<f64> =
+            lit.iter().map(|&(index, reach)| self.slope[index] * reach).collect();
+        slope.resize(residuals.residual.len(), 0.0);
+        let mut changes = vec![0.0; slope.len()];
         let mut fall = |strength: f64| {
-            let mut changed = 0.0;
-            for (change, (place, reach)) in changes.iter_mut().zip(&lit) {
-                *change = (reach * strength / place.computed).ln_1p();
-                changed += place.influence * *change;
-            }
+            let changed = residuals.brighten(&slope, strength, &mut changes);
             let dimming = changed / self.influence.max(f64::MIN_POSITIVE);
-            let of_lit: f64 = changes
-                .iter()
-                .zip(&lit)
-                .map(|(change, (place, _))| place.loss(-dimming) - place.loss(change - dimming))
-                .sum();
-            self.dimmed[0] - self.dimmed(dimming) + of_lit
+            self.dimmed_by(0) - self.dimmed(dimming) + residuals.falls(&changes, dimming)
         };
-        let strength = |k: usize| wanted[(2 * k + 1) * wanted.len() / (2 * STRENGTHS)];
-        (0..STRENGTHS).map(|k| fall(strength(k))).fold(0.0, f64::max)
+        let (mut most, mut first) = (0.0, 0);
+        for k in 0..STRENGTHS {
+            let place = (2 * k + 1) * wanted.len() / (2 * STRENGTHS);
+            let rest = &mut wanted[first..];
+            let (_, strength, _) = rest.select_nth_unstable_by(place - first, f64::total_cmp);
+            most = f64::max(most, fall(*strength));
+            first = place;
+        }
+        most
     }
 }
 
-impl Residual {
-    /// The loss with so much added to the logarithm of what is computed.
-    fn loss(&self, change: f64) -> f64 {
-        if self.weight > 0.0 {
-            self.weight * loss(self.residual + change, self.robust)
-        } else {
-            0.0
+impl Residuals {
+    fn push(&mut self, residual: f64, weight: f64, robust: f64) {
+        let is_square = robust.is_infinite();
+        self.residual.push(residual);
+        self.influence.push(weight * influence(residual, robust));
+        self.inverse.push(robust.recip());
+        self.of_log.push(if is_square { 0.0 } else { weight * robust * robust });
+        self.of_square.push(if is_square { weight } else { 0.0 });
+    }
+
+    /// Some of them, filled up to whole lanes with such as count nothing.
+    fn some(&self, of: impl Iterator<Item = usize> + Clone) -> Self {
+        let pick = |values: &[f64]| {
+            let mut some: Vec<f64> = of.clone().map(|index| values[index]).collect();
+            some.resize(some.len().next_multiple_of(LANES), 0.0);
+            some
+        };
+        Self {
+            residual: pick(&self.residual),
+            influence: pick(&self.influence),
+            inverse: pick(&self.inverse),
+            of_log: pick(&self.of_log),
+            of_square: pick(&self.of_square),
         }
     }
+
+    /// Residual, inverse, and the factors of the loss, by lanes.
+    #[inline(always)]
+    fn lanes(&self) -> impl Iterator<Item = [&[f64; LANES]; 4]> {
+        let pairs = lanes(&self.residual).zip(lanes(&self.inverse));
+        let factors = lanes(&self.of_log).zip(lanes(&self.of_square));
+        pairs.zip(factors).map(|((r, inverse), (log, square))| [r, inverse, log, square])
+    }
+
+    /// The sum of the losses with so much added to every logarithm of what is computed. They fill
+    /// whole lanes.
+    fn losses(&self, change: f64) -> f64 {
+        vectorised(|| {
+            let mut sums = [0.0; LANES];
+            for [residual, inverse, of_log, of_square] in self.lanes() {
+                for lane in 0..LANES {
+                    let r = residual[lane] + change;
+                    let scaled = r * inverse[lane];
+                    let log = ln(1.0 + scaled * scaled);
+                    sums[lane] += of_log[lane] * log + of_square[lane] * r * r;
+                }
+            }
+            sums.iter().sum()
+        })
+    }
+
+    /// By what the logarithm of what is computed rises with a sun of some strength, whose `slope` is
+    /// its part of what is computed for a strength of 1. Returns the sum of what the influences make
+    /// of it.
+    fn brighten(&self, slope: &[f64], strength: f64, changes: &mut [f64]) -> f64 {
+        vectorised(|| {
+            let mut sums = [0.0; LANES];
+            let changes = changes.as_chunks_mut::<LANES>().0;
+            let given = lanes(slope).zip(lanes(&self.influence));
+            for ((slope, influence), changes) in given.zip(changes) {
+                for lane in 0..LANES {
+                    changes[lane] = ln(1.0 + slope[lane] * strength);
+                    sums[lane] += influence[lane] * changes[lane];
+                }
+            }
+            sums.iter().sum()
+        })
+    }
+
+    /// The sum of the losses with all light dimmed less that with these changes beside.
+    fn falls(&self, changes: &[f64], dimming: f64) -> f64 {
+        vectorised(|| {
+            let mut sums = [0.0; LANES];
+            let all = self.lanes().zip(lanes(changes));
+            for ([residual, inverse, of_log, of_square], changes) in all {
+                for lane in 0..LANES {
+                    let before = residual[lane] - dimming;
+                    let after = before + changes[lane];
+                    let (a, b) = (before * inverse[lane], after * inverse[lane]);
+                    let log = ln((1.0 + a * a) / (1.0 + b * b));
+                    let square = before * before - after * after;
+                    sums[lane] += of_log[lane] * log + of_square[lane] * square;
+                }
+            }
+            sums.iter().sum()
+        })
+    }
+}
+
+#[inline(always)]
+fn lanes(values: &[f64]) -> std::slice::Iter<'_, [f64; LANES]> {
+    values.as_chunks::<LANES>().0.iter()
 }
 
 /// Whether a direction is above the horizon; z is up in every capture.
@@ -281,10 +392,11 @@ pub fn is_above(towards: Vec3) -> bool {
 
 /// V cos θ of a sun at some places.
 pub fn column(views: &Views, places: &[Place], towards: Vec3) -> Vec<f32> {
-    let reach = |place: &Place| {
-        let cosine = towards.dot(place.point.normal);
-        let is_lit = cosine > 0.0 && !views.caster.occluded(&views.ray(place.point, towards));
-        if is_lit { cosine } else { 0.0 }
-    };
-    places.iter().map(reach).collect()
+    places.iter().map(|place| reach(views, place, towards)).collect()
+}
+
+fn reach(views: &Views, place: &Place, towards: Vec3) -> f32 {
+    let cosine = towards.dot(place.point.normal);
+    let is_lit = cosine > 0.0 && !views.caster.occluded(&views.ray(place.point, towards));
+    if is_lit { cosine } else { 0.0 }
 }
