@@ -10,6 +10,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, Par};
 
 use crate::reconstruct::joint::system::{Channel, RowScales};
+use crate::solve::kernels::{column_of, column_of_mut};
 
 /// Jᵀ J, J being the Jacobian of the weighted residuals with the slopes of some state, over as
 /// many columns of emission as were asked for, and the reflectances.
@@ -83,13 +84,23 @@ impl Hessian {
         self.times(reflectances, mixed.as_mut());
         let own = gram(reflectances);
         let lit = columns.len();
-        let place = |position: usize| self.place[columns[position]];
-        Mat::from_fn(lit + count, lit + count, |i, j| match (i < lit, j < lit) {
-            (true, true) => self.products[(place(i), place(j))],
-            (true, false) => mixed[(j - lit, place(i))],
-            (false, true) => mixed[(i - lit, place(j))],
-            (false, false) => own[(i - lit, j - lit)],
-        })
+        let place: Vec<usize> = columns.iter().map(|&column| self.place[column]).collect();
+        let mut over = Mat::zeros(lit + count, lit + count);
+        for j in 0..lit + count {
+            let (of_emissions, of_reflectances) = column_of_mut(&mut over, j).split_at_mut(lit);
+            if let Some(&of) = place.get(j) {
+                let inner = column_of(self.products.as_ref(), of);
+                of_emissions.iter_mut().zip(&place).for_each(|(value, &i)| *value = inner[i]);
+                of_reflectances.copy_from_slice(column_of(mixed.as_ref(), of));
+            } else {
+                let of = j - lit;
+                let mixed =
+                    of_emissions.iter_mut().zip(&place).map(|(value, &i)| (value, mixed[(of, i)]));
+                mixed.for_each(|(value, product)| *value = product);
+                of_reflectances.copy_from_slice(column_of(own.as_ref(), of));
+            }
+        }
+        over
     }
 }
 

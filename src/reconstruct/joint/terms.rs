@@ -3,7 +3,7 @@
 
 use faer::Mat;
 
-use crate::solve::kernels::dot;
+use crate::solve::kernels::{column_of_mut, dot};
 
 /// Which residuals are minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -198,11 +198,14 @@ impl<'a> Ridge<'a> {
         if let Some(norms) = &self.norms {
             let slope = self.slope(emission);
             let of_level = falls_by * self.absolute(emission);
-            for (i, &a) in columns.iter().enumerate() {
-                for (j, &b) in columns.iter().enumerate() {
-                    let mixed = slope[a] * norms[b] + norms[a] * slope[b];
-                    let own = of_level * norms[a] * norms[b];
-                    hessian[(i, j)] += scale * falls_by * (own - mixed);
+            let of = |&column: &usize| (slope[column], norms[column]);
+            let of: Vec<(f64, f64)> = columns.iter().map(of).collect();
+            for (j, &(slope_b, norm_b)) in of.iter().enumerate() {
+                let column = column_of_mut(hessian, j);
+                for (value, (slope_a, norm_a)) in column.iter_mut().zip(&of) {
+                    let mixed = slope_a * norm_b + norm_a * slope_b;
+                    let own = of_level * norm_a * norm_b;
+                    *value += scale * falls_by * (own - mixed);
                 }
             }
         }

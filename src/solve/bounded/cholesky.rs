@@ -11,6 +11,9 @@ pub struct ActiveCholesky {
     rows: Vec<Vec<f64>>,
 }
 
+/// As many numbers as a line of the cache has.
+const COLUMNS_AT_ONCE: usize = 8;
+
 impl ActiveCholesky {
     /// Of a whole Gram matrix in blocks, several times as fast as column after column. `None` where
     /// [`append`](Self::append) would refuse a column.
@@ -18,9 +21,19 @@ impl ActiveCholesky {
         let factor = gram.llt(Side::Lower).ok()?;
         let factor = factor.L();
         let is_free = |i: usize| factor[(i, i)].powi(2) > threshold * gram[(i, i)];
-        let row = |i: usize| (0..=i).map(|j| factor[(i, j)]).collect();
         let count = gram.nrows();
-        (0..count).all(is_free).then(|| Self { rows: (0..count).map(row).collect() })
+        if !(0..count).all(is_free) {
+            return None;
+        }
+        let mut rows: Vec<Vec<f64>> = (0..count).map(|i| Vec::with_capacity(i + 1)).collect();
+        // A few columns at a time, so that what is read of each stays in the cache from row to row.
+        for first in (0..count).step_by(COLUMNS_AT_ONCE) {
+            for (i, row) in rows.iter_mut().enumerate().skip(first) {
+                let columns = first..(first + COLUMNS_AT_ONCE).min(i + 1);
+                row.extend(columns.map(|j| factor[(i, j)]));
+            }
+        }
+        Some(Self { rows })
     }
 
     /// Appends a column with inner products `products` with the columns before it and `square`

@@ -5,7 +5,7 @@ use faer::{Mat, MatRef};
 
 use super::cholesky::ActiveCholesky;
 use super::system::{Point, System};
-use crate::solve::kernels::{add_scaled, column_of, dot, vectorised};
+use crate::solve::kernels::{add_scaled, column_of, column_of_mut, dot, vectorised};
 
 /// A quadratic over the working columns with a list of free ones, over which it can be solved.
 pub trait Model {
@@ -73,8 +73,14 @@ impl Model for GramModel<'_> {
         if count < MANY {
             return false;
         }
-        let gram = Mat::from_fn(count, count, |i, j| gram[(columns[i], columns[j])]);
-        let Some(factor) = ActiveCholesky::of(&gram, GRAM_THRESHOLD) else { return false };
+        let mut some = Mat::zeros(count, count);
+        for (j, &column) in columns.iter().enumerate() {
+            let inner = column_of(gram, column);
+            for (value, &other) in column_of_mut(&mut some, j).iter_mut().zip(columns) {
+                *value = inner[other];
+            }
+        }
+        let Some(factor) = ActiveCholesky::of(&some, GRAM_THRESHOLD) else { return false };
         (self.factor, self.free) = (factor, columns.to_vec());
         true
     }

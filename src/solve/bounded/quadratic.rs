@@ -5,6 +5,7 @@ use faer::{Mat, MatRef};
 use super::BoundedError;
 use super::exchange::{self, State};
 use super::model::GramModel;
+use crate::solve::kernels::{add_scaled, column_of, column_of_mut};
 use crate::watch::Watch;
 
 /// Minimises ½ xᵀHx − bᵀx with lower ≤ x ≤ upper, from `start` (projected onto the bounds), by
@@ -29,13 +30,18 @@ pub fn bounded_quadratic(
             if square > 0.0 && square.is_finite() { square.sqrt().recip() } else { 0.0 }
         })
         .collect();
-    let gram = Mat::from_fn(count, count, |i, j| {
-        if scale[i] * scale[j] == 0.0 {
-            f64::from(u8::from(i == j))
-        } else {
-            hessian[(i, j)] * scale[i] * scale[j]
+    let mut gram = Mat::zeros(count, count);
+    for j in 0..count {
+        let (inner, column) = (column_of(hessian, j), column_of_mut(&mut gram, j));
+        for ((value, inner), scale_i) in column.iter_mut().zip(inner).zip(&scale) {
+            if scale_i * scale[j] != 0.0 {
+                *value = inner * scale_i * scale[j];
+            }
         }
-    });
+        if scale[j] * scale[j] == 0.0 {
+            column[j] = 1.0;
+        }
+    }
     let bound = |value: f64, j: usize| if scale[j] > 0.0 { value / scale[j] } else { 0.0 };
     let mut state = State {
         y: (0..count).map(|j| bound(start[j].clamp(lower[j], upper[j]), j)).collect(),
@@ -44,9 +50,7 @@ pub fn bounded_quadratic(
     };
     let mut gradient: Vec<f64> = (0..count).map(|j| linear[j] * scale[j]).collect();
     for (j, &y) in state.y.iter().enumerate().filter(|(_, y)| **y != 0.0) {
-        for (i, gradient) in gradient.iter_mut().enumerate() {
-            *gradient -= gram[(i, j)] * y;
-        }
+        add_scaled(&mut gradient, -y, column_of(gram.as_ref(), j));
     }
     let free: Vec<usize> = (0..count)
         .filter(|&j| state.lower[j] < state.y[j] && state.y[j] < state.upper[j])
