@@ -116,16 +116,6 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
         let mut random = Random::new(seed, Stream::Lamps as u64, index as u64);
         stratified(RAYS_SIDE, &mut random).map(square_to_disc).collect()
     };
-    watch.begin(lamps.len() as u64);
-    let coupling = lamps
-        .par_iter()
-        .map(|lamp| {
-            watch.tick()?;
-            let is_free =
-                |point: SurfacePoint| f32::from(u8::from(views.is_free(point, lamp.position)));
-            Ok(points.iter().map(|&point| arriving(lamp, point, || is_free(point))).collect())
-        })
-        .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     let viewing = |row: usize| {
         let glossy = problem.glossy[problem.rows.glossy[row]?];
         Some((problem.data.equations.glossy[glossy].viewing, problem.rows.material[row]))
@@ -153,9 +143,20 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
             })
             .collect(),
     };
+    lamps.retain(|lamp| found.is_possible(lamp));
+    watch.begin(lamps.len() as u64);
+    let points = &found.points;
+    let coupling = lamps
+        .par_iter()
+        .map(|lamp| {
+            watch.tick()?;
+            let is_free =
+                |point: SurfacePoint| f32::from(u8::from(views.is_free(point, lamp.position)));
+            Ok(points.iter().map(|&point| arriving(lamp, point, || is_free(point))).collect())
+        })
+        .collect::<Result<Vec<Vec<f32>>, Cancelled>>()?;
     for (lamp, coupling) in lamps.into_iter().zip(coupling) {
-        let lights = coupling.iter().filter(|&&k| k > 0.0).count() * 50 > found.rows.len();
-        if lights && found.is_possible(&lamp) {
+        if coupling.iter().filter(|&&k| k > 0.0).count() * 50 > found.rows.len() {
             found.lamps.push(lamp);
             found.coupling.push(coupling);
         }
