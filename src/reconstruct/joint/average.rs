@@ -57,7 +57,7 @@ impl Ensemble {
             .map(|(index, (set, weight))| {
                 let model = match index {
                     0 => main.clone(),
-                    _ => set.fitted.model.on(problem)?,
+                    _ => set.fitted.model.on(problem, &set.fitted.rows)?,
                 };
                 let fitted = fit(problem, &model, Some(&set.fitted), ROUGH)?;
                 Ok((fit_with_scale_prior(problem, fitted)?, weight))

@@ -1,5 +1,6 @@
 //! Fits a light model to a problem, in all three channels.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -8,8 +9,9 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::statistics::robust_deviation;
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::light_model::LightModel;
+use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, State, Terms};
+use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, Rows, State, Terms};
 use crate::scene::Gloss;
 use crate::solve::kernels::dot;
 
@@ -26,6 +28,8 @@ pub const EXACT: Tolerance = Tolerance(1e-12);
 #[derive(Clone)]
 pub struct Fitted {
     pub model: LightModel,
+    /// Those it was fitted to.
+    pub rows: Arc<Rows>,
     pub design: Arc<Design>,
     /// Per channel.
     pub channels: Vec<Fit>,
@@ -58,6 +62,13 @@ impl Fitted {
         std::array::from_fn(|c| self.channels[c].state.specular[material])
     }
 
+    /// The columns of a part, if it is one of the model's with the same lights on the same rows.
+    pub fn columns_of_same(&self, part: &Part) -> Option<Range<usize>> {
+        let is_same = |own: &&Part| Arc::ptr_eq(&own.coupling, &part.coupling);
+        let own = self.model.parts.iter().find(is_same)?;
+        Some(self.model.columns_of(own.slot))
+    }
+
     /// The unknowns, per channel.
     pub fn states(&self) -> Vec<State> {
         self.channels.iter().map(|fit| fit.state.clone()).collect()
@@ -87,7 +98,7 @@ pub fn fit(
         (0..CHANNELS).map(|channel| start(problem, model, from, channel)).collect();
     let channels =
         descend(problem, model, &design, &problem.weights, &states, tolerance, |_| Vec::new())?;
-    Ok(Fitted { model: model.clone(), design, channels })
+    Ok(Fitted { model: model.clone(), rows: problem.rows.clone(), design, channels })
 }
 
 /// The same minimum with the weak prior on the common scale: the mean log reflectance a + b of a

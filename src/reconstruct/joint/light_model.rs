@@ -11,9 +11,9 @@ use crate::reconstruct::joint::background::{Layout, LightSet, NEIGHBOURS, World}
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::part::{Part, PartKind};
 use crate::reconstruct::joint::problem::Problem;
-use crate::reconstruct::joint::system::Design;
+use crate::reconstruct::joint::system::{Design, Rows};
 use crate::reconstruct::joint::terms::Pair;
-use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use crate::reconstruct::lights::{LightKind, VirtualLights};
 use crate::reconstruct::lobes::Lobe;
 use crate::scene::Gloss;
 use crate::solve::kernels::{column_of, column_of_mut};
@@ -90,9 +90,9 @@ impl LightModel {
         model
     }
 
-    /// The same lights for the rows of another problem.
-    pub fn on(&self, problem: &Problem) -> Result<Self, Cancelled> {
-        let parts = self.parts.iter().map(|part| part.on(problem));
+    /// The same lights for the rows of a problem, `rows` being those that they are for now.
+    pub fn on(&self, problem: &Problem, rows: &Rows) -> Result<Self, Cancelled> {
+        let parts = self.parts.iter().map(|part| part.on(problem, rows));
         Ok(Self { parts: parts.collect::<Result<_, _>>()?, ..self.clone() })
     }
 
@@ -224,8 +224,8 @@ impl LightModel {
         self.parts.iter().flat_map(of).collect()
     }
 
-    /// How the light reaches the rows. What an earlier fit of the same lights to the same rows has
-    /// found is taken from there.
+    /// How the light reaches the rows. What an earlier fit of some of the same lights to the same rows
+    /// has found is taken from there.
     pub fn design(&self, problem: &Problem, earlier: Option<&Fitted>) -> Design {
         let (rows, columns) = (problem.rows.sample.len(), self.columns());
         let mut diffuse = Mat::zeros(rows, columns);
@@ -242,79 +242,78 @@ impl LightModel {
             problem.rows.sample.iter().map(of).collect()
         };
         let base = [base(0), base(1), base(2)];
-        let earlier = earlier.filter(|fitted| self.has_lights_of(&fitted.model));
+        let earlier = earlier.filter(|fitted| Arc::ptr_eq(&fitted.rows, &problem.rows));
         let (specular, specular_base) = self.specular(problem, &diffuse, earlier);
         Design { diffuse, base, specular, specular_base }
     }
 
-    /// Whether the lights are those of another model, for the same rows.
-    fn has_lights_of(&self, other: &Self) -> bool {
-        let pairs = || self.parts.iter().zip(&other.parts);
-        self.parts.len() == other.parts.len()
-            && pairs().all(|(a, b)| Arc::ptr_eq(&a.coupling, &b.coupling))
-    }
-
     /// π f/ρ_s times the coupling, glossy rows × columns, and the same of the radiance records, per
-    /// channel and glossy row. Zero for materials that are diffuse here.
+    /// channel and glossy row. Zero for materials that are diffuse here. `earlier` is of the same rows.
     fn specular(
         &self,
         problem: &Problem,
         diffuse: &Mat<f64>,
         earlier: Option<&Fitted>,
     ) -> (Mat<f64>, [Vec<f64>; CHANNELS]) {
-        let set: Vec<&VirtualLight> =
-            self.parts.iter().flat_map(|part| &part.set.lights.lights).collect();
-        let mut light_of = Vec::new();
-        let mut first = 0;
-        for part in &self.parts {
-            light_of.extend(part.set.lobes.lobes.iter().map(|lobe| first + lobe.light));
-            first += part.set.lights.lights.len();
-        }
-        let rows: Vec<usize> = (0..problem.rows.sample.len())
-            .filter(|&row| problem.rows.glossy[row].is_some())
-            .collect();
-        let is_same = |material: usize| {
-            earlier.is_some_and(|fitted| fitted.model.gloss[material] == self.gloss[material])
-        };
-        let of_row = |(&row, &glossy): (&usize, &usize)| {
+        let glossy = |row: &usize| problem.rows.glossy[*row].is_some();
+        let rows: Vec<usize> = (0..problem.rows.sample.len()).filter(glossy).collect();
+        let viewing = |place: usize| problem.data.equations.glossy[problem.glossy[place]].viewing;
+        // Per row its lobe, and the earlier fit where it had the same.
+        let lobe = |&row: &usize| {
             let material = problem.rows.material[row];
-            let gloss = self.gloss[material].filter(|_| !is_same(material))?;
-            let point = problem.surface_point(row);
-            let glossy = &problem.data.equations.glossy[glossy];
-            let lobes: Vec<f64> =
-                set.iter().map(|light| light.lobe(point.position, glossy.viewing, gloss)).collect();
-            let records = match gloss {
-                Gloss::Phong { exponent } => {
+            let gloss = self.gloss[material];
+            gloss.map(|gloss| (gloss, earlier.filter(|f| f.model.gloss[material] == Some(gloss))))
+        };
+        let lobes: Vec<Option<(Gloss, Option<&Fitted>)>> = rows.iter().map(lobe).collect();
+        let records = |(place, lobe): (usize, &Option<(Gloss, Option<&Fitted>)>)| -> Rgb {
+            match *lobe {
+                None => [0.0; CHANNELS],
+                Some((_, Some(earlier))) => {
+                    std::array::from_fn(|c| earlier.design.specular_base[c][place])
+                }
+                Some((Gloss::Phong { exponent }, None)) => {
+                    let glossy = &problem.data.equations.glossy[problem.glossy[place]];
                     glossy.records(exponent).map(|value| value * 0.5 * (exponent + 2.0))
                 }
-                Gloss::Coat { .. } => problem.data.transport.reflected(
-                    problem.rows.sample[row],
-                    glossy.viewing,
-                    gloss,
-                ),
-            };
-            Some((lobes, records))
-        };
-        let found: Vec<Option<(Vec<f64>, Rgb)>> =
-            rows.par_iter().zip(problem.glossy.par_iter()).map(of_row).collect();
-        let before = |place: usize| {
-            earlier.filter(|_| is_same(problem.rows.material[rows[place]])).map(|f| &f.design)
-        };
-        let specular = Mat::from_fn(rows.len(), light_of.len(), |place, column| {
-            match (&found[place], before(place)) {
-                (Some((lobes, _)), _) => lobes[light_of[column]] * diffuse[(rows[place], column)],
-                (None, Some(design)) => design.specular[(place, column)],
-                (None, None) => 0.0,
+                Some((gloss, None)) => {
+                    let sample = problem.rows.sample[rows[place]];
+                    problem.data.transport.reflected(sample, viewing(place), gloss)
+                }
             }
-        });
-        let base = |c: usize| -> Vec<f64> {
-            let of = |place: usize| match (&found[place], before(place)) {
-                (Some((_, records)), _) => records[c],
-                (None, Some(design)) => design.specular_base[c][place],
-                (None, None) => 0.0,
-            };
-            (0..rows.len()).map(of).collect()
         };
-        (specular, std::array::from_fn(base))
+        let records: Vec<Rgb> = lobes.par_iter().enumerate().map(records).collect();
+        let mut specular = Mat::zeros(rows.len(), self.columns());
+        let mut first = 0;
+        for part in &self.parts {
+            let before = earlier.and_then(|fitted| fitted.columns_of_same(part));
+            // Of every light, where it is not known by the earlier fit.
+            let of_row = |(place, lobe): (usize, &Option<(Gloss, Option<&Fitted>)>)| {
+                let (gloss, earlier) = (*lobe)?;
+                if before.is_some() && earlier.is_some() {
+                    return None;
+                }
+                let (position, viewing) =
+                    (problem.surface_point(rows[place]).position, viewing(place));
+                let lights = part.set.lights.lights.iter();
+                Some(lights.map(|light| light.lobe(position, viewing, gloss)).collect())
+            };
+            let found: Vec<Option<Vec<f64>>> = lobes.par_iter().enumerate().map(of_row).collect();
+            for (offset, shape) in part.set.lobes.lobes.iter().enumerate() {
+                let known = before.as_ref().zip(earlier).map(|(columns, earlier)| {
+                    column_of(earlier.design.specular.as_ref(), columns.start + offset)
+                });
+                let diffuse = column_of(diffuse.as_ref(), first + offset);
+                let out = column_of_mut(&mut specular, first + offset);
+                for (place, out) in out.iter_mut().enumerate() {
+                    *out = match (&found[place], &lobes[place], known) {
+                        (Some(found), ..) => found[shape.light] * diffuse[rows[place]],
+                        (None, Some(_), Some(known)) => known[place],
+                        _ => 0.0,
+                    };
+                }
+            }
+            first += part.columns();
+        }
+        (specular, std::array::from_fn(|c| records.iter().map(|rgb| rgb[c]).collect()))
     }
 }

@@ -119,7 +119,7 @@ pub fn solve(
     let all = all.with_irradiance((*found.problem.irradiance).clone());
     let all = all.with_sky(found.problem.sky.clone());
     let best = &found.best.fitted;
-    let fitted = fit(&all, &best.model.on(&all)?, Some(best), ROUGH)?;
+    let fitted = fit(&all, &best.model.on(&all, &best.rows)?, Some(best), ROUGH)?;
     watch.tick()?;
 
     let (all, emitters) = diagnose::without_emitters(&all, &fitted, diagnose::EMITS);
@@ -131,7 +131,7 @@ pub fn solve(
     let posterior = ensemble.posterior();
     let finer = finer_light(&found, &posterior)?;
     let beside = match &finer {
-        Some(Finer { part, trial }) if trial.supported => Some(part.on(&all)?),
+        Some(Finer { part, trial }) if trial.supported => Some(part.on(&all, &found.problem.rows)?),
         _ => None,
     };
     let held_out = delivered_error(&all, &beside, &ensemble, &is_outer)?;

@@ -9,6 +9,7 @@ use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::joint::background::{Layout, LightSet};
 use crate::reconstruct::joint::lamps::Lamp;
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::system::Rows;
 use crate::reconstruct::lights::{LightKind, VirtualLight};
 use crate::scene::{Emitter, KnownLight};
 use crate::watch::Cancelled;
@@ -138,9 +139,10 @@ impl Part {
         Ok(parts)
     }
 
-    /// The same part for the rows of another problem.
-    pub fn on(&self, problem: &Problem) -> Result<Self, Cancelled> {
-        Ok(Self { coupling: Arc::new(problem.couple(&self.set)?), ..self.clone() })
+    /// The same part for the rows of a problem, `rows` being those that it is for now.
+    pub fn on(&self, problem: &Problem, rows: &Rows) -> Result<Self, Cancelled> {
+        let coupling = problem.couple_beyond(&self.set, rows, &self.coupling)?;
+        Ok(Self { coupling: Arc::new(coupling), ..self.clone() })
     }
 
     pub fn columns(&self) -> usize {

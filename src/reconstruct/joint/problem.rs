@@ -210,26 +210,38 @@ impl<'a> Problem<'a> {
     /// k_ij, rows × lobes of a set of lights, in sr. A row has the same values in every part of a
     /// problem.
     pub fn couple(&self, set: &LightSet) -> Result<Mat<f64>, Cancelled> {
+        self.couple_beyond(set, &Rows::default(), &Mat::zeros(0, set.lobes.lobes.len()))
+    }
+
+    /// The same where what reaches some rows of another part of the problem is known.
+    pub fn couple_beyond(
+        &self,
+        set: &LightSet,
+        rows: &Rows,
+        known: &Mat<f64>,
+    ) -> Result<Mat<f64>, Cancelled> {
         let seed = self.data.options.general.seed as u64;
         let Data { views, cloud, options, .. } = self.data;
+        let mut known_row = vec![None; cloud.samples.len()];
+        for (row, &sample) in rows.sample.iter().enumerate() {
+            known_row[sample] = Some(row);
+        }
         // The rows of one sample follow each other.
         let mut samples = self.rows.sample.clone();
         samples.dedup();
+        samples.retain(|&sample| known_row[sample].is_none());
         let (lights, options) = ((&set.lights, &set.lobes), &options.transport);
         let values =
             transport::couple_some(views, cloud, &samples, lights, options, seed, self.watch())?;
-        let mut place = 0;
-        let of_row: Vec<usize> = self
-            .rows
-            .sample
-            .iter()
-            .map(|&sample| {
-                place += usize::from(samples[place] != sample);
-                place
-            })
-            .collect();
+        let mut place = vec![usize::MAX; cloud.samples.len()];
+        samples.iter().enumerate().for_each(|(index, &sample)| place[sample] = index);
+        let value = |sample: usize, column: usize| match known_row[sample] {
+            Some(row) => known[(row, column)],
+            None => f64::from(values[place[sample]][column]),
+        };
+        let of_row = &self.rows.sample;
         Ok(Mat::from_fn(of_row.len(), set.lobes.lobes.len(), |row, column| {
-            f64::from(values[of_row[row]][column])
+            value(of_row[row], column)
         }))
     }
 
