@@ -200,5 +200,7 @@ fn on_macos_texts_name_the_command_key() {
     window.wait_for("Next: run (Cmd+R)");
     window.menu("Help", "Keyboard shortcuts");
     window.wait_for("Snap to surfaces");
+    // One letter is for one thing on the Model page and for another in the 3D view.
+    assert!(window.has("Draw, on the Model page") && window.has("In the 3D view"));
     assert_eq!(window.labels("Ctrl"), [] as [String; 0]);
 }

@@ -9,7 +9,7 @@ use super::modal::{ask, buttons, path_field};
 use super::numbers::{list_color, swatch};
 use crate::app::actions::{Action, PathRequest};
 use crate::app::change::Change;
-use crate::app::commands;
+use crate::app::commands::{self, Menu};
 use crate::app::dialogs::PathField;
 use crate::app::keys::named;
 use crate::app::opening::AfterPrompt;
@@ -257,34 +257,51 @@ fn assign_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
     }
 }
 
+/// Keys and what they do, by menu or page.
+fn shortcuts(ctx: &egui::Context) -> Vec<(&'static str, Vec<(String, &'static str)>)> {
+    let of_menu = |menu: Menu| {
+        let own = commands::all().into_iter().filter(move |command| command.menu == menu);
+        let with_key = own
+            .filter_map(|command| Some((ctx.format_shortcut(command.key.as_ref()?), command.name)));
+        let title = if menu == Menu::Draw { "Draw, on the Model page" } else { menu.name() };
+        (title, with_key.collect())
+    };
+    let by_hand = |title, rows: &'static [(&str, &str, &str)]| {
+        (title, rows.iter().map(|(key, name, _)| (named(ctx, key), *name)).collect())
+    };
+    let mut groups: Vec<(&str, Vec<(String, &str)>)> = Menu::ALL.map(of_menu).into();
+    groups.push(by_hand("On a photograph of the Model page", &commands::ON_PHOTOGRAPH));
+    groups.push(by_hand("In the 3D view", &commands::IN_VIEW));
+    groups
+}
+
 fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
+    // As wide in every group, so that their columns are aligned.
+    let cell = |ui: &mut egui::Ui, width: f32, text: egui::RichText| {
+        ui.horizontal(|ui| {
+            ui.set_min_width(width);
+            ui.label(text);
+        })
+    };
     let (closed, left) = ask(ctx, "Keyboard shortcuts", 620.0, |ui| {
-        egui::ScrollArea::vertical().max_height(ctx.content_rect().height() - 160.0).show(
-            ui,
-            |ui| {
-                egui::Grid::new("shortcuts")
-                    .num_columns(4)
-                    .striped(true)
-                    .spacing([20.0, 3.0])
-                    .show(ui, |ui| {
-                        let mut keys: Vec<(String, &str)> = commands::all()
-                            .iter()
-                            .filter_map(|command| {
-                                Some((ctx.format_shortcut(command.key.as_ref()?), command.name))
-                            })
-                            .collect();
-                        let by_hand = commands::ON_PHOTOGRAPH.iter().chain(&commands::IN_VIEW);
-                        keys.extend(by_hand.map(|(key, name, _)| (named(ctx, key), *name)));
-                        for pair in keys.chunks(2) {
-                            for (key, name) in pair {
-                                ui.monospace(key.as_str());
-                                ui.label(*name);
-                            }
-                            ui.end_row();
+        let scroll = egui::ScrollArea::vertical().auto_shrink([false, true]);
+        scroll.max_height(ctx.content_rect().height() - 160.0).show(ui, |ui| {
+            // By menu, since one letter has another meaning on another page.
+            for (title, keys) in shortcuts(ctx) {
+                ui.add_space(4.0);
+                ui.strong(title);
+                let grid = egui::Grid::new(title).num_columns(4).striped(true);
+                grid.spacing([12.0, 3.0]).show(ui, |ui| {
+                    for pair in keys.chunks(2) {
+                        for (key, name) in pair {
+                            cell(ui, 100.0, egui::RichText::new(key).monospace());
+                            cell(ui, 165.0, egui::RichText::new(*name));
                         }
-                    });
-            },
-        );
+                        ui.end_row();
+                    }
+                });
+            }
+        });
         ui.add_space(6.0);
         ui.button("Close").on_hover_text("Close this list (Esc)").clicked()
     });

@@ -6,7 +6,6 @@ use super::Proposal;
 use crate::app::entry::{self, Unit};
 use crate::app::keys;
 use crate::app::modelling::{ModelPage, Placement};
-use crate::app::panels::numbers::cut;
 use crate::model::Model;
 
 /// What to do now, and what is drawn over the photograph.
@@ -38,11 +37,10 @@ pub fn bar_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
                 .on_hover_text("The solved things as the solved camera sees them");
             ui.toggle_value(&mut overlays.strokes, "Strokes")
                 .on_hover_text("What was drawn on this photograph");
-            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                cut(ui, page.tool.hint(model));
-            });
         });
     });
+    // A row of its own: beside the switches a small window would cut it.
+    ui.label(page.tool.hint(model));
     ui.add_space(2.0);
 }
 
