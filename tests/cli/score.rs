@@ -76,7 +76,7 @@ fn what_cannot_be_scored_is_refused_by_name() {
     score().fails(1, &["solution.json", "version 2 is not known", "version 1"]);
     fs::write(&file, sound.replacen("lobelia-solution", "something", 1)).unwrap();
     score().fails(1, &["solution.json", "format", "something", "lobelia-solution"]);
-    fs::write(&file, &sound[..sound.len() / 2]).unwrap();
+    fs::write(&file, &sound[..sound.floor_char_boundary(sound.len() / 2)]).unwrap();
     score().fails(1, &["solution.json", "line ", "cut off"]);
     fs::remove_file(&file).unwrap();
     score().fails(1, &["solution.json", "cannot be read"]);
