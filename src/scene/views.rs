@@ -167,7 +167,7 @@ impl<'a> Views<'a> {
         self.side(ray.origin + ray.direction * hit.t, hit.triangle, -ray.direction)
     }
 
-    /// The side of a triangle from which `towards` leads away, at a position on it.
+    /// A position on a triangle, with the normal of the side that the direction `towards` leaves from.
     pub fn side(&self, position: Vec3, triangle: u32, towards: Vec3) -> SurfacePoint {
         let normal = self.normals[triangle as usize];
         let normal = if normal.dot(towards) < 0.0 { -normal } else { normal };

@@ -70,9 +70,9 @@ pub fn dot_and_square(a: &[f64], b: &[f64], weights: Option<&[f64]>) -> (f64, f6
     (sum, square)
 }
 
-/// The natural logarithm of a normal number above 0, to about one unit in the last place; ∞ and what
-/// is no number give no number. Unlike that of the C library it is inlined into loops and becomes
-/// vector instructions there. The series is that of Sun's fdlibm (`e_log.c`).
+/// The natural logarithm of a positive normal number, to about one unit in the last place; NaN for ∞
+/// and NaN. Unlike the logarithm of the C library it is inlined into loops, where the compiler makes
+/// vector instructions of it. The coefficients of the series are those of Sun's fdlibm (`e_log.c`).
 #[inline(always)]
 pub fn ln(x: f64) -> f64 {
     const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
@@ -100,6 +100,7 @@ pub fn ln(x: f64) -> f64 {
                 + w * (1.818_357_216_161_805e-1 + w * 1.479_819_860_511_658_6e-1)));
     let half = 0.5 * f * f;
     let of_m = half - (s * (half + even + odd) + k * LN_2_LOW) - f;
+    // The last term is NaN for ∞ and NaN, and otherwise 0.
     k * LN_2_HIGH - of_m + 0.0 * x
 }
 
@@ -111,8 +112,8 @@ pub fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
-/// y += Σ factorⱼ · xⱼ, to the bit what [`add_scaled`] gives one after the other, with `y` read and
-/// written a quarter as often.
+/// y += Σ factorⱼ · xⱼ. The result is the same to the bit as that of [`add_scaled`] for one term after
+/// the other, but `y` is read and written a quarter as often.
 #[inline(always)]
 pub fn add_all_scaled(y: &mut [f64], terms: &[(f64, &[f64])]) {
     let fours = terms.chunks_exact(4);

@@ -8,6 +8,7 @@ mod reasons;
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 use super::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};
+use super::keys::named;
 use super::masking;
 use super::modelling::ModelPage;
 use super::modelling::tool::Selected;
@@ -187,7 +188,7 @@ impl Command {
 }
 
 /// What mouse and keys do in the 3D view beside the commands: keys, name, and more about it.
-pub const IN_VIEW: [(&str, &str, &str); 20] = [
+const IN_VIEW: [(&str, &str, &str); 20] = [
     ("Middle drag", "Orbit", "Turn the view about its middle"),
     ("Shift+middle drag", "Pan", "Move the view sideways"),
     ("Wheel", "Zoom to the cursor", "Come closer or go away"),
@@ -211,7 +212,7 @@ pub const IN_VIEW: [(&str, &str, &str); 20] = [
 ];
 
 /// The same on the Model page.
-pub const ON_PHOTOGRAPH: [(&str, &str, &str); 6] = [
+const ON_PHOTOGRAPH: [(&str, &str, &str); 6] = [
     (
         "W held",
         "Faces or photograph",
@@ -235,25 +236,41 @@ pub struct Entry {
 
 /// All commands, and what mouse and keys do on the Model page and in the 3D view, with the keys of Linux and Windows.
 pub fn entries() -> Vec<Entry> {
-    let key = |key: Option<KeyboardShortcut>| {
-        key.map_or_else(String::new, |key| key.format(&egui::ModifierNames::NAMES, false))
-    };
+    let shortcut = |key: &KeyboardShortcut| key.format(&egui::ModifierNames::NAMES, false);
+    entries_with(shortcut, str::to_owned)
+}
+
+/// The same with the keys of this system.
+pub fn entries_here(ctx: &egui::Context) -> Vec<Entry> {
+    entries_with(|key| ctx.format_shortcut(key), |key| named(ctx, key))
+}
+
+/// One letter has different meanings on the Model page and in the 3D view, so that each group says where it
+/// holds.
+fn entries_with(
+    shortcut: impl Fn(&KeyboardShortcut) -> String,
+    by_hand: impl Fn(&str) -> String,
+) -> Vec<Entry> {
     let of_menus = all().into_iter().map(|command| Entry {
-        menu: command.menu.name(),
+        menu: match command.menu {
+            Menu::Draw => "Draw, on the Model page",
+            menu => menu.name(),
+        },
         name: command.name,
         help: command.help,
-        key: key(command.key),
+        key: command.key.as_ref().map_or_else(String::new, &shortcut),
     });
     let of_hand = |menu: &'static str| {
+        let by_hand = &by_hand;
         move |(key, name, help): (&str, &'static str, &'static str)| Entry {
             menu,
             name,
             help,
-            key: key.to_owned(),
+            key: by_hand(key),
         }
     };
-    let on_photograph = ON_PHOTOGRAPH.into_iter().map(of_hand("Model page"));
-    let in_view = IN_VIEW.into_iter().map(of_hand("3D view"));
+    let on_photograph = ON_PHOTOGRAPH.into_iter().map(of_hand("On a photograph of the Model page"));
+    let in_view = IN_VIEW.into_iter().map(of_hand("In the 3D view"));
     of_menus.chain(on_photograph).chain(in_view).collect()
 }
 

@@ -9,9 +9,8 @@ use super::modal::{ask, buttons, path_field};
 use super::numbers::{list_color, swatch};
 use crate::app::actions::{Action, PathRequest};
 use crate::app::change::Change;
-use crate::app::commands::{self, Menu};
+use crate::app::commands;
 use crate::app::dialogs::PathField;
-use crate::app::keys::named;
 use crate::app::opening::AfterPrompt;
 use crate::app::state::State;
 
@@ -257,26 +256,10 @@ fn assign_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) 
     }
 }
 
-/// Keys and what they do, by menu or page.
-fn shortcuts(ctx: &egui::Context) -> Vec<(&'static str, Vec<(String, &'static str)>)> {
-    let of_menu = |menu: Menu| {
-        let own = commands::all().into_iter().filter(move |command| command.menu == menu);
-        let with_key = own
-            .filter_map(|command| Some((ctx.format_shortcut(command.key.as_ref()?), command.name)));
-        let title = if menu == Menu::Draw { "Draw, on the Model page" } else { menu.name() };
-        (title, with_key.collect())
-    };
-    let by_hand = |title, rows: &'static [(&str, &str, &str)]| {
-        (title, rows.iter().map(|(key, name, _)| (named(ctx, key), *name)).collect())
-    };
-    let mut groups: Vec<(&str, Vec<(String, &str)>)> = Menu::ALL.map(of_menu).into();
-    groups.push(by_hand("On a photograph of the Model page", &commands::ON_PHOTOGRAPH));
-    groups.push(by_hand("In the 3D view", &commands::IN_VIEW));
-    groups
-}
-
 fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
-    // As wide in every group, so that their columns are aligned.
+    let mut entries = commands::entries_here(ctx);
+    entries.retain(|entry| !entry.key.is_empty());
+    // Each column has one width, so that it is aligned across the groups.
     let cell = |ui: &mut egui::Ui, width: f32, text: egui::RichText| {
         ui.horizontal(|ui| {
             ui.set_min_width(width);
@@ -286,16 +269,15 @@ fn shortcuts_ui(ctx: &egui::Context, state: &mut State) {
     let (closed, left) = ask(ctx, "Keyboard shortcuts", 620.0, |ui| {
         let scroll = egui::ScrollArea::vertical().auto_shrink([false, true]);
         scroll.max_height(ctx.content_rect().height() - 160.0).show(ui, |ui| {
-            // By menu, since one letter has another meaning on another page.
-            for (title, keys) in shortcuts(ctx) {
+            for group in entries.chunk_by(|a, b| a.menu == b.menu) {
                 ui.add_space(4.0);
-                ui.strong(title);
-                let grid = egui::Grid::new(title).num_columns(4).striped(true);
+                ui.strong(group[0].menu);
+                let grid = egui::Grid::new(group[0].menu).num_columns(4).striped(true);
                 grid.spacing([12.0, 3.0]).show(ui, |ui| {
-                    for pair in keys.chunks(2) {
-                        for (key, name) in pair {
-                            cell(ui, 100.0, egui::RichText::new(key).monospace());
-                            cell(ui, 165.0, egui::RichText::new(*name));
+                    for pair in group.chunks(2) {
+                        for entry in pair {
+                            cell(ui, 100.0, egui::RichText::new(&entry.key).monospace());
+                            cell(ui, 165.0, egui::RichText::new(entry.name));
                         }
                         ui.end_row();
                     }

@@ -168,11 +168,11 @@ impl<'a> Stack<'a> {
         self.len += 1;
     }
 
-    /// Of a node's children that are met the nearest; the others are put aside, the nearer on top.
-    /// `None` where none is met.
+    /// Returns the nearest of a node's children that the ray meets, and pushes the other ones that it
+    /// meets, the nearest of them on top. `None` if it meets none.
     ///
     /// # Safety
-    /// The stack has room for the others.
+    /// The stack has room for all children but one.
     #[inline(always)]
     pub unsafe fn put_aside_all_but_nearest(
         &mut self,
@@ -201,7 +201,7 @@ impl<'a> Stack<'a> {
         Some(nearest.1)
     }
 
-    /// The last child put aside that begins within a distance; those after it are dropped.
+    /// Pops children until one begins within the distance `most`, and returns that one.
     #[inline(always)]
     pub fn pop_within(&mut self, most: f32) -> Option<Child> {
         while let Some((near, child)) = self.pop() {

@@ -41,7 +41,7 @@ pub struct PairedCv {
     pub after: f64,
     /// after/before − 1.
     pub change: f64,
-    /// Of `change`, from the differences of the blocks, and larger for few of them (`few_blocks`);
+    /// Of `change`, from the differences of the blocks, enlarged where these are few (`student_quantile`);
     /// infinite where there are fewer than two, of all or of those that a sun reaches.
     pub standard_error: f64,
 }
@@ -69,9 +69,10 @@ impl PairedCv {
         }
     }
 
-    /// From weight and the two losses of every block: those that what one model adds reaches, or none, and
-    /// the others.
+    /// From the weight and the two losses of every block. The first stratum has the blocks that are
+    /// reached by a sun which only one of the models has, the second all others.
     fn of_strata([mut reached, mut others]: [Vec<[f64; 3]>; 2]) -> Self {
+        // The variance of a single block is unknown.
         if others.len() == 1 {
             reached.append(&mut others);
         }
@@ -80,7 +81,7 @@ impl PairedCv {
         let sum = |blocks: &[[f64; 3]], k: usize| blocks.iter().map(|block| block[k]).sum::<f64>();
         let weight = sum(&all, 0).max(f64::MIN_POSITIVE);
         let (before, after) = (sum(&all, 1) / weight, sum(&all, 2) / weight);
-        // Of a ratio of sums, blocks being unequal; with its degrees of freedom.
+        // The variance of a ratio of sums, since blocks differ in weight, and its degrees of freedom.
         let variance = |blocks: &[[f64; 3]]| -> [f64; 2] {
             let weight = sum(blocks, 0).max(f64::MIN_POSITIVE);
             let fall = (sum(blocks, 1) - sum(blocks, 2)) / weight;
@@ -95,7 +96,7 @@ impl PairedCv {
             .map(|blocks| variance(blocks))
             .collect();
         let of_fall = variances.iter().map(|[variance, _]| variance).sum::<f64>().sqrt() / weight;
-        let of_fall = of_fall * few_blocks(&variances);
+        let of_fall = of_fall * student_quantile(&variances);
         // Fits that share most of their rows err alike.
         let of_fall = of_fall * SHARED_ROWS.sqrt();
         // The change of the root is the fall divided by this, so that either is significant alike.
@@ -114,11 +115,11 @@ impl PairedCv {
     }
 }
 
-/// How many of its standard errors a difference needs to be as certain as one standard error of a normal
-/// distribution is, where the standard error is from few blocks: Student's t by the expansion of Cornish and
-/// Fisher (Abramowitz and Stegun 26.7.5) with the degrees of freedom of Welch and Satterthwaite, from
-/// variance and degrees of freedom of every stratum.
-fn few_blocks(strata: &[[f64; 2]]) -> f64 {
+/// The quantile of Student's t at the probability up to which a normal distribution has its mean plus one
+/// standard deviation: by so much a standard error from few blocks is enlarged. Computed by the expansion of
+/// Cornish and Fisher (Abramowitz and Stegun 26.7.5), with the degrees of freedom of Welch and Satterthwaite.
+/// `strata` has the variance and the degrees of freedom of each stratum.
+fn student_quantile(strata: &[[f64; 2]]) -> f64 {
     let variance: f64 = strata.iter().map(|[variance, _]| variance).sum();
     let inverse: f64 = strata
         .iter()
@@ -319,15 +320,17 @@ mod tests {
     }
 
     #[test]
-    fn few_blocks_are_as_certain_as_student_has_them() {
+    fn the_quantile_is_that_of_student() {
         // Quantiles of Student's t at 0.84134, by numerical integration of its density.
         for (degrees, quantile) in [(1.0, 1.8373), (2.0, 1.3213), (3.0, 1.1969), (10.0, 1.0526)] {
-            let found = few_blocks(&[[0.3, degrees]]);
+            let found = student_quantile(&[[0.3, degrees]]);
             assert!((found / quantile - 1.0).abs() < 0.015, "{degrees}: {found}");
         }
         // Two strata of equal variance and degrees of freedom have twice as many together.
-        assert!((few_blocks(&[[0.3, 5.0]; 2]) - few_blocks(&[[0.3, 10.0]])).abs() < 1e-12);
-        assert!((few_blocks(&[[0.0, 5.0]]) - 1.0).abs() < 1e-12);
+        assert!(
+            (student_quantile(&[[0.3, 5.0]; 2]) - student_quantile(&[[0.3, 10.0]])).abs() < 1e-12
+        );
+        assert!((student_quantile(&[[0.0, 5.0]]) - 1.0).abs() < 1e-12);
     }
 
     #[test]

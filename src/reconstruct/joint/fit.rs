@@ -28,7 +28,7 @@ pub const EXACT: Tolerance = Tolerance(1e-12);
 #[derive(Clone)]
 pub struct Fitted {
     pub model: LightModel,
-    /// Those it was fitted to.
+    /// The rows that it was fitted to.
     pub rows: Arc<Rows>,
     pub design: Arc<Design>,
     /// Per channel.
@@ -62,7 +62,7 @@ impl Fitted {
         std::array::from_fn(|c| self.channels[c].state.specular[material])
     }
 
-    /// The columns of a part, if it is one of the model's with the same lights on the same rows.
+    /// The columns of a part whose coupling is also that of a part of this model; `None` if there is none.
     pub fn columns_of_same(&self, part: &Part) -> Option<Range<usize>> {
         let is_same = |own: &&Part| Arc::ptr_eq(&own.coupling, &part.coupling);
         let own = self.model.parts.iter().find(is_same)?;

@@ -90,7 +90,8 @@ impl LightModel {
         model
     }
 
-    /// The same lights for the rows of a problem, `rows` being those that they are for now.
+    /// The same lights for the rows of another part of the problem. `rows` are those that the couplings
+    /// are for now; what is known of them is not traced again.
     pub fn on(&self, problem: &Problem, rows: &Rows) -> Result<Self, Cancelled> {
         let parts = self.parts.iter().map(|part| part.on(problem, rows));
         Ok(Self { parts: parts.collect::<Result<_, _>>()?, ..self.clone() })
@@ -264,8 +265,9 @@ impl LightModel {
             let gloss = self.gloss[material];
             gloss.map(|gloss| (gloss, earlier.filter(|f| f.model.gloss[material] == Some(gloss))))
         };
-        let lobes: Vec<Option<(Gloss, Option<&Fitted>)>> = rows.iter().map(lobe).collect();
-        let records = |(place, lobe): (usize, &Option<(Gloss, Option<&Fitted>)>)| -> Rgb {
+        type Shape<'f> = Option<(Gloss, Option<&'f Fitted>)>;
+        let lobes: Vec<Shape> = rows.iter().map(lobe).collect();
+        let records = |(place, lobe): (usize, &Shape)| -> Rgb {
             match *lobe {
                 None => [0.0; CHANNELS],
                 Some((_, Some(earlier))) => {
@@ -287,7 +289,7 @@ impl LightModel {
         for part in &self.parts {
             let before = earlier.and_then(|fitted| fitted.columns_of_same(part));
             // Of every light, where it is not known by the earlier fit.
-            let of_row = |(place, lobe): (usize, &Option<(Gloss, Option<&Fitted>)>)| {
+            let of_row = |(place, lobe): (usize, &Shape)| {
                 let (gloss, earlier) = (*lobe)?;
                 if before.is_some() && earlier.is_some() {
                     return None;

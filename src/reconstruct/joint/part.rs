@@ -139,7 +139,8 @@ impl Part {
         Ok(parts)
     }
 
-    /// The same part for the rows of a problem, `rows` being those that it is for now.
+    /// The same lights for the rows of another part of the problem. `rows` are those that the coupling is
+    /// for now; what is known of them is not traced again.
     pub fn on(&self, problem: &Problem, rows: &Rows) -> Result<Self, Cancelled> {
         let coupling = problem.couple_beyond(&self.set, rows, &self.coupling)?;
         Ok(Self { coupling: Arc::new(coupling), ..self.clone() })

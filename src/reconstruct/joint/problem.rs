@@ -213,7 +213,8 @@ impl<'a> Problem<'a> {
         self.couple_beyond(set, &Rows::default(), &Mat::zeros(0, set.lobes.lobes.len()))
     }
 
-    /// The same where what reaches some rows of another part of the problem is known.
+    /// The same, with the couplings taken from `known` for samples that have one of `rows`. `known` has
+    /// those rows, of the same problem and the same lights.
     pub fn couple_beyond(
         &self,
         set: &LightSet,
@@ -235,14 +236,14 @@ impl<'a> Problem<'a> {
             transport::couple_some(views, cloud, &samples, lights, options, seed, self.watch())?;
         let mut place = vec![usize::MAX; cloud.samples.len()];
         samples.iter().enumerate().for_each(|(index, &sample)| place[sample] = index);
-        let value = |sample: usize, column: usize| match known_row[sample] {
-            Some(row) => known[(row, column)],
-            None => f64::from(values[place[sample]][column]),
+        let value = |row: usize, column: usize| {
+            let sample = self.rows.sample[row];
+            match known_row[sample] {
+                Some(row) => known[(row, column)],
+                None => f64::from(values[place[sample]][column]),
+            }
         };
-        let of_row = &self.rows.sample;
-        Ok(Mat::from_fn(of_row.len(), set.lobes.lobes.len(), |row, column| {
-            value(of_row[row], column)
-        }))
+        Ok(Mat::from_fn(self.rows.sample.len(), set.lobes.lobes.len(), value))
     }
 
     /// Mean square of log(computed/measured), per channel.

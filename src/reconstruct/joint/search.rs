@@ -82,10 +82,11 @@ pub fn search<'a>(
     if first.is_glossy() {
         // Lamps stand better where highlights have their true sharpness, and I_s its part from
         // glossy surfaces.
-        let is_settled = |trial: &&Trial| {
+        // What is handed on as known is not tried again.
+        let is_handed_on = |trial: &&Trial| {
             matches!(trial.part, TrialPart::SeenSky(_) | TrialPart::Room | TrialPart::Sun)
         };
-        let mut trials: Vec<Trial> = chosen.trials.iter().filter(is_settled).cloned().collect();
+        let mut trials: Vec<Trial> = chosen.trials.iter().filter(is_handed_on).cloned().collect();
         let sun = chosen.best.fitted.model.sun().cloned();
         let (gloss, of_gloss) = gloss::choose(&problem, chosen.best.fitted)?;
         let Settled { problem: settled, fitted, .. } = indirect.settle(&problem, gloss.fitted)?;

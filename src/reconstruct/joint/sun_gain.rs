@@ -66,9 +66,8 @@ pub fn pixels(problem: &Problem, most: usize) -> Vec<Place> {
         let (position, triangle) = buffer.hit(x, y).filter(|_| buffer.is_off_edges(x, y))?;
         let radiance = buffer.image.radiance(x, y)?;
         let (rows, tree) = trees.get(&(mesh.surface[triangle as usize] as usize))?;
-        let normal = views.normals[triangle as usize];
-        let is_facing = normal.dot(buffer.camera.position.as_vec3() - position) > 0.0;
-        let point = SurfacePoint { position, normal: if is_facing { normal } else { -normal } };
+        let towards = buffer.camera.position.as_vec3() - position;
+        let point = views.side(position, triangle, towards);
         let log = |c: usize| (PI * f64::from(radiance[c]).max(dark[c])).ln();
         let log_radiance = std::array::from_fn(log);
         Some(Place { point, row: rows[tree.to(position)], share: 1.0, log_radiance })
@@ -118,7 +117,7 @@ struct ChannelGain {
 const DIMMING: f64 = 0.05;
 const DIMMINGS: usize = 60;
 
-/// Residuals of one channel, each number of them by itself, for vector instructions.
+/// The residuals of one channel as a structure of arrays, for vector instructions.
 #[derive(Default)]
 struct Residuals {
     /// log(L̂/L).
@@ -301,7 +300,7 @@ impl Residuals {
         self.of_square.push(if is_square { weight } else { 0.0 });
     }
 
-    /// Some of them, filled up to whole lanes with such as count nothing.
+    /// Some of them, padded to whole lanes with zeros, whose loss and influence are 0.
     fn some(&self, of: impl Iterator<Item = usize> + Clone) -> Self {
         let pick = |values: &[f64]| {
             let mut some: Vec<f64> = of.clone().map(|index| values[index]).collect();
@@ -317,7 +316,7 @@ impl Residuals {
         }
     }
 
-    /// Residual, inverse, and the factors of the loss, by lanes.
+    /// `residual`, `inverse`, `of_log` and `of_square`, [`LANES`] of each at a time.
     #[inline(always)]
     fn lanes(&self) -> impl Iterator<Item = [&[f64; LANES]; 4]> {
         let pairs = lanes(&self.residual).zip(lanes(&self.inverse));
@@ -325,8 +324,8 @@ impl Residuals {
         pairs.zip(factors).map(|((r, inverse), (log, square))| [r, inverse, log, square])
     }
 
-    /// The sum of the losses with so much added to every logarithm of what is computed. They fill
-    /// whole lanes.
+    /// The sum of the losses with `change` added to the logarithm of every computed radiance. The
+    /// residuals fill whole lanes.
     fn losses(&self, change: f64) -> f64 {
         vectorised(|| {
             let mut sums = [0.0; LANES];
@@ -342,9 +341,9 @@ impl Residuals {
         })
     }
 
-    /// By what the logarithm of what is computed rises with a sun of some strength, whose `slope` is
-    /// its part of what is computed for a strength of 1. Returns the sum of what the influences make
-    /// of it.
+    /// Writes to `changes` by how much a sun of this strength raises the logarithm of each computed
+    /// radiance. `slope` is the radiance that a sun of strength 1 adds, divided by the computed one.
+    /// Returns the sum of the changes, weighted by the influences.
     fn brighten(&self, slope: &[f64], strength: f64, changes: &mut [f64]) -> f64 {
         vectorised(|| {
             let mut sums = [0.0; LANES];
@@ -360,7 +359,7 @@ impl Residuals {
         })
     }
 
-    /// The sum of the losses with all light dimmed less that with these changes beside.
+    /// The sum of the losses with all light dimmed, minus the same with `changes` added.
     fn falls(&self, changes: &[f64], dimming: f64) -> f64 {
         vectorised(|| {
             let mut sums = [0.0; LANES];
