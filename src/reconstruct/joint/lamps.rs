@@ -4,6 +4,9 @@
 //! the light from photographed surfaces, so that the scale of the reflectances is not determined. A
 //! lamp in its right place, with a coarse background, cannot.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -54,6 +57,9 @@ pub struct Candidates {
     viewings: Vec<Option<(Viewing, usize)>>,
     /// π r² V cos θ / d² per place and row.
     coupling: Vec<Vec<f32>>,
+    /// The same of lamps that were tried when a place was refined, by the bits of position and radius: a
+    /// lamp is tried again at the same places when another one was added and it stays.
+    tried: Mutex<HashMap<[u32; 4], Arc<Vec<f32>>>>,
     /// Middle and half the diagonal of the geometry's bounds.
     center: Vec3,
     half_diagonal: f32,
@@ -74,12 +80,16 @@ const FARTHEST: f32 = 5.0;
 const ROWS: usize = 800;
 /// Square root of the number of rays from a surface point to a lamp whose place is refined.
 const RAYS_SIDE: usize = 2;
-/// Lamps whose columns are projected together.
-const BATCH: usize = 8;
+/// Columns of lamps that are projected together.
+const BATCH: usize = 8 * COLUMNS;
+/// Places at which all columns of a lamp are tried.
+const SHORT_LIST: usize = 400;
 /// Radius of a lamp before its own is found, and the smallest and largest, in half-diagonals.
 const FIRST_RADIUS: f32 = 0.05;
 const SMALLEST_RADIUS: f32 = 0.01;
 const LARGEST_RADIUS: f32 = 0.3;
+/// Places of which the coupling is remembered; all of them are forgotten where there are more.
+const REMEMBERED: usize = 10_000;
 /// Distance that a lamp keeps from given lights, in half-diagonals.
 const APART: f32 = 0.3;
 /// Fraction of the radius of a lamp within which the lamp must not hide a surface that a photograph
@@ -129,6 +139,7 @@ pub fn candidates(problem: &Problem, is_wanted: bool) -> Result<Candidates, Canc
         discs: (0..points.len()).map(discs).collect(),
         points,
         coupling: Vec::new(),
+        tried: Mutex::default(),
         center,
         half_diagonal,
         sight,
@@ -191,10 +202,14 @@ fn arriving(lamp: &Lamp, point: SurfacePoint, visible: impl FnOnce() -> f32) -> 
     light.area_m2() * cosine / (distance * distance) * visible()
 }
 
-/// Fills the seven columns of a lamp on the rows, one after the other, before the scale of a channel, where
-/// they are not 0.
+/// Fills the first or all seven columns of a lamp on the rows, one after the other, before the scale of a
+/// channel, where they are not 0.
 fn fill(columns: &mut [f32], lamp: &Lamp, points: &[SurfacePoint], coupling: &[f32]) {
     let rows = points.len();
+    if columns.len() == rows {
+        columns.copy_from_slice(coupling);
+        return;
+    }
     for (row, (point, &k)) in points.iter().zip(coupling).enumerate() {
         if k == 0.0 {
             continue;
@@ -234,37 +249,50 @@ impl Candidates {
         !self.given.iter().any(is_beside) && !self.sight.iter().any(is_through)
     }
 
-    /// The place that lowers the objective most.
+    /// The place that lowers the objective most: of all places by a lamp that sends the same in all
+    /// directions, and of the best of these by one that need not.
     pub fn best(&self, problem: &Problem, fitted: &Fitted) -> Option<(Lamp, f64)> {
         let residues = residues(problem, fitted, &self.rows, None);
-        let gains_of = |(lamps, coupling): (&[Lamp], &[Vec<f32>])| {
-            let size = COLUMNS * self.points.len();
-            let mut columns = vec![0.0; size * lamps.len()];
-            let each = columns.chunks_exact_mut(size).zip(lamps).zip(coupling);
-            each.for_each(|((columns, lamp), coupling)| {
-                fill(columns, lamp, &self.points, coupling);
-            });
-            let lobes: Vec<Vec<f32>> =
-                lamps.iter().map(|lamp| self.lobes(lamp, &fitted.model.gloss)).collect();
-            let lobes = lobes.concat();
-            let mut gains = vec![0.0f32; COLUMNS * lamps.len()];
-            for residue in &residues {
-                Scaled::new(&columns, &lobes, residue).add_gains(residue, &mut gains);
-            }
-            gains
-                .chunks_exact(COLUMNS)
-                .map(|lamp| lamp.iter().copied().fold(0.0, f32::max))
-                .collect()
-        };
-        let batches = self.lamps.par_chunks(BATCH).zip(self.coupling.par_chunks(BATCH));
-        let gains: Vec<Vec<f32>> = batches.map(gains_of).collect();
+        let gloss = &fitted.model.gloss;
+        let mut places: Vec<usize> = (0..self.lamps.len()).collect();
+        let gains = self.gains(&places, 1, gloss, &residues);
+        places.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]).then(a.cmp(&b)));
+        places.truncate(SHORT_LIST);
+        places.sort_unstable();
+        let gains = self.gains(&places, COLUMNS, gloss, &residues);
         let mut best: Option<(usize, f32)> = None;
-        for (index, gain) in gains.into_iter().flatten().enumerate() {
+        for (index, gain) in places.into_iter().zip(gains) {
             if gain > best.map_or(0.0, |(_, gain)| gain) {
                 best = Some((index, gain));
             }
         }
         best.map(|(index, gain)| (self.lamps[index], f64::from(gain)))
+    }
+
+    /// By how much the best of the first columns of each lamp lowers the sum of squared residuals alone.
+    fn gains(
+        &self,
+        places: &[usize],
+        count: usize,
+        gloss: &[Option<Gloss>],
+        residues: &[Residue],
+    ) -> Vec<f32> {
+        let size = count * self.points.len();
+        let of_batch = |places: &[usize]| -> Vec<f32> {
+            let mut columns = vec![0.0; size * places.len()];
+            for (columns, &place) in columns.chunks_exact_mut(size).zip(places) {
+                fill(columns, &self.lamps[place], &self.points, &self.coupling[place]);
+            }
+            let lobes = places.iter().map(|&place| self.lobes(&self.lamps[place], gloss));
+            let lobes = lobes.collect::<Vec<Vec<f32>>>().concat();
+            let mut gains = vec![0.0f32; count * places.len()];
+            for residue in residues {
+                Scaled::new(&columns, &lobes, residue).add_gains(residue, &mut gains);
+            }
+            gains.chunks_exact(count).map(|lamp| lamp.iter().copied().fold(0.0, f32::max)).collect()
+        };
+        let gains: Vec<Vec<f32>> = places.par_chunks(BATCH / count).map(of_batch).collect();
+        gains.concat()
     }
 
     /// Moves a lamp to the place where it lowers the squared residuals most. `slot` is its part of
@@ -321,6 +349,28 @@ impl Candidates {
         Ok(best.0)
     }
 
+    /// π r² V cos θ / d² of a lamp per row.
+    fn coupling_of(&self, problem: &Problem, lamp: &Lamp) -> Arc<Vec<f32>> {
+        let Vec3 { x, y, z } = lamp.position;
+        let key = [x, y, z, lamp.radius_m].map(f32::to_bits);
+        let tried = || self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = tried().get(&key) {
+            return known.clone();
+        }
+        let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
+        let visible = |point, discs| light.visible_part(problem.data.views, point, discs);
+        let points = self.points.iter().zip(&self.discs);
+        let coupling: Vec<f32> =
+            points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();
+        let coupling = Arc::new(coupling);
+        let mut tried = tried();
+        if tried.len() >= REMEMBERED {
+            tried.clear();
+        }
+        tried.insert(key, coupling.clone());
+        coupling
+    }
+
     /// By how much a lamp lowers the sum of squared residuals, with emissions of at least 0.
     fn explained(
         &self,
@@ -329,13 +379,8 @@ impl Candidates {
         lamp: &Lamp,
         residues: &[Residue],
     ) -> f64 {
-        let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let visible = |point, discs| light.visible_part(problem.data.views, point, discs);
-        let points = self.points.iter().zip(&self.discs);
-        let coupling: Vec<f32> =
-            points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();
         let mut columns = vec![0.0; COLUMNS * self.points.len()];
-        fill(&mut columns, lamp, &self.points, &coupling);
+        fill(&mut columns, lamp, &self.points, &self.coupling_of(problem, lamp));
         let lobes = self.lobes(lamp, gloss);
         residues
             .iter()
