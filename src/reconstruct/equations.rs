@@ -13,6 +13,7 @@ use crate::reconstruct::lights::{VirtualLight, VirtualLights};
 use crate::reconstruct::samples::{Sample, SampleCloud};
 use crate::reconstruct::transport::Transport;
 use crate::scene::{Brdf, Capture, MaterialKind, Viewing};
+use crate::solve::kernels::exp2;
 
 /// One equation: that of a diffuse sample, or that of a specular sample in one photograph.
 #[derive(Clone, Copy, Debug)]
@@ -242,21 +243,10 @@ fn log_cosine(mirror: Vec3, direction: Vec3) -> f32 {
     if cosine > 0.0 { cosine.log2() } else { f32::NEG_INFINITY }
 }
 
-/// cosⁿγ = 2^(n log₂ cos γ), to 3e-7 relative. The library's `exp2` is a call that cannot be
-/// vectorised, and this is the innermost loop of the specular fit.
+/// cosⁿγ = 2^(n log₂ cos γ); 2⁻¹⁰⁰, of which nothing is left in a radiance, where it is less.
 #[inline]
 fn power(exponent: f32, log_cosine: f32) -> f32 {
-    // Below 2^−100 nothing is left of a radiance; the clamp also takes −∞ (and −∞ × 0).
-    let x = (exponent * log_cosine).max(-100.0);
-    // Adding 1.5 × 2²³ rounds to the nearest whole number.
-    const ROUND: f32 = 12_582_912.0;
-    let whole = (x + ROUND) - ROUND;
-    let t = (x - whole) * std::f32::consts::LN_2;
-    // Taylor series of eᵗ for |t| ≤ ln 2 / 2.
-    let p = 1.0
-        + t * (1.0
-            + t * (0.5 + t * (1.0 / 6.0 + t * (1.0 / 24.0 + t * (1.0 / 120.0 + t / 720.0)))));
-    p * f32::from_bits(((whole as i32 + 127) << 23) as u32)
+    exp2(exponent * log_cosine)
 }
 
 /// At most `count` of a range, evenly spread over it.

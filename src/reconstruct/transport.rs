@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::geometry::spaced::Nearest;
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::rgb::{Radiance, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::options;
 use crate::reconstruct::Stream;
@@ -17,7 +17,7 @@ use crate::reconstruct::hemisphere::{Gathered, Record, UnphotographedHit, hemisp
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{Gloss, KnownLight, MaterialKind, SurfacePoint, Viewing, Views};
+use crate::scene::{Arrivals, Gloss, KnownLight, MaterialKind, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -99,9 +99,6 @@ impl PatchRadiosity {
     }
 }
 
-/// Logarithm of the fraction of a specular lobe's height below which its value is neglected.
-const DARK_LOG: f32 = -16.0;
-
 impl Transport {
     /// The radiance records of one sample; none for a diffuse one.
     pub fn records_of(&self, sample: usize) -> &[Record] {
@@ -110,27 +107,10 @@ impl Transport {
 
     /// ∫ L π f/ρ_s cos θ dω over the radiance records of one sample, per channel.
     pub fn reflected(&self, sample: usize, viewing: Viewing, gloss: Gloss) -> Rgb {
-        //        // Only few values are large; the many small ones are left out, and single
-        //        precision is enough.
-        let value = |direction: Vec3| match gloss {
-            Gloss::Phong { exponent } => {
-                let (cosine, exponent) = (viewing.mirror.dot(direction), exponent as f32);
-                // ln x ≤ x − 1.
-                let is_dark = cosine <= 0.0 || exponent * (cosine - 1.0) < DARK_LOG;
-                if is_dark { 0.0 } else { 0.5 * (exponent + 2.0) * cosine.powf(exponent) }
-            }
-            Gloss::Coat { .. } => gloss.value(viewing, direction, 0.0) as f32,
-        };
-        let mut sum = [0.0; CHANNELS];
-        for record in self.records_of(sample) {
-            let factor = value(record.direction);
-            if factor > 0.0 {
-                for (sum, irradiance) in sum.iter_mut().zip(record.irradiance) {
-                    *sum += f64::from(factor * irradiance);
-                }
-            }
-        }
-        sum
+        let records = self.records_of(sample);
+        let directions = records.iter().map(|record| (record.direction, 0.0));
+        let irradiance = records.iter().map(|record| &record.irradiance);
+        Arrivals::new(viewing, directions).reflected(gloss, irradiance)
     }
 
     /// The hits of one sample on surfaces that no photograph shows.

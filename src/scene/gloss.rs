@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::mirrored;
-use crate::solve::kernels::vectorised;
+use crate::solve::kernels::{exp2, log2, vectorised};
 
 /// The shape of a specular lobe, without its strength ρ_s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,8 +155,8 @@ impl Reflected {
 pub struct Arrivals {
     /// Cosine between the normal and the viewer.
     viewer: f32,
-    /// Per direction its cosine with the mirror direction and with the normal.
-    mirror: Vec<f32>,
+    /// Per direction log₂ of its cosine with the mirror direction, and its cosine with the normal.
+    log_mirror: Vec<f32>,
     light: Vec<f32>,
     /// Squared sine of the half vector with the normal, and Fresnel's reflectance; 0 below the surface.
     half_sine2: Vec<f32>,
@@ -167,36 +168,58 @@ pub struct Arrivals {
 impl Arrivals {
     /// `directions` are unit vectors, each with the angular radius of a light in radians.
     pub fn new(viewing: Viewing, directions: impl Iterator<Item = (Vec3, f32)>) -> Self {
-        let viewer = viewing.normal.dot(viewing.mirror);
-        let mut arrivals = Self { viewer, ..Self::default() };
+        let Viewing { normal, mirror } = viewing;
+        let viewer = normal.dot(mirror);
+        let towards = 2.0 * viewer * normal - mirror;
+        let mut axes: [Vec<f32>; 3] = Default::default();
+        let mut widening = Vec::new();
         for (direction, angle) in directions {
-            let reflected = Reflected::new(viewing, direction);
-            let of = |value: fn(&Reflected) -> f64| reflected.as_ref().map_or(0.0, value) as f32;
-            arrivals.mirror.push(viewing.mirror.dot(direction));
-            arrivals.light.push(of(|reflected| reflected.light));
-            arrivals.half_sine2.push(of(|reflected| reflected.half_sine2));
-            arrivals.fresnel.push(of(|reflected| fresnel(reflected.difference)));
-            arrivals.widening.push(0.25 * angle * angle);
+            axes.iter_mut().zip(direction.to_array()).for_each(|(axis, value)| axis.push(value));
+            widening.push(0.25 * angle * angle);
         }
-        arrivals
+        let zeros = || vec![0.0; widening.len()];
+        let (mut log_mirror, mut light) = (zeros(), zeros());
+        let (mut half_sine2, mut fresnel) = (zeros(), zeros());
+        vectorised(|| {
+            let directions = axes[0].iter().zip(&axes[1]).zip(&axes[2]);
+            let cosines = log_mirror.iter_mut().zip(&mut light);
+            let of_half = half_sine2.iter_mut().zip(&mut fresnel);
+            for (((log_mirror, light), (sine2, fresnel)), ((&x, &y), &z)) in
+                cosines.zip(of_half).zip(directions)
+            {
+                let direction = Vec3::new(x, y, z);
+                let cosine = dot(mirror, direction).clamp(f32::MIN_POSITIVE, 1.0);
+                *log_mirror = log2(cosine);
+                *light = dot(normal, direction).max(0.0);
+                let half = towards + direction;
+                let square = dot(half, half).max(f32::MIN_POSITIVE);
+                let across = cross(normal, half);
+                let is_above = *light > 0.0 && viewer > 0.0;
+                *sine2 = (dot(across, across) / square).min(1.0);
+                // The cosine between the half vector and the light is half the length of their sum.
+                let reflected = fresnel_f32((0.5 * square.sqrt()).min(1.0));
+                *fresnel = if is_above { reflected } else { 0.0 };
+            }
+        });
+        Self { viewer, log_mirror, light, half_sine2, fresnel, widening }
     }
 
     /// [`Gloss::value`] for every direction.
     pub fn values(&self, gloss: Gloss) -> Vec<f32> {
+        let mut values = self.fresnel.clone();
         match gloss {
             Gloss::Phong { exponent } => {
                 let flat = (exponent as f32).recip();
-                let value = |(&cosine, &widening): (&f32, &f32)| {
-                    let n = (flat + widening).recip();
-                    // ln x ≤ x − 1.
-                    let is_dark = cosine <= 0.0 || n * (cosine - 1.0) < DARK_LOG as f32;
-                    if is_dark { 0.0 } else { 0.5 * (n + 2.0) * cosine.powf(n) }
-                };
-                self.mirror.iter().zip(&self.widening).map(value).collect()
+                vectorised(|| {
+                    let of_direction = self.log_mirror.iter().zip(&self.widening);
+                    for (value, (&log, &widening)) in values.iter_mut().zip(of_direction) {
+                        let n = (flat + widening).recip();
+                        *value = 0.5 * (n + 2.0) * exp2(n * log);
+                    }
+                });
             }
             Gloss::Coat { roughness } => {
                 let flat = (roughness * roughness) as f32;
-                let mut values = self.fresnel.clone();
                 vectorised(|| {
                     let of_direction = self.light.iter().zip(&self.half_sine2).zip(&self.widening);
                     for (value, ((&light, &sine2), &widening)) in
@@ -211,10 +234,46 @@ impl Arrivals {
                             0.5 * square / (spread * spread * shadowed.max(f32::MIN_POSITIVE));
                     }
                 });
-                values
             }
         }
+        values
     }
+
+    /// Σ of the irradiance from each direction times [`Gloss::value`] for it.
+    pub fn reflected<'i>(
+        &self,
+        gloss: Gloss,
+        irradiance: impl Iterator<Item = &'i Radiance>,
+    ) -> Rgb {
+        let mut sum = [0.0f64; CHANNELS];
+        for (factor, irradiance) in self.values(gloss).into_iter().zip(irradiance) {
+            for (sum, irradiance) in sum.iter_mut().zip(irradiance) {
+                *sum += f64::from(factor * irradiance);
+            }
+        }
+        sum
+    }
+}
+
+// Those of `glam` are not always inlined where vector instructions are chosen.
+#[inline(always)]
+fn dot(a: Vec3, b: Vec3) -> f32 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+#[inline(always)]
+fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    Vec3 { x: a.y * b.z - a.z * b.y, y: a.z * b.x - a.x * b.z, z: a.x * b.y - a.y * b.x }
+}
+
+/// [`fresnel`] in single precision.
+#[inline(always)]
+fn fresnel_f32(cosine: f32) -> f32 {
+    let index = INDEX as f32;
+    let within = (1.0 - (1.0 - cosine * cosine) / (index * index)).sqrt();
+    let across = (cosine - index * within) / (cosine + index * within);
+    let along = (index * cosine - within) / (index * cosine + within);
+    0.5 * (across * across + along * along)
 }
 
 /// The reflectance of unpolarised light at the coat, by the cosine of incidence.

@@ -5,7 +5,7 @@
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
-use faer::{Mat, MatRef};
+use faer::{Mat, MatMut, MatRef};
 
 const LANES: usize = 16;
 
@@ -33,16 +33,32 @@ where
     fold(&sums) + tail
 }
 
-/// Σ wᵢ aᵢ².
+/// Σ aᵢ bᵢ in double precision, of values that are kept in single precision.
 #[inline(always)]
-pub fn weighted_square(a: &[f64], weights: &[f64]) -> f64 {
+pub fn dot_single(a: &[f32], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
+    let tail: f64 = rest.map(|(&a, b)| f64::from(a) * b).sum();
+    for (a, b) in a_blocks.zip(b_blocks) {
+        for lane in 0..LANES {
+            sums[lane] += f64::from(a[lane]) * b[lane];
+        }
+    }
+    fold(&sums) + tail
+}
+
+/// Σ wᵢ aᵢ² in double precision.
+#[inline(always)]
+pub fn weighted_square(a: &[f32], weights: &[f64]) -> f64 {
     let mut squares = [0.0; LANES];
     let (blocks, weight_blocks) = (a.chunks_exact(LANES), weights.chunks_exact(LANES));
     let rest = blocks.remainder().iter().zip(weight_blocks.remainder());
-    let tail: f64 = rest.map(|(a, w)| w * a * a).sum();
+    let tail: f64 = rest.map(|(&a, w)| w * f64::from(a) * f64::from(a)).sum();
     for (a, w) in blocks.zip(weight_blocks) {
         for lane in 0..LANES {
-            squares[lane] += w[lane] * a[lane] * a[lane];
+            let a = f64::from(a[lane]);
+            squares[lane] += w[lane] * a * a;
         }
     }
     fold(&squares) + tail
@@ -104,24 +120,63 @@ pub fn ln(x: f64) -> f64 {
     k * LN_2_HIGH - of_m + 0.0 * x
 }
 
+/// log₂ of a positive normal number in single precision, to three units in the last place; for loops as
+/// [`ln`]. The coefficients of the series are those of fdlibm (`e_logf.c`).
+#[inline(always)]
+pub fn log2(x: f32) -> f32 {
+    const ROOT_HALF: u32 = 0x3f35_04f3;
+    const BIAS: u32 = 127;
+    const MANTISSA_BITS: u32 = 23;
+    // x = 2ᵏ m with √½ ≤ m < √2.
+    let biased =
+        x.to_bits().wrapping_sub(ROOT_HALF).wrapping_add(BIAS << MANTISSA_BITS) >> MANTISSA_BITS;
+    let k = biased as i32 - BIAS as i32;
+    let m = f32::from_bits(x.to_bits().wrapping_sub((k << MANTISSA_BITS) as u32));
+    let f = m - 1.0;
+    let s = f / (2.0 + f);
+    let z = s * s;
+    let w = z * z;
+    let even = w * (0.400_009_72 + w * 0.242_790_79);
+    let odd = z * (0.666_666_6 + w * 0.284_987_87);
+    let half = 0.5 * f * f;
+    let of_m = f - (half - s * (half + even + odd));
+    of_m * std::f32::consts::LOG2_E + k as f32
+}
+
+/// 2ˣ to 3e-7 relative, of at least 2⁻¹⁰⁰, which is also that of −∞ and NaN. Like [`ln`] it is inlined
+/// into loops and made of vector instructions there.
+#[inline(always)]
+pub fn exp2(x: f32) -> f32 {
+    let x = x.max(-100.0);
+    // Adding 1.5 × 2²³ rounds to the nearest whole number.
+    const ROUND: f32 = 12_582_912.0;
+    let whole = (x + ROUND) - ROUND;
+    let t = (x - whole) * std::f32::consts::LN_2;
+    // Taylor series of eᵗ for |t| ≤ ln 2 / 2.
+    let p = 1.0
+        + t * (1.0
+            + t * (0.5 + t * (1.0 / 6.0 + t * (1.0 / 24.0 + t * (1.0 / 120.0 + t / 720.0)))));
+    p * f32::from_bits(((whole as i32 + 127) << 23) as u32)
+}
+
 /// y += factor · x.
 #[inline(always)]
-pub fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += factor * x;
+pub fn add_scaled<X: Copy + Into<f64>>(y: &mut [f64], factor: f64, x: &[X]) {
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y += factor * x.into();
     }
 }
 
 /// y += Σ factorⱼ · xⱼ. The result is the same to the bit as that of [`add_scaled`] for one term after
 /// the other, but `y` is read and written a quarter as often.
 #[inline(always)]
-pub fn add_all_scaled(y: &mut [f64], terms: &[(f64, &[f64])]) {
+pub fn add_all_scaled<X: Copy + Into<f64>>(y: &mut [f64], terms: &[(f64, &[X])]) {
     let fours = terms.chunks_exact(4);
     let rest = fours.remainder();
     for four in fours {
         let [(a, p), (b, q), (c, r), (d, s)] = [four[0], four[1], four[2], four[3]];
-        for ((((y, p), q), r), s) in y.iter_mut().zip(p).zip(q).zip(r).zip(s) {
-            *y = *y + a * p + b * q + c * r + d * s;
+        for ((((y, &p), &q), &r), &s) in y.iter_mut().zip(p).zip(q).zip(r).zip(s) {
+            *y = *y + a * p.into() + b * q.into() + c * r.into() + d * s.into();
         }
     }
     for &(factor, x) in rest {
@@ -135,7 +190,12 @@ pub fn column_of<T>(matrix: MatRef<'_, T>, column: usize) -> &[T] {
     column.as_slice()
 }
 
-pub fn column_of_mut(matrix: &mut Mat<f64>, column: usize) -> &mut [f64] {
+pub fn column_of_mut<T>(matrix: &mut Mat<T>, column: usize) -> &mut [T] {
+    slice_of(matrix.as_mut(), column)
+}
+
+/// A column of a part of a matrix of ours.
+pub fn slice_of<T>(matrix: MatMut<'_, T>, column: usize) -> &mut [T] {
     let column = matrix.col_mut(column).try_as_col_major_mut();
     column.expect("own matrices are column-major").as_slice_mut()
 }

@@ -24,8 +24,9 @@ fn alternate(scene: &Scene, rows: &Rows, start: f64, turns: usize) -> Vec<Turn> 
     for _ in 0..turns {
         let gain: Vec<f64> =
             (0..count).map(|i| reflectance[scene.material[i]] / radiance[i]).collect();
-        let matrix =
-            Mat::from_fn(count, emission.len(), |i, j| gain[i] * scene.design.diffuse[(i, j)]);
+        let matrix = Mat::from_fn(count, emission.len(), |i, j| {
+            gain[i] * f64::from(scene.design.diffuse[(i, j)])
+        });
         let target: Vec<f64> = (0..count).map(|i| 1.0 - gain[i] * base[i]).collect();
         let problem = BoundedProblem {
             matrix: matrix.as_ref(),

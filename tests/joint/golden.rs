@@ -82,9 +82,13 @@ impl Case {
     fn design(&self) -> Design {
         let shiny = self.specular_base.len();
         Design {
-            diffuse: Mat::from_fn(self.rows, self.columns, |i, j| self.diffuse[j * self.rows + i]),
+            diffuse: Mat::from_fn(self.rows, self.columns, |i, j| {
+                self.diffuse[j * self.rows + i] as f32
+            })
+            .into(),
             base: [self.base.clone(), vec![], vec![]],
-            specular: Mat::from_fn(shiny, self.columns, |i, j| self.specular[j * shiny + i]),
+            specular: Mat::from_fn(shiny, self.columns, |i, j| self.specular[j * shiny + i] as f32)
+                .into(),
             specular_base: [self.specular_base.clone(), vec![], vec![]],
         }
     }

@@ -23,13 +23,13 @@ impl Definition<'_> {
             let m = rows.material[i];
             let mut computed = design.base[0][i];
             for (j, emission) in state.emission.iter().enumerate() {
-                computed += emission * design.diffuse[(i, j)];
+                computed += emission * f64::from(design.diffuse[(i, j)]);
             }
             computed *= state.log_diffuse[m].exp();
             if let Some(glossy) = rows.glossy[i] {
                 let mut lobe = design.specular_base[0][glossy];
                 for (j, emission) in state.emission.iter().enumerate() {
-                    lobe += emission * design.specular[(glossy, j)];
+                    lobe += emission * f64::from(design.specular[(glossy, j)]);
                 }
                 computed += state.specular[m] * lobe;
             }
@@ -49,7 +49,7 @@ impl Definition<'_> {
         let square = |i: usize, j: usize| {
             let start = self.start.log_diffuse[rows.material[i]];
             let unit = (start - rows.log_radiance[0][i]).exp();
-            held.weights[i] * (design.diffuse[(i, j)] * unit).powi(2)
+            held.weights[i] * (f64::from(design.diffuse[(i, j)]) * unit).powi(2)
         };
         let square = |j: usize| (0..rows.material.len()).map(|i| square(i, j)).sum::<f64>();
         let is_paired = |j: usize| held.pairs.iter().any(|pair| pair.columns.contains(&j));

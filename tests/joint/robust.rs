@@ -80,12 +80,12 @@ fn held_out_rows_have_no_influence_whatever_they_say() {
 fn a_lobe_that_hardly_any_row_sees_is_no_brighter_than_its_lamp() {
     let mut scene = Recipe::default().make();
     let lobe = scene.design.columns();
-    let seen = |row: usize| if row == 0 { 1e-6 } else { 0.0 };
+    let seen = |row: usize| if row == 0 { 1e-6f32 } else { 0.0 };
     let rows = scene.exact.len();
     let own = scene.design.diffuse.clone();
-    scene.design.diffuse =
-        Mat::from_fn(rows, lobe + 1, |i, j| if j < lobe { own[(i, j)] } else { seen(i) });
-    scene.design.specular = Mat::zeros(0, lobe + 1);
+    let coupling = |i: usize, j: usize| if j < lobe { own[(i, j)] } else { seen(i) };
+    scene.design.diffuse = Mat::from_fn(rows, lobe + 1, coupling).into();
+    scene.design.specular = Mat::zeros(0, lobe + 1).into();
     let mut errors = vec![0.0; rows];
     errors[0] = 0.5;
     let seen = scene.seen(&errors);

@@ -85,7 +85,8 @@ impl Recipe {
                 columns.push(column);
             }
         }
-        let diffuse = Mat::from_fn(self.rows, columns.len(), |i, j| columns[j][i]);
+        // In the precision of a design, so that the answer is exact.
+        let diffuse = Mat::from_fn(self.rows, columns.len(), |i, j| columns[j][i] as f32);
         let mut base: Vec<f64> = samples
             .iter()
             .map(|&(position, up)| {
@@ -108,9 +109,9 @@ impl Recipe {
         let exact =
             (0..self.rows).map(|i| self.reflectance[material[i]] * (base[i] + light[i])).collect();
         let design = Design {
-            diffuse,
+            diffuse: diffuse.into(),
             base: [base, Vec::new(), Vec::new()],
-            specular: Mat::zeros(0, columns.len()),
+            specular: Mat::zeros(0, columns.len()).into(),
             specular_base: Default::default(),
         };
         let reflectance = self.reflectance.clone();
@@ -227,8 +228,8 @@ pub fn mean_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
 }
 
-pub fn product(matrix: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    let row = |i: usize| x.iter().enumerate().map(|(j, x)| matrix[(i, j)] * x).sum();
+pub fn product(matrix: &Mat<f32>, x: &[f64]) -> Vec<f64> {
+    let row = |i: usize| x.iter().enumerate().map(|(j, x)| f64::from(matrix[(i, j)]) * x).sum();
     (0..matrix.nrows()).map(row).collect()
 }
 

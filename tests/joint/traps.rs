@@ -23,7 +23,7 @@ fn linear_reflectances(scene: &Scene, rows: &Rows) -> Vec<f64> {
     let radiance: Vec<f64> = rows.log_radiance[0].iter().map(|log| log.exp()).collect();
     let matrix = Mat::from_fn(count, columns + materials, |i, j| {
         if j < columns {
-            -scene.design.diffuse[(i, j)]
+            -f64::from(scene.design.diffuse[(i, j)])
         } else if scene.material[i] == j - columns {
             radiance[i]
         } else {

@@ -8,9 +8,11 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::statistics::robust_deviation;
 use crate::reconstruct::Error;
+use crate::reconstruct::joint::hessian::Hessian;
 use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::rows::Run;
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, Rows, State, Terms};
 use crate::scene::Gloss;
 use crate::solve::kernels::dot;
@@ -69,9 +71,9 @@ impl Fitted {
         Some(self.model.columns_of(own.slot))
     }
 
-    /// The unknowns, per channel.
-    pub fn states(&self) -> Vec<State> {
-        self.channels.iter().map(|fit| fit.state.clone()).collect()
+    /// Where a descent from this minimum starts, per channel.
+    pub fn starts(&self) -> Vec<Start> {
+        self.channels.iter().map(Start::at).collect()
     }
 
     /// Robust standard deviation of the residuals of some rows, all channels together.
@@ -94,10 +96,15 @@ pub fn fit(
     tolerance: Tolerance,
 ) -> Result<Fitted, Error> {
     let design = Arc::new(model.design(problem, from));
-    let states: Vec<State> =
-        (0..CHANNELS).map(|channel| start(problem, model, from, channel)).collect();
+    let starts: Vec<Start> = (0..CHANNELS)
+        .into_par_iter()
+        .map(|channel| Start {
+            state: start(problem, model, from, channel),
+            hessian: from.and_then(|from| carried(problem, model, from, channel)),
+        })
+        .collect();
     let channels =
-        descend(problem, model, &design, &problem.weights, &states, tolerance, |_| Vec::new())?;
+        descend(problem, model, &design, &problem.weights, &starts, tolerance, |_| Vec::new())?;
     Ok(Fitted { model: model.clone(), rows: problem.rows.clone(), design, channels })
 }
 
@@ -125,8 +132,8 @@ pub fn fit_with_scale_prior(problem: &Problem, mut fitted: Fitted) -> Result<Fit
         |fitted: &Fitted, c: usize| dot(&combination, &fitted.channels[c].state.log_diffuse);
     for _ in 0..PRIOR_ROUNDS {
         let before: Rgb = std::array::from_fn(|c| level(&fitted, c));
-        let (model, design, states) = (&fitted.model, &fitted.design, fitted.states());
-        let channels = descend(problem, model, design, &problem.weights, &states, EXACT, |c| {
+        let (model, design, starts) = (&fitted.model, &fitted.design, fitted.starts());
+        let channels = descend(problem, model, design, &problem.weights, &starts, EXACT, |c| {
             let others: f64 = (0..CHANNELS).filter(|o| *o != c).map(|o| before[o] - mean).sum();
             let (target, weight) = (mean + gain * others, problem.priors.noise[c] / variance);
             vec![Anchor { combination: combination.clone(), target, weight }]
@@ -145,7 +152,43 @@ const LEVEL_TOLERANCE: f64 = 1e-4;
 const PRIOR_ROUNDS: usize = 20;
 const FIRST_SPECULAR: f64 = 0.05;
 
-/// Where a channel's descent starts.
+/// Where the descent of a channel starts.
+#[derive(Clone)]
+pub struct Start {
+    state: State,
+    /// Second derivatives near it.
+    hessian: Option<Hessian>,
+}
+
+impl Start {
+    fn at(fit: &Fit) -> Self {
+        Self { state: fit.state.clone(), hessian: Some((*fit.hessian).clone()) }
+    }
+}
+
+/// The second derivatives of an earlier fit to the same rows, over the columns that a model has in common
+/// with it.
+fn carried(
+    problem: &Problem,
+    model: &LightModel,
+    from: &Fitted,
+    channel: usize,
+) -> Option<Hessian> {
+    if !Arc::ptr_eq(&from.rows, &problem.rows) {
+        return None;
+    }
+    let has_another_lobe = |run: &Run| {
+        run.glossy.is_some() && model.gloss[run.material] != from.model.gloss[run.material]
+    };
+    let rows: Vec<usize> =
+        problem.rows.runs().filter(has_another_lobe).flat_map(|run| run.rows).collect();
+    let mut hessian = (*from.channels[channel].hessian).clone();
+    let system = Channel { rows: &from.rows, design: &from.design, channel };
+    hessian.take_out(&system, &rows);
+    Some(hessian.carried(&model.columns_in(from)))
+}
+
+/// The unknowns with which the descent of a channel starts.
 fn start(problem: &Problem, model: &LightModel, from: Option<&Fitted>, channel: usize) -> State {
     let glossy = |material: usize, specular: f64| {
         if model.gloss[material].is_some() { specular } else { 0.0 }
@@ -182,28 +225,29 @@ pub fn descend(
     model: &LightModel,
     design: &Design,
     weights: &[f64],
-    states: &[State],
+    starts: &[Start],
     tolerance: Tolerance,
     anchors: impl Fn(usize) -> Vec<Anchor> + Sync,
 ) -> Result<Vec<Fit>, Error> {
     type Held = [Vec<Option<f64>>; CHANNELS];
-    let minima = |held: &Held, start: &dyn Fn(usize) -> State| -> Result<Vec<Fit>, Error> {
-        let starts: [State; CHANNELS] = std::array::from_fn(start);
-        (0..CHANNELS)
+    let minima = |held: &Held, starts: Vec<Start>| -> Result<Vec<Fit>, Error> {
+        starts
             .into_par_iter()
-            .map(|channel| {
+            .enumerate()
+            .map(|(channel, start)| {
                 with_terms(problem, model, weights, channel, tolerance, |terms| {
                     let mut all = anchors(channel);
                     all.extend(pin_anchors(problem, channel));
                     let terms = Terms { anchors: &all, held: &held[channel], ..*terms };
                     let system = Channel { rows: &problem.rows, design, channel };
-                    Ok(system.fit(&terms, &starts[channel], problem.watch())?)
+                    let Start { state, hessian } = start;
+                    Ok(system.fit_with(&terms, &state, hessian, problem.watch())?)
                 })
             })
             .collect()
     };
     let mut held: Held = std::array::from_fn(|channel| model.held(channel));
-    let mut fits = minima(&held, &|channel| states[channel].clone())?;
+    let mut fits = minima(&held, starts.to_vec())?;
     for part in &model.parts {
         let Some(colour) = part.colour else { continue };
         let column = model.columns_of(part.slot).start;
@@ -224,7 +268,7 @@ pub fn descend(
         };
         let cost = |fits: &Vec<Fit>| fits.iter().map(|fit| fit.value).sum::<f64>();
         let at = |log: f64, from: &Vec<Fit>| {
-            minima(&with_strength(log), &|channel| from[channel].state.clone())
+            minima(&with_strength(log), from.iter().map(Start::at).collect())
         };
         let (log, best) = golden_section(bracket, STRENGTH_TOLERANCE, fits, at, cost)?;
         (held, fits) = (with_strength(log), best);

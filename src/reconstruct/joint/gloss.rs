@@ -7,7 +7,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
@@ -179,15 +179,7 @@ impl LitRow {
 
     /// ∫ L π f/ρ_s cos θ dω.
     fn mirrored(&self, gloss: Gloss) -> Rgb {
-        let mut sum = [0.0f64; CHANNELS];
-        for (factor, from) in self.arrivals.values(gloss).into_iter().zip(&self.from) {
-            if factor > 0.0 {
-                for (sum, irradiance) in sum.iter_mut().zip(from) {
-                    *sum += f64::from(factor * irradiance);
-                }
-            }
-        }
-        sum
+        self.arrivals.reflected(gloss, self.from.iter())
     }
 }
 
@@ -218,9 +210,9 @@ impl<'a> LitMaterial<'a> {
         let specular: Vec<Rgb> = self.light.iter().map(|light| light.mirrored(gloss)).collect();
         let rows = self.light.len();
         let design = Design {
-            diffuse: Mat::zeros(rows, 0),
+            diffuse: Mat::zeros(rows, 0).into(),
             base: std::array::from_fn(|c| self.light.iter().map(|l| l.irradiance[c]).collect()),
-            specular: Mat::zeros(rows, 0),
+            specular: Mat::zeros(rows, 0).into(),
             specular_base: std::array::from_fn(|c| specular.iter().map(|rgb| rgb[c]).collect()),
         };
         let model = fitted.model.with_gloss(self.material, Some(gloss));

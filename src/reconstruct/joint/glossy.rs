@@ -134,7 +134,7 @@ impl LightOnRow {
         let mut lights: Vec<(usize, Rgb)> = Vec::new();
         let mut irradiance: Rgb = std::array::from_fn(|c| fitted.design.base[c][row]);
         for (column, lobe) in set.lobes.lobes.iter().enumerate() {
-            let coupling = fitted.design.diffuse[(row, column)];
+            let coupling = f64::from(fitted.design.diffuse[(row, column)]);
             let arriving: Rgb =
                 std::array::from_fn(|c| fitted.channels[c].state.emission[column] * coupling);
             if arriving == [0.0; CHANNELS] {

@@ -1,32 +1,59 @@
-//! The second derivatives of the joint problem, kept while the computed radiance changes little.
+//! The second derivatives of the joint problem, taken over from step to step and from fit to fit.
 //!
-//! They take most of a large solve's time and memory traffic, while the gradient, which decides
-//! where it ends, takes little: near the minimum, steps with the second derivatives of some steps
-//! before arrive at the same place (Shamanskii 1967, on Newton's method with a matrix that is kept
-//! for several steps).
+//! They take most of a large solve's time, while the gradient, which decides where it ends, takes
+//! little: near the minimum, steps with the second derivatives of some steps before arrive at the same
+//! place (Shamanskii 1967, on Newton's method with a matrix that is kept for several steps). They are a
+//! sum over rows. Where another state, other weights, or another lobe of a material change the part of
+//! some rows, these rows are taken out of the sum and put in anew.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use crate::reconstruct::joint::system::{Channel, RowScales};
-use crate::solve::kernels::{column_of, column_of_mut};
+use crate::reconstruct::joint::system::Channel;
+use crate::solve::kernels::{column_of, column_of_mut, dot, dot_single, vectorised};
 
 /// Jᵀ J, J being the Jacobian of the weighted residuals with the slopes of some state, over as
-/// many columns of emission as were asked for, and the reflectances.
+/// many columns of emission as were asked for.
+#[derive(Clone, Debug)]
 pub struct Hessian {
+    /// What the part of each row was made with.
     pub row_scales: RowScales,
     /// Where each column of emission is in `products`; `OUTSIDE` for those not asked for.
     place: Vec<usize>,
-    /// J's columns of emission in blocks, in the order they came in.
-    blocks: Vec<Mat<f64>>,
+    /// The columns of emission in `products`.
+    columns: Vec<usize>,
     products: Mat<f64>,
 }
 
+/// What the columns of emission in the Jacobian of the weighted residuals are multiplied by.
+#[derive(Clone, Debug)]
+pub struct RowScales {
+    /// Per row the root of the second derivative by π L̂.
+    pub scale: Vec<f64>,
+    /// Per row that times ρ_d: the factor of k.
+    pub diffuse: Vec<f64>,
+    /// Per glossy row that times ρ_s: the factor of (n+2)/2 cosⁿγ k.
+    pub specular: Vec<f64>,
+}
+
+/// The Jacobian's columns of the reflectances. Each row has entries for its own material only.
+pub struct ByReflectances {
+    /// Per row the entry in the column of log ρ_d.
+    pub diffuse: Vec<f64>,
+    /// Per glossy row the entry in the column of ρ_s.
+    pub specular: Vec<f64>,
+}
+
 const OUTSIDE: usize = usize::MAX;
-/// The change of the slopes, as a part of what they are, up to which they are kept: a step then
-/// leaves about twice this part of the way to the minimum.
-const NEAR: f64 = 0.03;
+/// The change of a row's slopes, as a part of what they are, up to which its part is kept: a step then
+/// leaves at most about twice this part of the way to the minimum.
+const NEAR: f64 = 0.01;
+/// A column whose products have become this small a part of what they were, because rows were taken
+/// out, has none: what is left is rounding.
+const ROUNDING: f64 = 1e-12;
+/// Rows of the Jacobian that are made at a time, so that they stay in the cache.
+const PANEL: usize = 256;
 
 impl Hessian {
     /// Over no columns of emission yet.
@@ -34,96 +61,256 @@ impl Hessian {
         Self {
             row_scales,
             place: vec![OUTSIDE; columns],
-            blocks: Vec::new(),
+            columns: Vec::new(),
             products: Mat::zeros(0, 0),
         }
     }
 
-    /// Whether slopes have changed so little that this is of use.
-    pub fn is_near(&self, now: &RowScales) -> bool {
-        self.row_scales.change(now) <= NEAR
+    /// Puts the parts of rows whose slopes have changed in anew. Returns whether all parts are those of
+    /// these slopes now.
+    pub fn refresh(&mut self, channel: &Channel, now: RowScales) -> bool {
+        let change = |row: usize| {
+            let diffuse = relative_change(self.row_scales.diffuse[row], now.diffuse[row]);
+            channel.rows.glossy[row].map_or(diffuse, |glossy| {
+                let before = self.row_scales.specular[glossy];
+                diffuse.max(relative_change(before, now.specular[glossy]))
+            })
+        };
+        let changes: Vec<f64> = (0..now.scale.len()).map(change).collect();
+        let changed: Vec<usize> = (0..changes.len()).filter(|&row| changes[row] > NEAR).collect();
+        let is_exact = changes.iter().all(|&change| change == 0.0 || change > NEAR);
+        // A row that is exchanged costs as much as two that are put in.
+        if self.columns.is_empty() || 2 * changed.len() > changes.len() {
+            *self = Self::new(now, self.place.len());
+            return true;
+        }
+        self.take_out(channel, &changed);
+        let Self { row_scales, .. } = self;
+        for &row in &changed {
+            row_scales.scale[row] = now.scale[row];
+            row_scales.diffuse[row] = now.diffuse[row];
+            if let Some(glossy) = channel.rows.glossy[row] {
+                row_scales.specular[glossy] = now.specular[glossy];
+            }
+        }
+        self.add(channel, &changed, 1.0);
+        is_exact
+    }
+
+    /// Takes the parts of some rows out, so that these have none.
+    pub fn take_out(&mut self, channel: &Channel, rows: &[usize]) {
+        let diagonal = |products: &Mat<f64>| -> Vec<f64> {
+            (0..products.ncols()).map(|place| products[(place, place)]).collect()
+        };
+        let before = diagonal(&self.products);
+        self.add(channel, rows, -1.0);
+        let after = diagonal(&self.products);
+        for (place, (before, after)) in before.into_iter().zip(after).enumerate() {
+            if after <= ROUNDING * before {
+                self.products.row_mut(place).fill(0.0);
+                self.products.col_mut(place).fill(0.0);
+            }
+        }
+        for &row in rows {
+            self.row_scales.scale[row] = 0.0;
+            self.row_scales.diffuse[row] = 0.0;
+            if let Some(glossy) = channel.rows.glossy[row] {
+                self.row_scales.specular[glossy] = 0.0;
+            }
+        }
+    }
+
+    /// Adds the parts of some rows times a factor.
+    fn add(&mut self, channel: &Channel, rows: &[usize], factor: f64) {
+        let rows = self.row_scales.lit(channel, rows);
+        if rows.is_empty() {
+            return;
+        }
+        let mut panel = Mat::zeros(PANEL.min(rows.len()), self.columns.len());
+        for rows in rows.chunks(PANEL) {
+            let part = panel.subrows_mut(0, rows.len());
+            channel.panel(&self.row_scales, rows, &self.columns, part);
+            add_lower_gram(self.products.as_mut(), panel.subrows(0, rows.len()), factor);
+        }
+        mirror(&mut self.products);
     }
 
     /// Takes in those of the columns of emission that it has not.
     pub fn extend(&mut self, channel: &Channel, columns: &[usize]) {
-        let fresh: Vec<usize> =
-            columns.iter().copied().filter(|&column| self.place[column] == OUTSIDE).collect();
+        let is_fresh = |column: &&usize| self.place[**column] == OUTSIDE;
+        let fresh: Vec<usize> = columns.iter().filter(is_fresh).copied().collect();
         if fresh.is_empty() {
             return;
         }
-        let before = self.products.ncols();
-        let block = channel.of_emissions(&self.row_scales, &fresh);
-        let mut products = Mat::zeros(before + fresh.len(), before + fresh.len());
+        let before = self.columns.len();
+        let count = before + fresh.len();
+        for column in fresh {
+            self.place[column] = self.columns.len();
+            self.columns.push(column);
+        }
+        let mut products = Mat::zeros(count, count);
         products.submatrix_mut(0, 0, before, before).copy_from(&self.products);
-        self.times(&block, products.submatrix_mut(before, 0, fresh.len(), before));
-        lower_gram(products.submatrix_mut(before, before, fresh.len(), fresh.len()), &block);
+        let rows: Vec<usize> = (0..self.row_scales.scale.len()).collect();
+        let rows = self.row_scales.lit(channel, &rows);
+        let mut panel = Mat::zeros(PANEL.min(rows.len()), count);
+        for rows in rows.chunks(PANEL) {
+            let part = panel.subrows_mut(0, rows.len());
+            channel.panel(&self.row_scales, rows, &self.columns, part);
+            let (old, fresh) = panel.subrows(0, rows.len()).split_at_col(before);
+            let mixed = products.submatrix_mut(before, 0, count - before, before);
+            matmul(mixed, Accum::Add, fresh.transpose(), old, 1.0, Par::Seq);
+            let own = products.submatrix_mut(before, before, count - before, count - before);
+            add_lower_gram(own, fresh, 1.0);
+        }
         mirror(&mut products);
-        for (offset, column) in fresh.into_iter().enumerate() {
-            self.place[column] = before + offset;
-        }
         self.products = products;
-        self.blocks.push(block);
     }
 
-    /// BᵀJ over the columns of emission.
-    fn times(&self, block: &Mat<f64>, mut out: MatMut<'_, f64>) {
-        let mut first = 0;
-        for own in &self.blocks {
-            let out = out.as_mut().subcols_mut(first, own.ncols());
-            matmul(out, Accum::Replace, block.transpose(), own, 1.0, Par::Seq);
-            first += own.ncols();
+    /// The same for other columns of emission: `earlier` has for each the one here whose couplings are
+    /// its own.
+    pub fn carried(&self, earlier: &[Option<usize>]) -> Self {
+        let is_here = |column: &usize| self.place[*column] != OUTSIDE;
+        let columns: Vec<usize> = (0..earlier.len())
+            .filter(|&column| earlier[column].is_some_and(|e| is_here(&e)))
+            .collect();
+        let mut place = vec![OUTSIDE; earlier.len()];
+        columns.iter().enumerate().for_each(|(index, &column)| place[column] = index);
+        let from: Vec<usize> =
+            columns.iter().filter_map(|&column| Some(self.place[earlier[column]?])).collect();
+        let mut products = Mat::zeros(from.len(), from.len());
+        for (j, &of) in from.iter().enumerate() {
+            let own = column_of(self.products.as_ref(), of);
+            let to = column_of_mut(&mut products, j);
+            to.iter_mut().zip(&from).for_each(|(value, &i)| *value = own[i]);
         }
+        Self { row_scales: self.row_scales.clone(), place, columns, products }
     }
 
-    /// Over some columns of emission that it has, then the reflectances, whose columns of J are
-    /// given. These are of the present state always: what is least certain, all reflectances
-    /// larger and all light weaker, is a small difference between theirs and the emissions'.
-    pub fn over(&self, columns: &[usize], reflectances: &Mat<f64>) -> Mat<f64> {
-        let count = reflectances.ncols();
-        let mut mixed = Mat::zeros(count, self.products.ncols());
-        self.times(reflectances, mixed.as_mut());
-        let own = gram(reflectances);
-        let lit = columns.len();
-        let place: Vec<usize> = columns.iter().map(|&column| self.place[column]).collect();
-        let mut over = Mat::zeros(lit + count, lit + count);
-        for j in 0..lit + count {
-            let (of_emissions, of_reflectances) = column_of_mut(&mut over, j).split_at_mut(lit);
-            if let Some(&of) = place.get(j) {
-                let inner = column_of(self.products.as_ref(), of);
-                of_emissions.iter_mut().zip(&place).for_each(|(value, &i)| *value = inner[i]);
-                of_reflectances.copy_from_slice(column_of(mixed.as_ref(), of));
-            } else {
-                let of = j - lit;
-                let mixed =
-                    of_emissions.iter_mut().zip(&place).map(|(value, &i)| (value, mixed[(of, i)]));
-                mixed.for_each(|(value, product)| *value = product);
-                of_reflectances.copy_from_slice(column_of(own.as_ref(), of));
+    /// Over some columns of emission that it has, then some reflectances, by their position among log ρ_d
+    /// and ρ_s of every material. The columns of J of these are given, of the present state always: what
+    /// is least certain, all reflectances larger and all light weaker, is a small difference between
+    /// theirs and the emissions'.
+    pub fn over(
+        &self,
+        channel: &Channel,
+        columns: &[usize],
+        reflectances: &[usize],
+        jacobian: &ByReflectances,
+    ) -> Mat<f64> {
+        let (lit, materials) = (columns.len(), channel.rows.materials);
+        let mut place_of = vec![None; 2 * materials];
+        for (position, &index) in reflectances.iter().enumerate() {
+            place_of[index] = Some(lit + position);
+        }
+        let mut over = Mat::zeros(lit + reflectances.len(), lit + reflectances.len());
+        let inner: Vec<usize> = columns.iter().map(|&column| self.place[column]).collect();
+        for (j, &of) in inner.iter().enumerate() {
+            let from = column_of(self.products.as_ref(), of);
+            let to = &mut column_of_mut(&mut over, j)[..lit];
+            to.iter_mut().zip(&inner).for_each(|(value, &i)| *value = from[i]);
+        }
+        let by_diffuse = self.row_scales.weighted(channel, |row, _| jacobian.diffuse[row]);
+        let by_specular = self
+            .row_scales
+            .weighted(channel, |_, glossy| glossy.map_or(0.0, |glossy| jacobian.specular[glossy]));
+        for run in channel.rows.runs() {
+            let slots = [place_of[run.material], place_of[materials + run.material]];
+            for (slot, weighted) in slots.into_iter().zip([&by_diffuse, &by_specular]) {
+                let Some(slot) = slot else { continue };
+                let glossy = run.glossy.clone();
+                for (j, &column) in columns.iter().enumerate() {
+                    let diffuse = channel.design.diffuse_of(column);
+                    let mut sum = vectorised(|| {
+                        dot_single(&diffuse[run.rows.clone()], &weighted.diffuse[run.rows.clone()])
+                    });
+                    if let Some(glossy) = glossy.clone() {
+                        let specular = channel.design.specular_of(column);
+                        sum += vectorised(|| {
+                            dot_single(&specular[glossy.clone()], &weighted.specular[glossy])
+                        });
+                    }
+                    over[(slot, j)] += sum;
+                }
+            }
+            let diffuse = &jacobian.diffuse[run.rows.clone()];
+            let specular = run.glossy.clone().map(|glossy| &jacobian.specular[glossy]);
+            let [of_diffuse, of_specular] = slots;
+            if let Some(d) = of_diffuse {
+                over[(d, d)] += dot(diffuse, diffuse);
+            }
+            if let (Some(s), Some(specular)) = (of_specular, specular) {
+                over[(s, s)] += dot(specular, specular);
+                if let Some(d) = of_diffuse {
+                    over[(s, d)] += dot(diffuse, specular);
+                }
             }
         }
+        mirror(&mut over);
         over
     }
+}
+
+/// What k and (n+2)/2 cosⁿγ k are multiplied by.
+struct Weighted {
+    /// Per row.
+    diffuse: Vec<f64>,
+    /// Per glossy row.
+    specular: Vec<f64>,
+}
+
+impl RowScales {
+    /// These times a factor of each row.
+    fn weighted(
+        &self,
+        channel: &Channel,
+        factor: impl Fn(usize, Option<usize>) -> f64,
+    ) -> Weighted {
+        let mut weighted = Weighted { diffuse: Vec::new(), specular: Vec::new() };
+        for (row, (&glossy, scale)) in channel.rows.glossy.iter().zip(&self.diffuse).enumerate() {
+            let factor = factor(row, glossy);
+            weighted.diffuse.push(factor * scale);
+            weighted.specular.extend(glossy.map(|glossy| factor * self.specular[glossy]));
+        }
+        weighted
+    }
+
+    /// Those of some rows that have a part.
+    fn lit(&self, channel: &Channel, rows: &[usize]) -> Vec<usize> {
+        let is_lit = |&row: &usize| {
+            let specular = channel.rows.glossy[row].map_or(0.0, |glossy| self.specular[glossy]);
+            self.diffuse[row] != 0.0 || specular != 0.0
+        };
+        rows.iter().copied().filter(is_lit).collect()
+    }
+}
+
+/// By what part of itself a value has changed; infinite from 0, and where either is not a number.
+fn relative_change(before: f64, after: f64) -> f64 {
+    let change = if before == after { 0.0 } else { (after / before - 1.0).abs() };
+    if change.is_nan() { f64::INFINITY } else { change }
 }
 
 /// MᵀM.
 pub fn gram(matrix: &Mat<f64>) -> Mat<f64> {
     let mut gram = Mat::zeros(matrix.ncols(), matrix.ncols());
-    lower_gram(gram.as_mut(), matrix);
+    add_lower_gram(gram.as_mut(), matrix.as_ref(), 1.0);
     mirror(&mut gram);
     gram
 }
 
-fn lower_gram(out: MatMut<'_, f64>, matrix: &Mat<f64>) {
+/// Adds the lower half of MᵀM times a factor.
+fn add_lower_gram(out: MatMut<'_, f64>, matrix: MatRef<'_, f64>, factor: f64) {
     // On one thread: channels and light sets are what runs side by side, and sums keep their
     // order.
     triangular::matmul(
         out,
         BlockStructure::TriangularLower,
-        Accum::Replace,
+        Accum::Add,
         matrix.transpose(),
         BlockStructure::Rectangular,
         matrix,
         BlockStructure::Rectangular,
-        1.0,
+        factor,
         Par::Seq,
     );
 }
@@ -137,59 +324,4 @@ fn mirror(lower: &mut Mat<f64>) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::sampling::Random;
-    use crate::reconstruct::joint::system::{Design, Rows};
-
-    /// Columns that came in one after another, against sums over the rows.
-    #[test]
-    fn products_are_those_of_the_columns_asked_for() {
-        let mut random = Random::new(5, 0, 0);
-        let mut draw = || f64::from(random.uniform());
-        let (count, columns) = (20, 6);
-        // Every third row is glossy.
-        let glossy: Vec<Option<usize>> =
-            (0..count).map(|r| (r % 3 == 0).then_some(r / 3)).collect();
-        let diffuse = Mat::from_fn(count, columns, |_, _| draw());
-        let specular = Mat::from_fn(count.div_ceil(3), columns, |_, _| draw());
-        let by_diffuse: Vec<f64> = (0..count).map(|_| draw()).collect();
-        let by_specular: Vec<f64> = (0..count).map(|_| draw()).collect();
-        let reflectances = Mat::from_fn(count, 2, |_, _| draw());
-        let design = Design {
-            diffuse: diffuse.clone(),
-            base: Default::default(),
-            specular: specular.clone(),
-            specular_base: Default::default(),
-        };
-        let rows = Rows { glossy: glossy.clone(), ..Rows::default() };
-        let channel = Channel { rows: &rows, design: &design, channel: 0 };
-        let row_scales = RowScales {
-            scale: vec![1.0; count],
-            diffuse: by_diffuse.clone(),
-            specular: (0..count)
-                .filter_map(|row| Some((row, glossy[row]?, by_specular[row])))
-                .collect(),
-        };
-        let mut hessian = Hessian::new(row_scales, columns);
-        hessian.extend(&channel, &[1, 4]);
-        hessian.extend(&channel, &[0, 1, 5]);
-        let asked = [0, 4, 5];
-        let products = hessian.over(&asked, &reflectances);
-
-        let entry = |row: usize, column: usize| match asked.get(column) {
-            Some(&column) => {
-                let gloss = glossy[row].map_or(0.0, |g| by_specular[row] * specular[(g, column)]);
-                by_diffuse[row] * diffuse[(row, column)] + gloss
-            }
-            None => reflectances[(row, column - asked.len())],
-        };
-        assert_eq!((products.nrows(), products.ncols()), (5, 5));
-        for i in 0..5 {
-            for j in 0..5 {
-                let sum: f64 = (0..count).map(|row| entry(row, i) * entry(row, j)).sum();
-                assert!((products[(i, j)] - sum).abs() < 1e-12 * sum, "{i}, {j}");
-            }
-        }
-    }
-}
+mod tests;

@@ -225,27 +225,59 @@ impl LightModel {
         self.parts.iter().flat_map(of).collect()
     }
 
+    /// Per column the column of a fit's model with the same coupling, if there is one.
+    pub fn columns_in(&self, fitted: &Fitted) -> Vec<Option<usize>> {
+        let of = |part: &Part| -> Vec<Option<usize>> {
+            match fitted.columns_of_same(part) {
+                Some(columns) => columns.map(Some).collect(),
+                None => vec![None; part.columns()],
+            }
+        };
+        self.parts.iter().flat_map(of).collect()
+    }
+
     /// How the light reaches the rows. What an earlier fit of some of the same lights to the same rows
     /// has found is taken from there.
     pub fn design(&self, problem: &Problem, earlier: Option<&Fitted>) -> Design {
-        let (rows, columns) = (problem.rows.sample.len(), self.columns());
-        let mut diffuse = Mat::zeros(rows, columns);
-        let mut next = 0;
-        for part in &self.parts {
-            for column in 0..part.columns() {
-                column_of_mut(&mut diffuse, next)
-                    .copy_from_slice(column_of((*part.coupling).as_ref(), column));
-                next += 1;
-            }
-        }
+        let earlier = earlier.filter(|fitted| Arc::ptr_eq(&fitted.rows, &problem.rows));
+        let alike = earlier.filter(|fitted| self.has_the_lights_of(&fitted.model));
+        let diffuse = match alike {
+            Some(fitted) => fitted.design.diffuse.clone(),
+            None => Arc::new(self.coupling(problem.rows.sample.len())),
+        };
         let base = |c: usize| -> Vec<f64> {
             let of = |&sample: &usize| f64::from(problem.irradiance[sample][c]);
             problem.rows.sample.iter().map(of).collect()
         };
         let base = [base(0), base(1), base(2)];
-        let earlier = earlier.filter(|fitted| Arc::ptr_eq(&fitted.rows, &problem.rows));
-        let (specular, specular_base) = self.specular(problem, &diffuse, earlier);
+        let (specular, specular_base) = match alike.filter(|f| f.model.gloss == self.gloss) {
+            Some(fitted) => (fitted.design.specular.clone(), fitted.design.specular_base.clone()),
+            None => {
+                let (specular, base) = self.specular(problem, &diffuse, earlier);
+                (Arc::new(specular), base)
+            }
+        };
         Design { diffuse, base, specular, specular_base }
+    }
+
+    /// Whether the columns are those of another model.
+    fn has_the_lights_of(&self, other: &Self) -> bool {
+        let is_same = |(own, other): (&Part, &Part)| Arc::ptr_eq(&own.coupling, &other.coupling);
+        self.parts.len() == other.parts.len() && self.parts.iter().zip(&other.parts).all(is_same)
+    }
+
+    /// k_ij of all parts, rows × columns.
+    fn coupling(&self, rows: usize) -> Mat<f32> {
+        let mut coupling = Mat::zeros(rows, self.columns());
+        let mut next = 0;
+        for part in &self.parts {
+            for column in 0..part.columns() {
+                let own = column_of((*part.coupling).as_ref(), column);
+                column_of_mut(&mut coupling, next).copy_from_slice(own);
+                next += 1;
+            }
+        }
+        coupling
     }
 
     /// π f/ρ_s times the coupling, glossy rows × columns, and the same of the radiance records, per
@@ -253,9 +285,9 @@ impl LightModel {
     fn specular(
         &self,
         problem: &Problem,
-        diffuse: &Mat<f64>,
+        diffuse: &Mat<f32>,
         earlier: Option<&Fitted>,
-    ) -> (Mat<f64>, [Vec<f64>; CHANNELS]) {
+    ) -> (Mat<f32>, [Vec<f64>; CHANNELS]) {
         let glossy = |row: &usize| problem.rows.glossy[*row].is_some();
         let rows: Vec<usize> = (0..problem.rows.sample.len()).filter(glossy).collect();
         let viewing = |place: usize| problem.data.equations.glossy[problem.glossy[place]].viewing;
@@ -301,14 +333,15 @@ impl LightModel {
             };
             let found: Vec<Option<Vec<f64>>> = lobes.par_iter().enumerate().map(of_row).collect();
             for (offset, shape) in part.set.lobes.lobes.iter().enumerate() {
-                let known = before.as_ref().zip(earlier).map(|(columns, earlier)| {
-                    column_of(earlier.design.specular.as_ref(), columns.start + offset)
-                });
+                let known = before
+                    .as_ref()
+                    .zip(earlier)
+                    .map(|(columns, earlier)| earlier.design.specular_of(columns.start + offset));
                 let diffuse = column_of(diffuse.as_ref(), first + offset);
                 let out = column_of_mut(&mut specular, first + offset);
                 for (place, out) in out.iter_mut().enumerate() {
                     *out = match (&found[place], &lobes[place], known) {
-                        (Some(found), ..) => found[shape.light] * diffuse[rows[place]],
+                        (Some(found), ..) => found[shape.light] as f32 * diffuse[rows[place]],
                         (None, Some(_), Some(known)) => known[place],
                         _ => 0.0,
                     };

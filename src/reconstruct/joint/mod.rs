@@ -40,6 +40,7 @@ mod prepare;
 mod priors;
 mod problem;
 mod report;
+mod rows;
 mod search;
 mod seen_sky;
 mod sun;
@@ -50,7 +51,7 @@ mod uncertainty;
 
 use faer::Mat;
 
-use crate::math::rgb::{Radiance, Rgb};
+use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::average::{Ensemble, Posterior};
 use crate::reconstruct::joint::background::{Density, Layout};
@@ -191,7 +192,7 @@ pub fn solve(
         reflectances: (0..all.materials()).map(reflectance).collect(),
         optics: Vec::new(),
         emission,
-        computed: history::computed(&known, &fitted),
+        computed: of_equations(&known, history::computed(&known, &fitted)),
         iterations: history.iterations.into_inner(),
         stopped: if kkt <= ACCEPTED_KKT {
             Stopped::GradientConverged
@@ -276,11 +277,20 @@ fn delivered_error(
     held_out_error(&posterior.known_to(all), &fitted, |row| is_outer[row])
 }
 
+/// Values of all rows in the order of the equations.
+fn of_equations(problem: &Problem, of_rows: Vec<Rgb>) -> Vec<Rgb> {
+    let mut values = vec![[0.0; CHANNELS]; of_rows.len()];
+    for (&equation, value) in problem.equation.iter().zip(of_rows) {
+        values[equation] = value;
+    }
+    values
+}
+
 /// k_ij, samples × columns.
 fn of_samples(problem: &Problem, fitted: &Fitted) -> Mat<f64> {
-    let mut first: Vec<usize> = (0..problem.rows.sample.len()).collect();
-    first.dedup_by_key(|row| problem.rows.sample[*row]);
-    Mat::from_fn(first.len(), fitted.model.columns(), |sample, column| {
-        fitted.design.diffuse[(first[sample], column)]
+    let mut row_of = vec![0; problem.data.cloud.samples.len()];
+    problem.rows.sample.iter().enumerate().for_each(|(row, &sample)| row_of[sample] = row);
+    Mat::from_fn(row_of.len(), fitted.model.columns(), |sample, column| {
+        f64::from(fitted.design.diffuse[(row_of[sample], column)])
     })
 }

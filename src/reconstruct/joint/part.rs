@@ -22,7 +22,7 @@ pub struct Part {
     pub kind: PartKind,
     pub set: Arc<LightSet>,
     /// k_ij, rows × lobes of `set`, in sr.
-    pub coupling: Arc<Mat<f64>>,
+    pub coupling: Arc<Mat<f32>>,
     /// Prior mean of each lobe's emission, per channel.
     pub centre: Vec<Rgb>,
     /// Pairs of neighbouring sky cells, whose emissions have a smoothness term, because a sky is

@@ -61,28 +61,35 @@ pub struct Problem<'a> {
 impl<'a> Problem<'a> {
     pub fn new(data: Data<'a>, normalised: &[Option<Rgb>], start: &[Option<Rgb>]) -> Self {
         let equations = data.equations;
+        // The rows of one material follow each other, so that sums over them are sums over slices.
+        let mut order: Vec<usize> = (0..equations.rows.len()).collect();
+        order.sort_by_key(|&equation| equations.rows[equation].material);
+        let ordered = || order.iter().map(|&equation| &equations.rows[equation]);
         let log = |c: usize| -> Vec<f64> {
             let dark = equations.dark(c);
-            let of = |radiance: &Rgb| (std::f64::consts::PI * radiance[c].max(dark)).ln();
-            equations.rows.iter().map(|row| of(&row.radiance)).collect()
+            let of = |row: &Equation| (std::f64::consts::PI * row.radiance[c].max(dark)).ln();
+            ordered().map(of).collect()
         };
         let capture = data.views.capture;
+        let glossy: Vec<usize> = ordered().filter_map(|row| row.glossy).collect();
+        let mut places = 0..glossy.len();
         let rows = Rows {
-            sample: equations.rows.iter().map(|row| row.sample).collect(),
-            material: equations.rows.iter().map(|row| row.material).collect(),
-            glossy: equations.rows.iter().map(|row| row.glossy).collect(),
+            sample: ordered().map(|row| row.sample).collect(),
+            material: ordered().map(|row| row.material).collect(),
+            glossy: ordered().map(|row| row.glossy.and_then(|_| places.next())).collect(),
             log_radiance: [log(0), log(1), log(2)],
             materials: capture.materials.len(),
         };
         let blocks = Blocks::of(&capture.mesh, &data.cloud.samples);
         // By area, so that the light is not decided by many samples on small things.
         let weight = |row: &Equation| row.share * data.cloud.relative_area(row.material);
+        let weights = ordered().map(weight).collect();
         Self {
-            equation: Arc::new((0..equations.rows.len()).collect()),
-            glossy: Arc::new((0..equations.glossy.len()).collect()),
+            equation: Arc::new(order),
+            glossy: Arc::new(glossy),
             block: Arc::new(rows.sample.iter().map(|&sample| blocks.of_sample[sample]).collect()),
             irradiance: Arc::new(data.transport.irradiance.clone()),
-            weights: Arc::new(equations.rows.iter().map(weight).collect()),
+            weights: Arc::new(weights),
             priors: Arc::new(Priors::new(capture, &data.options.joint, normalised, start)),
             rows: Arc::new(rows),
             sky: None,
@@ -137,10 +144,13 @@ impl<'a> Problem<'a> {
         materials.iter().map(|&material| sums[material] / total.max(f64::MIN_POSITIVE)).collect()
     }
 
-    /// At most so many rows, evenly chosen.
+    /// At most so many rows, evenly chosen: in the order of the equations, so that materials and, of a
+    /// specular material, photographs are mixed.
     pub fn every(&self, most: usize) -> Vec<usize> {
-        let count = self.rows.sample.len();
-        (0..count).step_by(count.div_ceil(most).max(1)).collect()
+        let mut rows: Vec<usize> = (0..self.rows.sample.len()).collect();
+        rows.sort_unstable_by_key(|&row| self.equation[row]);
+        let step = rows.len().div_ceil(most).max(1);
+        rows.into_iter().step_by(step).collect()
     }
 
     /// Blocks up to the last that a row is in.
@@ -209,7 +219,7 @@ impl<'a> Problem<'a> {
 
     /// k_ij, rows × lobes of a set of lights, in sr. A row has the same values in every part of a
     /// problem.
-    pub fn couple(&self, set: &LightSet) -> Result<Mat<f64>, Cancelled> {
+    pub fn couple(&self, set: &LightSet) -> Result<Mat<f32>, Cancelled> {
         self.couple_beyond(set, &Rows::default(), &Mat::zeros(0, set.lobes.lobes.len()))
     }
 
@@ -219,8 +229,8 @@ impl<'a> Problem<'a> {
         &self,
         set: &LightSet,
         rows: &Rows,
-        known: &Mat<f64>,
-    ) -> Result<Mat<f64>, Cancelled> {
+        known: &Mat<f32>,
+    ) -> Result<Mat<f32>, Cancelled> {
         let seed = self.data.options.general.seed as u64;
         let Data { views, cloud, options, .. } = self.data;
         let mut known_row = vec![None; cloud.samples.len()];
@@ -240,7 +250,7 @@ impl<'a> Problem<'a> {
             let sample = self.rows.sample[row];
             match known_row[sample] {
                 Some(row) => known[(row, column)],
-                None => f64::from(values[place[sample]][column]),
+                None => values[place[sample]][column],
             }
         };
         Ok(Mat::from_fn(self.rows.sample.len(), set.lobes.lobes.len(), value))

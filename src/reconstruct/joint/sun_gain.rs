@@ -163,7 +163,7 @@ impl SunGain {
                 let mut computed = (fit.residuals[row] + problem.rows.log_radiance[c][row]).exp();
                 let least = LEAST_LEFT * computed;
                 for column in columns.clone() {
-                    let reach = fitted.design.diffuse[(row, column)];
+                    let reach = f64::from(fitted.design.diffuse[(row, column)]);
                     computed -= reflectance * fit.state.emission[column] * reach;
                 }
                 let computed = computed.max(least);

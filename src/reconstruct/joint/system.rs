@@ -10,43 +10,32 @@
 //! radiance, which carries the model's error, then multiplies an unknown, and reflectances come
 //! out far too large.
 
-use faer::Mat;
+use std::sync::Arc;
 
-use crate::reconstruct::joint::hessian::Hessian;
+use faer::{Mat, MatMut};
+
+use crate::reconstruct::joint::hessian::{ByReflectances, Hessian, RowScales};
 use crate::reconstruct::joint::terms::{Ridge, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
 use crate::solve::kernels::{
-    self, add_all_scaled, add_scaled, column_of_mut, dot, vectorised, weighted_square,
+    self, add_all_scaled, add_scaled, dot, dot_single, slice_of, vectorised, weighted_square,
 };
 use crate::watch::Watch;
 
+pub use crate::reconstruct::joint::rows::Rows;
+use crate::reconstruct::joint::rows::Run;
 pub use crate::reconstruct::joint::terms::{Anchor, Objective, Pair, Terms};
 
-/// The rows of all channels: a diffuse sample has one, a specular sample one per photograph.
-#[derive(Clone, Debug, Default)]
-pub struct Rows {
-    /// Per row its sample.
-    pub sample: Vec<usize>,
-    /// Per row its material.
-    pub material: Vec<usize>,
-    /// Whether the row's material is fitted with a specular lobe, as its position among such
-    /// rows.
-    pub glossy: Vec<Option<usize>>,
-    /// log πL per channel.
-    pub log_radiance: [Vec<f64>; 3],
-    /// Number of materials, with rows or without.
-    pub materials: usize,
-}
-
-/// How the light reaches the rows.
+/// How the light reaches the rows. Single precision is what rays give; sums over it are of double
+/// precision.
 #[derive(Clone, Debug)]
 pub struct Design {
     /// k_ij, rows × columns.
-    pub diffuse: Mat<f64>,
+    pub diffuse: Arc<Mat<f32>>,
     /// Irradiance per channel that is no unknown: I_s and lights of known emission.
     pub base: [Vec<f64>; 3],
     /// (n+2)/2 cosⁿγ k_ij, glossy rows × columns.
-    pub specular: Mat<f64>,
+    pub specular: Arc<Mat<f32>>,
     /// The same part of `base`, per channel and glossy row.
     pub specular_base: [Vec<f64>; 3],
 }
@@ -55,6 +44,16 @@ impl Design {
     /// Number of emissions.
     pub fn columns(&self) -> usize {
         self.diffuse.ncols()
+    }
+
+    /// k_ij of one column.
+    pub fn diffuse_of(&self, column: usize) -> &[f32] {
+        kernels::column_of((*self.diffuse).as_ref(), column)
+    }
+
+    /// (n+2)/2 cosⁿγ k_ij of one column, per glossy row.
+    pub fn specular_of(&self, column: usize) -> &[f32] {
+        kernels::column_of((*self.specular).as_ref(), column)
     }
 }
 
@@ -83,6 +82,8 @@ pub struct Fit {
     pub kkt_residual: f64,
     /// Gauss–Newton steps that were taken.
     pub iterations: usize,
+    /// The second derivatives there, nearly.
+    pub(super) hessian: Arc<Hessian>,
 }
 
 /// Smallest log reflectance, ρ = 0.0005: below it nothing is told from black.
@@ -95,7 +96,8 @@ const KKT_TOLERANCE: f64 = 1e-6;
 pub struct Channel<'a> {
     /// What was measured.
     pub rows: &'a Rows,
-    /// How the light reaches the rows.
+    /// How the light reaches the rows. Single precision is what rays give; sums over it are of double
+    /// precision.
     pub design: &'a Design,
     /// 0, 1 or 2 for red, green and blue.
     pub channel: usize,
@@ -117,26 +119,26 @@ impl Channel<'_> {
         let mut diffuse = design.base[self.channel].clone();
         let mut specular = design.specular_base[self.channel].clone();
         let lit = || state.emission.iter().enumerate().filter(|(_, emission)| **emission != 0.0);
-        let add_to = |sums: &mut [f64], design: &Mat<f64>| {
+        let add_to = |sums: &mut [f64], design: &Mat<f32>| {
             let of_column = |(column, &emission): (usize, &f64)| {
                 (emission, kernels::column_of(design.as_ref(), column))
             };
-            let terms: Vec<(f64, &[f64])> = lit().map(of_column).collect();
+            let terms: Vec<(f64, &[f32])> = lit().map(of_column).collect();
             vectorised(|| add_all_scaled(sums, &terms));
         };
         add_to(&mut diffuse, &design.diffuse);
         if !specular.is_empty() {
             add_to(&mut specular, &design.specular);
         }
-        let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
-        let value = (0..diffuse.len())
-            .map(|row| {
-                let material = self.rows.material[row];
-                let gloss = self.rows.glossy[row]
-                    .map_or(0.0, |glossy| state.specular[material] * specular[glossy]);
-                reflectance[material] * diffuse[row] + gloss
-            })
-            .collect();
+        let mut value = diffuse.clone();
+        for run in self.rows.runs() {
+            let value = &mut value[run.rows];
+            let reflectance = state.log_diffuse[run.material].exp();
+            value.iter_mut().for_each(|value| *value *= reflectance);
+            if let Some(glossy) = run.glossy {
+                add_scaled(value, state.specular[run.material], &specular[glossy]);
+            }
+        }
         Computed { value, diffuse, specular }
     }
 
@@ -174,7 +176,7 @@ impl Channel<'_> {
             })
             .collect();
         let norm = |column: usize| {
-            let values = kernels::column_of(self.design.diffuse.as_ref(), column);
+            let values = self.design.diffuse_of(column);
             vectorised(|| weighted_square(values, &scale)).sqrt()
         };
         (0..self.design.columns()).map(norm).collect()
@@ -182,6 +184,18 @@ impl Channel<'_> {
 
     /// Descends from `start` to the minimum.
     pub fn fit(&self, terms: &Terms, start: &State, watch: &Watch) -> Result<Fit, BoundedError> {
+        self.fit_with(terms, start, None, watch)
+    }
+
+    /// The same with second derivatives that were computed near `start`; they have no effect on where the
+    /// minimum is.
+    pub fn fit_with(
+        &self,
+        terms: &Terms,
+        start: &State,
+        mut earlier: Option<Hessian>,
+        watch: &Watch,
+    ) -> Result<Fit, BoundedError> {
         let norms = self.norms(terms);
         let ridge = Ridge::new(terms, &norms);
         let norms = ridge.column_scales(&norms);
@@ -200,26 +214,29 @@ impl Channel<'_> {
         let reflectances = self.unknown_reflectances(terms);
         let mut iterations = 0;
         let mut settled = false;
-        let mut kept: Option<Hessian> = None;
-        let kkt_residual = loop {
+        let (kkt_residual, hessian) = loop {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
             let gradient = self.gradient(terms, &ridge, &state, &computed, &linear);
             let lit = working(&state, &gradient, &norms, terms.held);
-            let row_scales = self.row_scales(&state, &linear.scale);
-            let earlier = kept.take().filter(|hessian| hessian.is_near(&row_scales));
-            let is_earlier = earlier.is_some();
-            let mut hessian = earlier.unwrap_or_else(|| Hessian::new(row_scales, columns));
+            let row_scales = self.row_scales(&state, linear.scale.clone());
+            let (mut hessian, is_exact) = match earlier.take() {
+                Some(mut hessian) => {
+                    let is_exact = hessian.refresh(self, row_scales);
+                    (hessian, is_exact)
+                }
+                None => (Hessian::new(row_scales, columns), true),
+            };
             hessian.extend(self, &lit);
-            let jacobian = self.of_reflectances(&hessian.row_scales, &computed, &reflectances);
-            let products = hessian.over(&lit, &jacobian);
+            let jacobian = self.by_reflectances(&hessian.row_scales, &computed);
+            let products = hessian.over(self, &lit, &reflectances, &jacobian);
             let outside = largest_outside(terms, &state, &gradient, &norms, &linear, &lit);
             let working: Vec<usize> =
                 lit.into_iter().chain(reflectances.iter().map(|index| columns + index)).collect();
             let quadratic = self.quadratic(terms, &ridge, &state, &working, &gradient, products);
             let kkt_residual = quadratic.kkt_residual(&linear).max(outside);
             if kkt_residual <= KKT_TOLERANCE || settled || iterations == MAX_ITERATIONS {
-                break kkt_residual;
+                break (kkt_residual, hessian);
             }
             iterations += 1;
             let target = self.step(&state, &quadratic, &working, watch)?;
@@ -239,17 +256,18 @@ impl Channel<'_> {
                 }
             };
             let Some((next, new_computed, new_residuals, new_value)) = improved else {
-                if is_earlier {
-                    // Once more with second derivatives of this state.
-                    continue;
+                if is_exact {
+                    break (kkt_residual, hessian);
                 }
-                break kkt_residual;
+                // Once more with second derivatives of this state.
+                continue;
             };
             settled = value - new_value <= terms.fall * new_value;
             (state, computed, residuals, value) = (next, new_computed, new_residuals, new_value);
-            kept = (part == 1.0).then_some(hessian);
+            earlier = Some(hessian);
         };
-        Ok(Fit { state, residuals, value, kkt_residual, iterations })
+        let hessian = Arc::new(hessian);
+        Ok(Fit { state, residuals, value, kkt_residual, iterations, hessian })
     }
 
     /// The least-squares problem with the objective's slopes at these residuals, a residual's
@@ -300,18 +318,21 @@ impl Channel<'_> {
         linear: &Linear,
     ) -> Vec<f64> {
         let materials = self.rows.materials;
-        let mut by_diffuse = vec![0.0; linear.scale.len()];
+        let product: Vec<f64> =
+            linear.scale.iter().zip(&linear.residual).map(|(scale, r)| scale * r).collect();
+        let mut by_diffuse = product.clone();
         let mut by_specular = vec![0.0; self.design.specular.nrows()];
         let mut of_reflectances = vec![0.0; 2 * materials];
-        let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
-        for (row, by_diffuse) in by_diffuse.iter_mut().enumerate() {
-            let material = self.rows.material[row];
-            let product = linear.scale[row] * linear.residual[row];
-            *by_diffuse = reflectance[material] * product;
-            of_reflectances[material] -= *by_diffuse * computed.diffuse[row];
-            if let Some(glossy) = self.rows.glossy[row] {
-                by_specular[glossy] = state.specular[material] * product;
-                of_reflectances[materials + material] -= product * computed.specular[glossy];
+        for run in self.rows.runs() {
+            let Run { material, rows, glossy } = run;
+            let reflectance = state.log_diffuse[material].exp();
+            by_diffuse[rows.clone()].iter_mut().for_each(|value| *value *= reflectance);
+            of_reflectances[material] -=
+                dot(&by_diffuse[rows.clone()], &computed.diffuse[rows.clone()]);
+            if let Some(glossy) = glossy {
+                let product = &product[rows];
+                add_scaled(&mut by_specular[glossy.clone()], state.specular[material], product);
+                of_reflectances[materials + material] -= dot(product, &computed.specular[glossy]);
             }
         }
         for anchor in terms.anchors {
@@ -322,11 +343,11 @@ impl Channel<'_> {
         }
         let of_ridge = ridge.gradient(&state.emission);
         let of_emission = |column: usize| {
-            let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
-            let mut sum = vectorised(|| dot(diffuse, &by_diffuse));
+            let diffuse = self.design.diffuse_of(column);
+            let mut sum = vectorised(|| dot_single(diffuse, &by_diffuse));
             if !by_specular.is_empty() {
-                let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                sum += vectorised(|| dot(specular, &by_specular));
+                let specular = self.design.specular_of(column);
+                sum += vectorised(|| dot_single(specular, &by_specular));
             }
             -sum - of_ridge[column]
         };
@@ -334,65 +355,56 @@ impl Channel<'_> {
     }
 
     /// What the columns of the Jacobian of the weighted residuals are made with.
-    fn row_scales(&self, state: &State, scale: &[f64]) -> RowScales {
-        let reflectance: Vec<f64> = state.log_diffuse.iter().map(|u| u.exp()).collect();
-        let diffuse =
-            scale.iter().zip(&self.rows.material).map(|(s, &m)| s * reflectance[m]).collect();
-        let specular = (0..scale.len())
-            .filter_map(|row| {
-                let factor = scale[row] * state.specular[self.rows.material[row]];
-                self.rows.glossy[row].map(|glossy| (row, glossy, factor))
-            })
-            .collect();
-        RowScales { scale: scale.to_vec(), diffuse, specular }
-    }
-
-    /// The Jacobian's columns of some emissions, rows × columns.
-    pub(super) fn of_emissions(&self, row_scales: &RowScales, columns: &[usize]) -> Mat<f64> {
-        let mut jacobian = Mat::zeros(row_scales.diffuse.len(), columns.len());
-        for (position, &column) in columns.iter().enumerate() {
-            let diffuse = kernels::column_of(self.design.diffuse.as_ref(), column);
-            let out = column_of_mut(&mut jacobian, position);
-            vectorised(|| {
-                for ((out, factor), k) in out.iter_mut().zip(&row_scales.diffuse).zip(diffuse) {
-                    *out = factor * k;
-                }
-            });
-            if !row_scales.specular.is_empty() {
-                let specular = kernels::column_of(self.design.specular.as_ref(), column);
-                for &(row, glossy, factor) in &row_scales.specular {
-                    out[row] += factor * specular[glossy];
-                }
+    fn row_scales(&self, state: &State, scale: Vec<f64>) -> RowScales {
+        let mut diffuse = scale.clone();
+        let mut specular = vec![0.0; self.design.specular.nrows()];
+        for Run { material, rows, glossy } in self.rows.runs() {
+            let reflectance = state.log_diffuse[material].exp();
+            diffuse[rows.clone()].iter_mut().for_each(|value| *value *= reflectance);
+            if let Some(glossy) = glossy {
+                add_scaled(&mut specular[glossy], state.specular[material], &scale[rows]);
             }
         }
-        jacobian
+        RowScales { scale, diffuse, specular }
     }
 
-    /// The Jacobian's columns of some reflectances, by their position among log ρ_d and ρ_s of
-    /// every material.
-    fn of_reflectances(
+    /// Some rows of the Jacobian's columns of some emissions, written into `out`.
+    pub(super) fn panel(
         &self,
         row_scales: &RowScales,
-        computed: &Computed,
-        of: &[usize],
-    ) -> Mat<f64> {
-        let materials = self.rows.materials;
-        let mut place = vec![None; 2 * materials];
-        for (position, &index) in of.iter().enumerate() {
-            place[index] = Some(position);
-        }
-        let mut jacobian = Mat::zeros(row_scales.scale.len(), of.len());
-        for (row, &material) in self.rows.material.iter().enumerate() {
-            if let Some(column) = place[material] {
-                jacobian[(row, column)] = row_scales.diffuse[row] * computed.diffuse[row];
+        rows: &[usize],
+        columns: &[usize],
+        mut out: MatMut<'_, f64>,
+    ) {
+        let factors: Vec<f64> = rows.iter().map(|&row| row_scales.diffuse[row]).collect();
+        let glossy = |(place, &row): (usize, &usize)| {
+            self.rows.glossy[row].map(|glossy| (place, glossy, row_scales.specular[glossy]))
+        };
+        let glossy: Vec<(usize, usize, f64)> = rows.iter().enumerate().filter_map(glossy).collect();
+        for (position, &column) in columns.iter().enumerate() {
+            let diffuse = self.design.diffuse_of(column);
+            let out = slice_of(out.as_mut(), position);
+            for ((out, factor), &row) in out.iter_mut().zip(&factors).zip(rows) {
+                *out = factor * f64::from(diffuse[row]);
             }
-            if let (Some(column), Some(glossy)) =
-                (place[materials + material], self.rows.glossy[row])
-            {
-                jacobian[(row, column)] = row_scales.scale[row] * computed.specular[glossy];
+            if !glossy.is_empty() {
+                let specular = self.design.specular_of(column);
+                for &(place, glossy, factor) in &glossy {
+                    out[place] += factor * f64::from(specular[glossy]);
+                }
             }
         }
-        jacobian
+    }
+
+    /// The Jacobian's columns of the reflectances.
+    fn by_reflectances(&self, row_scales: &RowScales, computed: &Computed) -> ByReflectances {
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).collect();
+        let glossy = (0..self.rows.glossy.len()).filter(|&row| self.rows.glossy[row].is_some());
+        let scale: Vec<f64> = glossy.map(|row| row_scales.scale[row]).collect();
+        ByReflectances {
+            diffuse: product(&row_scales.diffuse, &computed.diffuse),
+            specular: product(&scale, &computed.specular),
+        }
     }
 
     /// Those of log ρ_d and ρ_s of every material that are not held fixed.
@@ -479,11 +491,19 @@ impl Channel<'_> {
         let lit: Vec<usize> = (0..self.design.columns())
             .filter(|&j| fit.state.emission[j] > 0.0 && !is_held(terms.held, j))
             .collect();
-        let row_scales = self.row_scales(&fit.state, &linear.scale);
-        let all: Vec<usize> = (0..2 * self.rows.materials).collect();
-        let reflectances = self.of_reflectances(&row_scales, &computed, &all);
-        let emissions = self.of_emissions(&row_scales, &lit);
-        let jacobian = faer::concat![[emissions, reflectances]];
+        let row_scales = self.row_scales(&fit.state, linear.scale.clone());
+        let by = self.by_reflectances(&row_scales, &computed);
+        let (rows, materials) = (self.rows.material.len(), self.rows.materials);
+        let mut jacobian = Mat::zeros(rows, lit.len() + 2 * materials);
+        let all: Vec<usize> = (0..rows).collect();
+        self.panel(&row_scales, &all, &lit, jacobian.subcols_mut(0, lit.len()));
+        for row in all {
+            let column = lit.len() + self.rows.material[row];
+            jacobian[(row, column)] = by.diffuse[row];
+            if let Some(glossy) = self.rows.glossy[row] {
+                jacobian[(row, materials + column)] = by.specular[glossy];
+            }
+        }
         Linearisation { jacobian, lit, residual: linear.residual, scale: linear.scale }
     }
 }
@@ -498,17 +518,6 @@ pub struct Linearisation {
     pub residual: Vec<f64>,
     /// By what a change of π L̂ is multiplied to change `residual`.
     pub scale: Vec<f64>,
-}
-
-/// What the columns of emission in the Jacobian of the weighted residuals are multiplied by.
-pub(super) struct RowScales {
-    /// Per row the root of the second derivative by π L̂.
-    pub scale: Vec<f64>,
-    /// Per row that times ρ_d: the factor of k.
-    pub diffuse: Vec<f64>,
-    /// Of every glossy row its number, its position among such rows, and the factor of
-    /// (n+2)/2 cosⁿγ k.
-    pub specular: Vec<(usize, usize, f64)>,
 }
 
 struct Linear {
@@ -546,29 +555,6 @@ impl QuadraticModel {
         }
         slope
     }
-}
-
-impl RowScales {
-    /// The root mean square of how much others differ, each as a part of what it is here: dark
-    /// rows have the largest scales, and are not to decide alone.
-    pub fn change(&self, others: &Self) -> f64 {
-        let diffuse = self.diffuse.iter().copied().zip(others.diffuse.iter().copied());
-        let specular = self.specular.iter().zip(&others.specular).map(|(a, b)| (a.2, b.2));
-        relative_change(diffuse).max(relative_change(specular))
-    }
-}
-
-fn relative_change(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (before, after) in pairs {
-        // Rows without weight have none before and after.
-        if before != after {
-            sum += (after / before - 1.0).powi(2);
-        }
-        count += f64::from(u8::from(before != 0.0));
-    }
-    // Infinite, or not a number, where something was 0 or had no end: not small.
-    if sum == 0.0 { 0.0 } else { (sum / count).sqrt() }
 }
 
 impl State {

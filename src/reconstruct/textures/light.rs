@@ -12,7 +12,7 @@ use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::cells::{Grid, Sum};
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::reconstruct::transport::arriving;
-use crate::scene::{Gloss, SurfacePoint, Viewing, Views};
+use crate::scene::{Arrivals, Gloss, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// The light at texels: the recovered lights and the light from photographed surfaces.
@@ -136,8 +136,9 @@ impl<'a> Light<'a> {
     ) -> Incident {
         let side = grid_side(options.rays);
         let records = hemisphere(views, &self.bright, point, side, &mut self.random()).records;
-        let lights = self.lights_apart(views, point, options);
-        Incident { records, lights }
+        let single = |rgb: Rgb| rgb.map(|value| value as f32);
+        let lights = self.lights_apart(views, point, options).into_iter();
+        Incident { records, lights: lights.map(|(light, rgb)| (light, single(rgb))).collect() }
     }
 
     /// Radiance that a specular lobe of a strength per channel reflects from a surface point.
@@ -148,20 +149,14 @@ impl<'a> Light<'a> {
         viewing: Viewing,
         (gloss, strength): (Gloss, Rgb),
     ) -> Rgb {
-        let mut total = [0.0; CHANNELS];
-        for record in &incident.records {
-            let factor = gloss.value(viewing, record.direction, 0.0);
-            for (total, irradiance) in total.iter_mut().zip(record.irradiance) {
-                *total += factor * f64::from(irradiance);
-            }
-        }
-        for (index, irradiance) in &incident.lights {
+        let records = incident.records.iter().map(|record| (record.direction, 0.0));
+        let lights = incident.lights.iter().map(|(index, _)| {
             let light = &self.recovered.lights.lights[*index];
-            let factor = light.lobe(point.position, viewing, gloss);
-            for (total, irradiance) in total.iter_mut().zip(irradiance) {
-                *total += factor * irradiance;
-            }
-        }
+            (light.direction_from(point.position), light.angle_from(point.position))
+        });
+        let irradiance = incident.records.iter().map(|record| &record.irradiance);
+        let irradiance = irradiance.chain(incident.lights.iter().map(|(_, irradiance)| irradiance));
+        let total = Arrivals::new(viewing, records.chain(lights)).reflected(gloss, irradiance);
         std::array::from_fn(|c| strength[c] * total[c] / PI)
     }
 }
@@ -170,7 +165,7 @@ impl<'a> Light<'a> {
 pub(super) struct Incident {
     records: Vec<Record>,
     /// Irradiance from each light, with its index.
-    lights: Vec<(usize, Rgb)>,
+    lights: Vec<(usize, Radiance)>,
 }
 
 /// The irradiance at texels from each lit light.

@@ -24,6 +24,26 @@ fn the_inlined_logarithm_is_that_of_the_library() {
 }
 
 #[test]
+fn the_logarithm_in_single_precision_is_that_of_the_library() {
+    let mut worst = 0.0f64;
+    let mut compare = |x: f32| {
+        let (own, library) = (f64::from(vectorised(|| log2(x))), f64::from(x).log2());
+        let error = (own - library).abs() / library.abs().max(f64::MIN_POSITIVE);
+        worst = worst.max(if own == library { 0.0 } else { error });
+    };
+    for step in 0..100_000 {
+        let step = step as f32 / 100_000.0;
+        compare((160.0 * (step - 0.5)).exp());
+        compare(0.7 + 0.72 * step);
+        compare(1.0 - 1e-3 * step);
+    }
+    for x in [1.0, f32::MIN_POSITIVE, f32::MAX, 0.5f32.sqrt(), 2.0f32.sqrt(), 2.0, 0.5] {
+        compare(x);
+    }
+    assert!(worst < 3e-7, "{worst}");
+}
+
+#[test]
 fn columns_added_together_are_those_added_one_after_the_other() {
     let column = |j: usize| -> Vec<f64> {
         (0..37).map(|i| ((i * 7 + j * 13) as f64).sin() / (1 + i + j) as f64).collect()

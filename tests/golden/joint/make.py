@@ -93,9 +93,10 @@ def case(name, rows, materials, lights, per, reflectance, share, gloss=None, hel
 def solve(c, objective):
     material = np.array(c["material"])
     materials, n, rows = c["materials"], c["columns"], c["rows"]
-    diffuse = np.array(c["diffuse"]).reshape(n, rows).T
+    # In single precision, as lobelia keeps couplings.
+    diffuse = np.array(c["diffuse"], np.float32).astype(float).reshape(n, rows).T
     shiny = np.array([i for i, g in enumerate(c["glossy"]) if g is not None], int)
-    specular = np.array(c["specular"]).reshape(n, len(shiny)).T
+    specular = np.array(c["specular"], np.float32).astype(float).reshape(n, len(shiny)).T
     base, specular_base, radiance = np.array(c["base"]), np.array(c["specular_base"]), np.array(c["radiance"])
     root, ridge, centre = np.sqrt(c["weights"]), np.array(c["ridge"]), np.array(c["centre"])
     unit = np.array(c["start"])[material] / radiance
