@@ -7,7 +7,7 @@ means is divided by its standard error, which comes from the differences between
 pixel: if both have the same expectation, the scores are normal with mean 0 and deviation 1. Fails
 (exit code 1) where their mean square is beyond 4.5 of its own deviations, or any score beyond 5.
 Pixels that show anything beyond the geometry are left out: there lobelia shows the recovered sky.
-Mitsuba's llvm_ad_rgb needs LLVM 15 or later (DRJIT_LIBLLVM_PATH).
+Mitsuba's llvm_ad_rgb needs LLVM 16 or later (DRJIT_LIBLLVM_PATH); 15 crashes on processors with AVX-512.
 """
 import argparse
 import json
