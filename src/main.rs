@@ -1,4 +1,4 @@
-//! The binary: parse, hand over, turn the ending into an exit code.
+//! The program: parses the command line, runs the command, and returns its exit code.
 
 use std::process::ExitCode;
 

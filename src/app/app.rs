@@ -1,4 +1,4 @@
-//! Wires: what happens in a frame, in order.
+//! The steps of one frame of the window, in their order.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! One change of what the artist may change, and what it is called.
+//! One undoable change of a project, with the name that undo shows.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

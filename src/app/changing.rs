@@ -1,4 +1,5 @@
-//! Changes of the open project: each a step of undo, or part of what the hand is doing.
+//! Changes the open project. Each change is a step of undo, or part of a drag that becomes one
+//! step.
 
 use super::actions::Select;
 use super::change::Change;

@@ -1,5 +1,5 @@
-//! Numbers per sample, light and material that tables and plots show: worked out once, away from
-//! the window's thread.
+//! Numbers per sample, light and material that tables and plots show. They are computed once, on a
+//! background thread.
 
 use std::sync::Arc;
 

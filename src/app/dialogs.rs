@@ -1,4 +1,4 @@
-//! The questions that are open: which file, what about unsaved work, where a capture went.
+//! The dialogs that are open: for a path, for unsaved work, for a capture that was moved.
 
 use std::path::PathBuf;
 use std::sync::mpsc::Receiver;

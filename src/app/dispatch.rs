@@ -1,5 +1,5 @@
-//! Does what was asked for: one `match` at the end of the frame, over all that a user can do. It
-//! alone knows every file that carries something out.
+//! Carries out actions: one `match` at the end of the frame over everything that a user can do. It
+//! alone imports every file that carries something out.
 
 use super::actions::{Action, ImportAction, ModelAction, PathRequest, Relight};
 use super::asking;

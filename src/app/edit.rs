@@ -1,5 +1,5 @@
-//! What the artist may change about a capture: tags and options. Small, so that every state of
-//! it can be kept for undo.
+//! What a user may change about a capture: tags and options. The type is small, so that every state
+//! can be kept for undo.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

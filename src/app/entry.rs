@@ -1,5 +1,5 @@
-//! Numbers as people write them: `0.5`, `0,5`, `1/3`, `12 cm`. What is no finite number is refused
-//! with a word about why, and the field keeps its value.
+//! Numbers as people type them: `0.5`, `0,5`, `1/3`, `12 cm`. Anything else is refused with a
+//! message, and the field keeps its value.
 
 use std::cell::RefCell;
 use std::rc::Rc;

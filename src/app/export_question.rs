@@ -1,4 +1,4 @@
-//! The question what of the recovered scene is written for other programs, and where to.
+//! The dialog that asks which formats of the recovered scene are exported, and into which folder.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Opens, saves and closes projects. Files themselves are `io`'s.
+//! Opens, saves and closes projects. `io` reads and writes the files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

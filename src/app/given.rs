@@ -1,5 +1,5 @@
-//! The light that is told and not searched for: known and visible lights, and whether the capture
-//! lies in a room or in the open. As whole states, so that each change can be undone.
+//! The lights that are given rather than found: known and visible lights, and whether the capture
+//! is in a room or in the open. They are kept as whole states, so that each change can be undone.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,5 @@
-//! The guide, which the program holds: its pages in the order of their summary, as blocks of text.
+//! The guide, which is compiled into the program: its pages in the order of the summary, as blocks
+//! of text.
 
 use std::sync::LazyLock;
 

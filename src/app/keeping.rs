@@ -1,5 +1,5 @@
-//! Keeping what is not saved: every half minute tags, options, edits and results go to the user's
-//! own folder, where the next window finds them after a crash.
+//! Stores unsaved work for recovery: every half minute, tags, options, edits and results are
+//! written into the user's folder, where the next window finds them after a crash.
 
 use std::path::Path;
 use std::sync::Arc;

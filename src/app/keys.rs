@@ -1,4 +1,4 @@
-//! Names of keys in texts, as they are on the keyboards of this system.
+//! Names of keys in texts, as they are labelled on keyboards of this system.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! A window that is killed while it saves: whatever was saved last is there, whole.
+//! Tests that the last save is complete when the process is killed during the next one.
 
 use std::io::{BufRead, BufReader, Write as _};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Workspaces: arrangements of the same panels, one a kind of work.
+//! Workspaces: arrangements of the panels, one for each kind of work.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Leaves a project: asks where that would lose work, and does what comes after.
+//! Leaves a project: asks first if unsaved work would be lost.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Carries out what is asked about known lights.
+//! Carries out the actions on known lights.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Masks in the window: what is drawn over photographs, and what is suggested.
+//! Masks in the window: those that are drawn over photographs, and those that are suggested.
 
 use std::sync::Arc;
 

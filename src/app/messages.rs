@@ -1,5 +1,5 @@
-//! What the window has to say: errors that stay until dismissed, notices that go by themselves,
-//! and the log of both.
+//! The messages of the window: errors that stay until they are dismissed, notices that disappear
+//! after a while, and the log of both.
 
 use std::time::{Duration, Instant};
 

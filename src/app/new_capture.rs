@@ -1,4 +1,4 @@
-//! The question of which photographs a new capture is made, and in which folder.
+//! The dialog for a new capture: its photographs and its folder.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
-//! What is being opened, and what comes after the question about unsaved work.
+//! The project or capture that is being opened, and what follows after the question about unsaved
+//! work.
 
 use std::path::PathBuf;
 use std::sync::Arc;

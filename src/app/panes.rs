@@ -1,4 +1,4 @@
-//! The panels, a line each: where each stands, its name, and its command.
+//! The list of the panels: the place, the name and the command of each.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What is chosen about pictures that are written: which views, how large, how clear, what files.
+//! The settings of pictures that are rendered to files: views, size, number of paths, file kinds.
 
 use crate::scene::{Camera, Capture};
 use crate::worker::Frame;

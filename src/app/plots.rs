@@ -1,4 +1,4 @@
-//! Writes plots to files: a table of their numbers, or a drawing of what they show.
+//! Writes plots to files: as a table of their numbers, or as a drawing.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! How long the window's updates take, which is all that a frame does but drawing; and how soon a
-//! capture that it is started with is seen.
+//! Measures how long updates of the window take (everything in a frame except drawing), and how
+//! soon the capture of the command line is shown.
 
 use std::time::{Duration, Instant};
 

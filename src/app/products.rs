@@ -1,4 +1,4 @@
-//! What runs come to: the products of the latest one, and the run that is under way.
+//! The products of runs: those of the latest run, and those of the run in progress.
 
 use std::sync::Arc;
 use std::time::Instant;

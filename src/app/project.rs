@@ -1,4 +1,4 @@
-//! The open project: the capture as loaded, what was changed about it, and what was found.
+//! The open project: the capture as it was loaded, the changes to it, and the results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;

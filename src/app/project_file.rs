@@ -1,4 +1,4 @@
-//! What is written of the open project to its file.
+//! The part of the open project that is written to its file.
 
 use serde_json::Value;
 

@@ -1,5 +1,5 @@
-//! What a user changes to relight a scene, as whole states: every function gives the edits as
-//! they become, so that each of them can be undone.
+//! Changes of the edits for relighting. Every function returns the edits as a whole, so that each
+//! change can be undone.
 
 use std::f32::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Carries out what is asked about the relit scene.
+//! Carries out the actions of relighting.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Opening a capture in its own place: after its mesh and cameras were made anew. Tags, options and
-//! edits stay with the surfaces of their names, and so does their undo.
+//! Opens a capture again after its mesh and cameras were made anew. Tags, options and edits stay
+//! with surfaces of the same name, and so does their undo history.
 
 use std::path::Path;
 use std::sync::Arc;

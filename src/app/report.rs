@@ -1,4 +1,5 @@
-//! The text of a report of a problem: what was used, how, and what happened; no photographs.
+//! The text of a report of a problem: version, graphics adapter, options and log. It contains no
+//! photographs.
 
 use std::fmt::Write;
 

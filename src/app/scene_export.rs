@@ -1,4 +1,4 @@
-//! Carries out what is asked about the recovered scene for other programs.
+//! Carries out the actions that export the recovered scene for other programs.
 
 use std::path::PathBuf;
 

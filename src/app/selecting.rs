@@ -1,4 +1,4 @@
-//! What becomes selected, and what the inspector shows for it.
+//! Carries out selections, and chooses what the inspector shows.
 
 use std::collections::BTreeSet;
 

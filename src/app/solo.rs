@@ -1,4 +1,4 @@
-//! One light alone: all others are off until it is given up, and then are as they were.
+//! Solo: one light alone. All others are off until it ends, and are then restored.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Everything that the window knows.
+//! The whole state of the window.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

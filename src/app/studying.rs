@@ -1,4 +1,4 @@
-//! Carries out what is asked about the studies.
+//! Carries out the actions of the studies.
 
 use super::actions::Study;
 use super::change::Change;

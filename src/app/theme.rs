@@ -1,4 +1,5 @@
-//! How the window looks: neutral greys, so that colours are judged rightly, and one accent.
+//! The colours of the window: neutral greys, so that they do not affect how colours in pictures
+//! look, and one accent.
 
 use eframe::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Theme, Visuals, vec2,

@@ -1,5 +1,5 @@
-//! What has a place in the 3D view and can be moved there: lights and objects that were set into
-//! the scene, and known lights.
+//! Objects that have a position in the 3D view and can be moved there: added lights and objects,
+//! and known lights.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Undo and redo: states behind `Arc`s, which are small.
+//! Undo and redo: a stack of states, shared by `Arc`s.
 
 use std::sync::Arc;
 

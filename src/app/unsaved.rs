@@ -1,4 +1,4 @@
-//! What is not saved: what leaving the project would lose, and what was last kept of it.
+//! Unsaved work: what would be lost by leaving the project, and what was last stored of it.
 
 use std::sync::Arc;
 

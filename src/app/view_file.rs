@@ -1,5 +1,5 @@
-//! How the viewport was set, as it is kept in a project file. What is missing or unknown there
-//! leaves the setting as it is.
+//! The settings of the 3D view in a project file. Settings that are missing or unknown there stay
+//! as they are.
 
 use serde_json::{Value, json};
 

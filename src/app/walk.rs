@@ -1,5 +1,5 @@
-//! A long random walk through a project beside a plain model of it: whatever is edited, previewed,
-//! undone, saved and opened again, both agree, and nothing that was saved is lost.
+//! A long random walk through a project, beside a simple model of it. After every edit, undo, save
+//! and reopening both must agree, and nothing that was saved may be lost.
 
 use std::collections::BTreeSet;
 use std::path::Path;

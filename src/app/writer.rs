@@ -1,5 +1,5 @@
-//! Files that the window writes by itself: on a thread, since a slow disk must not stop the hand,
-//! and one after the other, so that what was asked for last is what stays.
+//! Writes files for the window: on a thread, so that a slow disk does not delay input, and in
+//! order, so that the last request is the one that remains.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;

@@ -1,4 +1,4 @@
-//! Waiting for a job of the worker: progress, Ctrl-C, and the ending.
+//! Waits for a job of the worker: progress, Ctrl-C, and the exit.
 
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::RecvTimeoutError;

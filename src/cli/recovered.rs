@@ -1,4 +1,5 @@
-//! What commands about a recovered scene begin with: the capture, its solution, and edits.
+//! The common start of commands that use a recovered scene: they read the capture, its solution,
+//! and edits.
 
 use std::path::PathBuf;
 use std::sync::Arc;

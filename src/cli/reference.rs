@@ -1,5 +1,5 @@
-//! `lobelia reference DIR`, which is not listed: what the guide and the packages hold about the
-//! program, written from its own declarations.
+//! `lobelia reference DIR`, which `--help` does not list: writes the reference pages of the guide
+//! and the files for packages from the program's own declarations.
 
 use std::fmt::Write;
 

@@ -1,5 +1,5 @@
-//! A mesh with what is worked out of it once and asked for often: the box around it, and what rays
-//! meet of it.
+//! A mesh with data that are computed from it once and used often: its bounding box and its ray
+//! caster.
 
 use std::ops::Deref;
 use std::sync::OnceLock;

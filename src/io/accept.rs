@@ -1,5 +1,5 @@
-//! What was read of a frame, made an image of its camera: turned, masked, in the capture's colours,
-//! without vignetting, and in a file where there are many.
+//! Makes a photograph that was read an image of its camera: turned, masked, in the colours of the
+//! capture, without vignetting, and in a file if there are many.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Files that appear under their final name only when they are whole.
+//! Writes files that get their final name only when they are complete.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};

@@ -1,4 +1,4 @@
-//! Numbers, texts and lists as bytes: little-endian, lists with their length before them.
+//! Numbers, texts and lists as bytes: little-endian, lists with their length first.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Exposure series on disk: which files belong together, at which times, merged to radiance.
+//! Exposure series on disk: which files belong together, their exposure times, and merging them to
+//! radiance.
 
 use std::path::{Path, PathBuf};
 

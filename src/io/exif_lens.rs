@@ -1,4 +1,4 @@
-//! What EXIF says of lens and camera position: start values for placing a photograph.
+//! Lens and orientation from EXIF: start values for placing a photograph.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Which photographs are exposures of one view.
+//! Finds which photographs are exposures of one view.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! Paths that files name: they may not leave the folder of the file that names them, unless the
-//! user says so, so that a capture from elsewhere cannot make the program read other files.
+//! Paths inside files. They must not lead out of the folder of the file that names them, unless the
+//! user allows it, so that a capture from elsewhere cannot make the program read other files.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! JSON whose every complaint names the file and the field.
+//! Reads JSON; every error names the file and the field.
 
 use std::path::Path;
 

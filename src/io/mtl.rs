@@ -1,5 +1,5 @@
-//! Wavefront material libraries, as far as they matter: what the materials reflect, and whether they
-//! are shiny. A line that cannot be read costs that line, not the library.
+//! Wavefront material libraries: reflectances of materials, and whether they are glossy. A line
+//! that cannot be read is ignored, and the rest of the library is used.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The text of an OBJ file: its numbers, faces and names, and the line of a fault.
+//! Parses the text of an OBJ file: numbers, faces and names, and the line of an error.
 
 use std::collections::HashMap;
 use std::path::Path;

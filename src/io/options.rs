@@ -1,4 +1,5 @@
-//! Options files: TOML with a section a stage, and `[start]` for reflectances to start from.
+//! Options files: TOML with a section for each stage, and `[start]` for the reflectances from which
+//! the search starts.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Paths between files that may be moved together.
+//! Relative paths between files that may be moved together.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! PNG as it is written, with the tag of its colour space.
+//! Writes PNG files that state their colour space.
 
 use std::path::Path;
 

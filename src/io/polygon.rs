@@ -1,4 +1,4 @@
-//! Simple polygons, convex or not, into triangles by ear clipping in the polygon's plane.
+//! Triangulates simple polygons, convex or not, by ear clipping in the plane of the polygon.
 
 use glam::{DVec2, DVec3};
 

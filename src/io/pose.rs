@@ -1,4 +1,4 @@
-//! Rotations as files give them: scaled, rounded, mirrored, or none at all.
+//! Rotations as files state them, which may be scaled, rounded, mirrored or invalid.
 
 use glam::DMat3;
 

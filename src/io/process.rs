@@ -1,4 +1,4 @@
-//! How much memory this process has used and how much there is, as Linux tells it.
+//! The memory that this process has used, and the memory of the machine, as Linux states them.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! Results of studies: a JSON file a run, and tables as CSV.
+//! Results of studies: one JSON file for each run, and tables as CSV.
 
 use std::io::Write;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! What the window remembers between sessions, in the user's own folder: settings, recent
-//! projects, and unsaved work for recovery after a crash.
+//! What the window stores between sessions in the user's folder: settings, recent projects, and
+//! unsaved work for recovery after a crash.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};

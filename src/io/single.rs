@@ -1,5 +1,5 @@
-//! Photographs of one exposure: JPEG, PNG and TIFF that stand for radiance by a response that is
-//! known, the curve of sRGB or one that `lobelia merge --curve` has written.
+//! Single exposures as radiance: JPEG, PNG and TIFF files whose response is known, either the curve
+//! of sRGB or one that `lobelia merge --curve` has written.
 
 use std::path::Path;
 

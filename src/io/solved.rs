@@ -1,4 +1,4 @@
-//! A written solution read back, to be rendered.
+//! Reads a solution from its files, so that it can be rendered.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Which parts of a mesh file become surfaces of their own.
+//! The parts of a mesh file that become surfaces.
 
 /// By which of its parts a mesh file is divided into surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! `truth.json` of test captures: the answers. Nothing but scoring reads it.
+//! `truth.json` of test captures: the true values. Only scoring reads it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The colour of glowing bodies, by which artists know lamps.
+//! The colour of a black body of a given temperature, by which lamps are described.
 
 use crate::math::rgb::Rgb;
 

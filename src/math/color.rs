@@ -1,4 +1,4 @@
-//! How far apart colours are to the eye: CIELAB and the colour difference CIEDE2000.
+//! Visible differences between colours: CIELAB and the colour difference CIEDE2000.
 
 use glam::{DMat3, DVec3};
 

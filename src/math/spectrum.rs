@@ -1,4 +1,4 @@
-//! What a reflectance spectrum is in linear Rec. 709.
+//! Converts reflectance spectra to linear Rec. 709.
 
 use glam::{DMat3, DVec3};
 

@@ -1,4 +1,4 @@
-//! What a path is asked for, and what is done with the answer.
+//! The purposes for which a path is asked for, and the action that follows from the answer.
 
 use std::path::PathBuf;
 

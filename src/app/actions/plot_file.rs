@@ -1,4 +1,4 @@
-//! Which plots can be saved, and as what.
+//! The plots that can be saved, and their file formats.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Why a command would do nothing now, in words: what its entry in the menu says.
+//! The reasons why a command cannot be used at present; its menu entry shows them.
 
 use super::{Command, Menu};
 use crate::app::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};

@@ -1,4 +1,4 @@
-//! Carries out what is asked about the import page.
+//! Carries out the actions of the import page.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What the page's workers tell.
+//! Handles the events of the import page's workers.
 
 use std::sync::Arc;
 

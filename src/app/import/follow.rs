@@ -1,5 +1,4 @@
-//! Asks the workers for what the choices on the page call for, a moment after they have come to
-//! rest.
+//! Sends commands to the import page's workers when its settings have changed, after a short pause.
 
 use std::time::{Duration, Instant};
 

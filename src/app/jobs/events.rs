@@ -1,4 +1,4 @@
-//! What the workers tell, and what it means for the project.
+//! Handles the events of the workers: what each of them changes in the project.
 
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;

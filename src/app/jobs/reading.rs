@@ -1,4 +1,5 @@
-//! What of a project is read by jobs before it is shown, and known lights of files.
+//! Reads the parts of a project that have to be read before it is shown, and the files of known
+//! lights.
 
 use std::sync::Arc;
 

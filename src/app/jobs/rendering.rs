@@ -1,4 +1,4 @@
-//! Pictures that are written, and how far that has come.
+//! The job that renders pictures to files, and its progress.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

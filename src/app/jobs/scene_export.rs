@@ -1,4 +1,4 @@
-//! The recovered scene on its way to files for other programs.
+//! The job that exports the recovered scene to files for other programs.
 
 use super::Jobs;
 use crate::app::messages::Messages;

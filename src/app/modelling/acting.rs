@@ -1,4 +1,4 @@
-//! What can be done about the page, carried out.
+//! Carries out the actions of the Model page.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Carries out what is asked about a capture that is begun of photographs.
+//! Carries out the actions that make a new capture from photographs.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! The model's faces over the photograph: shown as long as a key is held, or until they are
-//! switched off.
+//! Shows the faces of the model over the photograph, while a key is held or until they are switched
+//! off.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

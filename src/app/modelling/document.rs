@@ -1,4 +1,4 @@
-//! The model that is worked on: what is saved of it, its undo, and the gesture under way.
+//! The model that is edited: the part that is saved, its undo history, and the gesture in progress.
 
 use std::sync::Arc;
 

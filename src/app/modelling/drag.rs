@@ -1,5 +1,5 @@
-//! What a press on the photograph begins: a stroke that is drawn, or something that is moved, until
-//! the button is released.
+//! What a press of the pointer on the photograph starts: a stroke that is drawn, or a part that is
+//! dragged, until the button is released.
 
 use std::sync::Arc;
 

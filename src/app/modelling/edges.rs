@@ -1,4 +1,4 @@
-//! The lines of the photographs, and things that are fitted to them.
+//! The lines that were found in the photographs, and things that are fitted to them.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Cameras that an engine finds: which engines there are, the run under way, and what came of it.
+//! Cameras that an engine finds: the installed engines, the run in progress, and its result.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,5 @@
-//! Asks the page's workers for what the model and the view call for, and takes their answers.
+//! Sends commands to the Model page's workers when the model or the view has changed, and handles
+//! their answers.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Opens, saves and leaves the Model page, and keeps for recovery what is not saved.
+//! Opens, saves and closes the Model page, and stores unsaved changes for recovery.
 
 use std::path::{Path, PathBuf};
 

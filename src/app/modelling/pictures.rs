@@ -1,5 +1,5 @@
-//! The photographs of the page as the screen shows them: the one that is looked at in full, the
-//! others small.
+//! The photographs of the page as they are displayed: the current one at full size, the others as
+//! thumbnails.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Planes and boxes that are fitted to the points in an outline on a photograph.
+//! Planes and boxes that are fitted to the points inside an outline on a photograph.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Carries out what is asked about cameras that an engine finds, and takes what its worker tells.
+//! Carries out the actions on cameras that an engine finds, and handles the events of its worker.
 
 use std::sync::Arc;
 

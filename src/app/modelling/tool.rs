@@ -1,4 +1,4 @@
-//! What the pointer draws on a photograph, and what is selected there.
+//! The drawing tools of the Model page, and the selection there.
 
 use crate::model::from_points::Wanted;
 use crate::model::things::{corner_names, edges};

@@ -1,4 +1,4 @@
-//! New from photographs: the question for the photographs and the folder.
+//! New from photographs: the dialog for the photographs and the folder.
 
 use eframe::egui;
 

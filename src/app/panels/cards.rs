@@ -1,4 +1,4 @@
-//! Errors that stay until they are dismissed, and notices that go by themselves.
+//! Errors that stay until they are dismissed, and notices that disappear after a while.
 
 use eframe::egui::{self, Align2};
 

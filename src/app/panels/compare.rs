@@ -1,4 +1,4 @@
-//! A photograph beside the same view made from the results, and what they differ by.
+//! A photograph beside a rendering of the results from the same camera, and their difference.
 
 use std::sync::{Arc, Weak};
 

@@ -1,4 +1,4 @@
-//! Error against iteration (Fig. 12), live while it runs.
+//! Error against iteration (Fig. 12), updated during a run.
 
 use eframe::egui;
 use egui_plot::{Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, PlotPoints, Points};

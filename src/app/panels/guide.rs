@@ -1,4 +1,4 @@
-//! The guide in a window of its own, beside the work.
+//! The guide in a window of its own.
 
 use eframe::egui::{self, Button, RichText, TextStyle};
 

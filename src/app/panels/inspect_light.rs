@@ -1,4 +1,5 @@
-//! One virtual light: what it sees (Fig. 6), its lobes, what it lights.
+//! One virtual light: the directions in which it meets known surfaces (Fig. 6), its lobes, and the
+//! samples that it lights.
 
 use std::sync::{Arc, Weak};
 

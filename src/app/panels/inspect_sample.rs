@@ -1,4 +1,5 @@
-//! One sample: where it is, who sees it, and where its light comes from.
+//! One sample: its position, the photographs that show it, and the lights from which its light
+//! comes.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Weak};

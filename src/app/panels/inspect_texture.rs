@@ -1,4 +1,4 @@
-//! The recovered textures of a material (Section 5.5) as pictures.
+//! The recovered textures of a material (Section 5.5), displayed as pictures.
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Weak};

@@ -1,4 +1,4 @@
-//! Every number of what is selected.
+//! All numbers of the selected object.
 
 use eframe::egui;
 

@@ -1,5 +1,5 @@
-//! Known light: whether the capture lies in a room or in the open, and lights that are seen in the
-//! photographs or whose shape and place are known.
+//! Known lights: whether the capture is in a room or in the open, lights that photographs show, and
+//! lights of known shape and position.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The table of lights that a run placed.
+//! The table of the virtual lights.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What happened, newest last.
+//! The log, newest entry last.
 
 use eframe::egui;
 

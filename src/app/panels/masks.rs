@@ -1,4 +1,4 @@
-//! Masks: the tools to draw them with, and which photographs have one.
+//! Masks: the tools that draw them, and the list of photographs that have one.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A capture that has cameras and no mesh: how to come by one.
+//! What can be done about a capture that has cameras and no mesh.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! The panels, a file each. They show the project and say what was asked for.
+//! The panels, one file each. They show the project and return actions.
 
 pub mod begin;
 pub mod cards;

@@ -1,4 +1,4 @@
-//! What every question is made of: the window in front of all others, its fields and its buttons.
+//! The common parts of every dialog: the window in front of all others, its fields and its buttons.
 
 use eframe::egui::{self, Id, Key};
 

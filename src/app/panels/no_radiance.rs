@@ -1,4 +1,4 @@
-//! What can be done about a capture whose photographs are shown and measure nothing.
+//! What can be done about a capture none of whose photographs measures radiance.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! How numbers, colours and names are shown, the same in every panel.
+//! The format of numbers, colours and names, the same in every panel.
 
 use std::time::Duration;
 

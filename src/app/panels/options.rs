@@ -1,4 +1,4 @@
-//! Controls for every option, made from its declaration.
+//! Controls for every option, generated from its declaration.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! The list of all there is: photographs, surfaces, materials, lights.
+//! The list of all photographs, surfaces, materials and lights.
 
 use std::collections::BTreeMap;
 

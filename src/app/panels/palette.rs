@@ -1,4 +1,4 @@
-//! The command palette: everything that can be done, by a few letters of its name.
+//! The command palette, which finds every command by a few letters of its name.
 
 use eframe::egui::{self, Align2, Key, Modifiers};
 

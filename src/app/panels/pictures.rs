@@ -1,4 +1,4 @@
-//! Render to files: which views, how large, how clear, what files, and where to.
+//! Render to files: the dialog for views, size, number of paths, file kinds and folder.
 
 use eframe::egui::{self, DragValue, Key};
 

@@ -1,4 +1,4 @@
-//! Questions that wait for an answer: paths, unsaved work, a capture that moved, a material; and
+//! Dialogs that wait for an answer: paths, unsaved work, a capture that was moved, a material; and
 //! the windows of the help menu.
 
 use std::path::PathBuf;

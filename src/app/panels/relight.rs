@@ -1,4 +1,5 @@
-//! Relighting: the recovered light in parts, what was added, other materials, and pictures.
+//! Relighting: the recovered light in parts, added lights and objects, changed materials, and
+//! pictures.
 
 use std::sync::{Arc, Weak};
 

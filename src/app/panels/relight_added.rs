@@ -1,4 +1,4 @@
-//! The numbers of the selected one of the lights and objects that were set into the scene.
+//! The numbers of the selected added light or object.
 
 use eframe::egui::{self, DragValue};
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot, Vec3};

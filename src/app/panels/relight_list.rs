@@ -1,5 +1,4 @@
-//! The list of lights and objects that were set into the scene, with placeholders of those that
-//! could not be read.
+//! The list of added lights and objects, with placeholders for those that could not be read.
 
 use std::sync::Arc;
 

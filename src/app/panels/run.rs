@@ -1,4 +1,4 @@
-//! The run: method, options, stages.
+//! The run: the method, the options, and the progress of the stages.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Export of the recovered scene: which formats, the light probe, and where to.
+//! Export of the recovered scene: the dialog for formats, light probe and folder.
 
 use eframe::egui::{self, DragValue};
 

@@ -1,4 +1,4 @@
-//! The study of speed: what seconds buy in accuracy on the open capture, live.
+//! The study of speed: error against computing time on the open capture, updated while it runs.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Seconds against error as a chart that can be clicked.
+//! A chart of error against seconds, whose points can be clicked.
 
 use eframe::egui::{self, Align2, FontId, Sense, vec2};
 use egui_plot::{Corner, Legend, Line, LineStyle, MarkerShape, Plot, PlotPoint, Points};

@@ -1,4 +1,5 @@
-//! The study of stability: what the open capture can bear, one thing after the other made worse.
+//! The study of stability: how the error grows as one property of the open capture after the other
+//! is degraded.
 
 use std::sync::Arc;
 

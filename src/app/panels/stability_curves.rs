@@ -1,4 +1,4 @@
-//! Error against severity: a chart for each thing that got worse, with what it means.
+//! Error against severity: a chart for each degradation, with a sentence about it.
 
 use eframe::egui::{self, Align2, RichText, Sense};
 use egui_plot::{AxisHints, FilledArea, Line, MarkerShape, Plot, PlotPoint, Points, Text};

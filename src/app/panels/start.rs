@@ -1,4 +1,4 @@
-//! The page before anything is open.
+//! The start page.
 
 use eframe::egui;
 

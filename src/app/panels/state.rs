@@ -1,4 +1,4 @@
-//! What panels remember between frames.
+//! Values that panels keep between frames.
 
 use super::{
     compare, convergence, inspect_sample, known_light, log, masks, outliner, relight, run,

@@ -1,4 +1,4 @@
-//! The bar at the bottom: what runs, what is under the cursor, how much there is.
+//! The status bar: the job in progress, the value under the pointer, and the counts.
 
 use eframe::egui;
 

@@ -1,5 +1,5 @@
-//! What both studies' panels share: beginning and stopping, how far it is, saving; and axes and
-//! points of their charts.
+//! The common parts of both studies' panels: starting and stopping, progress, saving, and the axes
+//! and points of their charts.
 
 use eframe::egui::{self, Color32, Rect, RichText, Sense, vec2};
 use egui_plot::{GridInput, GridMark};

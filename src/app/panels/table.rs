@@ -1,5 +1,5 @@
-//! A table of many rows that is sorted by a click on a column's head. Only rows in sight are laid
-//! out, and the order is worked out again only when rows or the choice of column change.
+//! A table of many rows, sorted by a click on a column's head. Only visible rows are laid out, and
+//! the order is computed again only when the rows or the column change.
 
 use std::cmp::Ordering;
 

@@ -1,4 +1,4 @@
-//! Tagging: which surfaces share a material, and what is known of it.
+//! Tagging: which surfaces share a material, and the properties of the material.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,4 @@
-//! Lights and objects that were set into the scene, in outline, with the handles of the selected
-//! one.
+//! Outlines of added lights and objects, and the handles of the selected one.
 
 use eframe::egui::{self, Color32, Painter, Response, Stroke, Ui};
 use glam::{BVec3, Vec2, Vec3};

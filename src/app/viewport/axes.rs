@@ -1,4 +1,5 @@
-//! The ball of axes in the corner: shows which way is which, and turns the view there.
+//! The ball of axes in the corner of the 3D view: shows the directions of the axes; a click turns
+//! the view.
 
 use eframe::egui::{self, Align2, Color32, FontId, Id, Rect, Sense, Stroke, Ui, vec2};
 use glam::Vec3;

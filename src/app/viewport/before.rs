@@ -1,4 +1,4 @@
-//! The line between the scene as it was and as it is relit.
+//! The line that divides the picture into the scene as it was and the scene as it is relit.
 
 use eframe::egui::{self, Color32, Rect, Response, Sense, Stroke, Ui, pos2, vec2};
 

@@ -1,4 +1,4 @@
-//! What goes into the viewport and what comes out.
+//! The input and the output of the 3D view in one frame.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

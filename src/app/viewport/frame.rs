@@ -1,4 +1,4 @@
-//! Puts a frame together: what the shaders read, and what is drawn.
+//! Assembles a frame: the uniforms of the shaders, and the draw calls.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The pipelines, made once, and what the shaders read in every frame.
+//! The pipelines, made once, and the buffers that the shaders read in every frame.
 
 use std::cell::Cell;
 

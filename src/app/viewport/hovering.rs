@@ -1,4 +1,4 @@
-//! What is below the pointer, and the value of the picture there.
+//! The object under the pointer, and the value of the picture there.
 
 use eframe::egui::Response;
 use glam::Vec2;

@@ -1,4 +1,4 @@
-//! User input in the viewport: turning the view, keys, clicks and boxes.
+//! User input in the 3D view: turning the view, keys, clicks and boxes.
 
 use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};

@@ -1,4 +1,4 @@
-//! What the GPU uploads were made from, to tell when one is out of date.
+//! The inputs of what was uploaded to the GPU, by which outdated uploads are recognised.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

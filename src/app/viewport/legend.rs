@@ -1,4 +1,4 @@
-//! What the colours mean, in the lower left corner.
+//! The legend of the colours, in the lower left corner.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Lights, lobes, cameras and the ground as shapes.
+//! The shapes of lights, lobes, cameras and the ground grid.
 
 use glam::{Vec2, Vec3};
 

@@ -1,4 +1,4 @@
-//! Masks over the photograph that is looked through: drawing them, and how they are shown.
+//! Masks over the photograph that is looked through: how they are drawn and displayed.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Colours that stand for numbers and names; all can be told apart by the colour-blind.
+//! Colours for numbers and for categories, which colour-blind people can distinguish.
 
 use eframe::egui::Color32;
 

@@ -1,4 +1,4 @@
-//! What is under the cursor, found with rays on the CPU.
+//! Finds the object under the pointer, by rays on the CPU.
 
 use std::collections::BTreeSet;
 

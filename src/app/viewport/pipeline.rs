@@ -1,4 +1,4 @@
-//! How a pipeline is put together.
+//! Builds a render pipeline.
 
 use eframe::wgpu;
 

@@ -1,5 +1,5 @@
-//! The ring by which a dome is turned about the vertical: a dome is everywhere, and has no middle to
-//! be moved or to be turned freely about.
+//! The ring that turns a dome about the vertical. A dome has no centre that could be moved or
+//! rotated about freely.
 
 use glam::{Quat, Vec2, Vec3};
 

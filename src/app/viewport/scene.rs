@@ -1,4 +1,4 @@
-//! What lies on the GPU, brought up to date when something shared has changed, never per frame.
+//! The data on the GPU. It is updated when shared data have changed, not in every frame.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What is known of each surface, as a small texture: a tag edit uploads nothing else.
+//! A small texture with the state of each surface: after a change of tags only this is uploaded.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! The picture off screen: egui's own pass has neither depth nor enough samples.
+//! The off-screen render targets: egui's own pass has no depth buffer and too few samples.
 
 use eframe::wgpu;
 

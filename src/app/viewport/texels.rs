@@ -1,4 +1,4 @@
-//! Photographs as textures: half precision, without the lens's distortion.
+//! Photographs as textures: half floats, with the lens distortion removed.
 
 use std::sync::Arc;
 

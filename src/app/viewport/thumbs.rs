@@ -1,5 +1,5 @@
-//! The photographs in the frusta of their cameras. They are drawn from the textures that colour
-//! the mesh, so that they cost no texture of their own.
+//! The photographs in the frusta of their cameras. They use the textures that colour the mesh, so
+//! they need no textures of their own.
 
 use glam::Vec3;
 

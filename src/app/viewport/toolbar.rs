@@ -1,4 +1,4 @@
-//! The small bar over the viewport: what is shown and how bright.
+//! The bar over the 3D view: what is shown, and the exposure.
 
 use eframe::egui::{self, ComboBox, DragValue, Rect, Ui, UiBuilder, vec2};
 

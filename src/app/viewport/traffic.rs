@@ -1,4 +1,5 @@
-//! What a frame costs with a large scene: a million triangles, 100,000 samples and 10,000 lobes.
+//! Tests the cost of a frame with a large scene: a million triangles, 100,000 samples and 10,000
+//! lobes.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! What a traversal needs of a ray, worked out once.
+//! The numbers of a ray that a traversal needs, computed once.
 
 use glam::Vec3;
 

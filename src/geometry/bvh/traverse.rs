@@ -1,4 +1,4 @@
-//! The way through the tree, the same for every instruction set.
+//! The traversal of the tree, the same for every instruction set.
 
 use std::mem::MaybeUninit;
 

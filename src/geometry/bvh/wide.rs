@@ -1,4 +1,4 @@
-//! The tree as it lies in memory: nodes of eight children, leaves of up to eight triangles.
+//! The tree in memory: nodes of eight children, leaves of up to eight triangles.
 
 use glam::Vec3;
 

@@ -1,4 +1,4 @@
-//! The letters of drawings: Ubuntu Light, as in the window. Its licence is beside it.
+//! The font of drawings: Ubuntu Light, as in the window. Its licence is beside it.
 
 use std::sync::LazyLock;
 

@@ -1,6 +1,5 @@
-//! Parts of stored edits that could not be read. A project keeps them as they are and writes them
-//! back, so that a file that is missing today, or a kind of light of a later version, costs
-//! nothing.
+//! Parts of stored edits that could not be read. A project keeps them and writes them back, so that
+//! a missing file, or a kind of light of a later version, is not lost.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Edits as they are written.
+//! Writes edits.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! A program that is run and watched: its lines are handed on, it can be cancelled with all that
-//! it started, and silence ends it.
+//! Runs another program and watches it: its output is passed on line by line, it can be cancelled
+//! with all processes that it has started, and it is stopped if it writes nothing for a long time.
 
 use std::collections::VecDeque;
 use std::io::{BufReader, Read};

@@ -1,5 +1,5 @@
-//! The photographs as engines read them: upright JPEG files with numbers for names, whatever the
-//! photographs are.
+//! Writes the photographs for an engine: upright JPEG files with numbers as names, whatever format
+//! the photographs have.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! What the lines of a log say of progress.
+//! Reads progress from the lines of an engine's log.
 
 use super::Told;
 use crate::watch::Watch;

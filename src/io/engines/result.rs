@@ -1,4 +1,4 @@
-//! What an engine wrote: the largest of its COLMAP models, read by the importer and checked.
+//! Reads the result of an engine: the largest of its COLMAP models, by the importer, and checks it.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! A recovered scene for other programs: which formats there are, and all that is asked for into
-//! one folder.
+//! Exports a recovered scene for other programs: the list of formats, and writing all that are
+//! asked for into one folder.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! A reconstruction as the joint method gives it, with one of everything, for tests.
+//! A result of the joint method that contains one of everything, for tests.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Holds what was imported against the photographs: the mesh's edges as each camera sees them,
-//! and the points of a COLMAP model, observed against projected.
+//! Compares an import with the photographs: the mesh's edges as each camera sees them, and the
+//! points of a COLMAP model, observed and projected.
 
 use std::sync::Arc;
 

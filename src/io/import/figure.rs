@@ -1,5 +1,5 @@
-//! A mesh as it is looked at before it is written: beside it stands a person 1.7 m tall, so that a
-//! wrong unit is seen at once.
+//! A mesh before it is written, with a person 1.7 m tall beside it, so that a wrong unit is visible
+//! at once.
 
 use std::f32::consts::TAU;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! What stands in the files of a written capture: the names of the photographs, the cameras, the
-//! mesh with its library.
+//! The files of a written capture: names of photographs, cameras, and the mesh with its material
+//! library.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;

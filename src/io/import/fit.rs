@@ -1,4 +1,4 @@
-//! Brings a camera and the image that it took together.
+//! Fits a camera to the size of its image.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! What a format of cameras says of itself, where one file holds them all. It stands beside the
-//! reader of the format, and `source.rs` lists it.
+//! The description of a camera format that has everything in one file. It is in the reader of the
+//! format, and `source.rs` lists it.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The mesh of an import: brought into metres, its vertices joined, its surfaces told apart.
+//! The mesh of an import: converted to metres, vertices joined, surfaces separated.
 
 use std::path::Path;
 

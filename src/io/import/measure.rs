@@ -1,5 +1,6 @@
-//! The place that a click on a photograph means, so that a length can be measured and the scale set
-//! by it: a point that COLMAP observed there, a corner of the mesh, or the mesh below the click.
+//! The place that a click on a photograph refers to, so that a length can be measured and the scale
+//! set by it: a point that COLMAP observed there, a corner of the mesh, or the mesh below the
+//! click.
 
 use glam::{DVec2, DVec3};
 

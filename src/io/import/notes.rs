@@ -1,4 +1,4 @@
-//! What is worth a word about an import, gathered over all photographs.
+//! Notes and warnings about an import, collected over all photographs.
 
 use std::path::Path;
 

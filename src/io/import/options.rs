@@ -1,4 +1,4 @@
-//! How an import is to be understood.
+//! Options of an import.
 
 use std::path::PathBuf;
 

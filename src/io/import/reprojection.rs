@@ -1,5 +1,6 @@
-//! How well a COLMAP model's points fall on their observations by the cameras as read here. COLMAP
-//! has written the same distances into the model, so that a difference shows a fault of reading.
+//! The distances of a COLMAP model's points, projected by the imported cameras, from their
+//! observations. COLMAP has written the same distances into the model, so a difference shows an
+//! error in reading.
 
 use std::collections::HashMap;
 use std::path::Path;

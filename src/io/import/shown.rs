@@ -1,4 +1,5 @@
-//! A photograph as the screen shows it, whatever its format: small, and never a measurement.
+//! A photograph as it is displayed, whatever its format: reduced in size, and never used as a
+//! measurement.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What a source is: by the names of its files, and where those do not tell, by what is in them.
+//! Recognises the format of a source, by the names of its files or else by their contents.
 
 use std::path::{Path, PathBuf};
 

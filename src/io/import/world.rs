@@ -1,4 +1,4 @@
-//! From the coordinates of the sources to those of a capture: metres, +z up.
+//! Converts the coordinates of a source to those of a capture: metres, +z up.
 
 use glam::{DMat3, DVec3};
 

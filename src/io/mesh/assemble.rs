@@ -1,5 +1,5 @@
-//! Builds a mesh from the faces of a file, whatever the format: leaves out what cannot be used,
-//! and counts it.
+//! Builds a mesh from the faces of a file of any format. Faces that cannot be used are left out and
+//! counted.
 
 use std::collections::HashMap;
 use std::path::Path;

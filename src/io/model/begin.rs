@@ -1,4 +1,4 @@
-//! A capture of photographs alone: `images/` and a camera file without cameras.
+//! Makes a capture from photographs alone: `images/` and a camera file without cameras.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! What an engine found, in `model.json`: poses at the photographs, and points a line each.
+//! The result of an engine in `model.json`: a pose for each photograph, and one line for each
+//! point.
 
 use std::fmt::Write as _;
 

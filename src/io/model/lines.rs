@@ -1,4 +1,4 @@
-//! The lines of a capture's photographs, and what hides behind the faces of a model.
+//! The lines in a capture's photographs, and the parts of them that faces of a model hide.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The model of a capture as a person goes on with it, and what is kept of it until it is saved.
+//! Opens the model of a capture for editing, and the changes to it that were not saved.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Masks as a project file has them: the lengths of runs, kept pixels first.
+//! Masks in a project file: lengths of runs, beginning with kept pixels.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `tags.json`: what the artist says about surfaces, lights and the photographs.
+//! `tags.json`: statements of the user about surfaces, lights and photographs.
 
 pub mod charts;
 pub(in crate::io) mod lights;

@@ -1,4 +1,4 @@
-//! Writing into `tags.json` what was read of a chart; what else the artist wrote stays as it is.
+//! Writes what was read of a chart into `tags.json`; the rest of the file is kept as it is.
 
 use std::fmt::Write;
 use std::ops::Range;

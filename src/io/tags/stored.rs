@@ -1,4 +1,4 @@
-//! Known lights as a project has them: in the form of `tags.json`, read as far as they can be.
+//! Known lights in a project, in the form of `tags.json`; those that cannot be read are kept.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! One frame after the other: its image, its camera, and what is worth a warning.
+//! Reads the frames: the image and the camera of each, and warnings.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! Single photographs of a capture taken for radiance by the curve of sRGB: what its camera file
-//! then says.
+//! Changes the camera file of a capture so that its single photographs are converted to radiance by
+//! the curve of sRGB.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! What is settled before the light is looked for: what surfaces without a photograph send, how
-//! much each material's residuals count, and which samples only judge the result.
+//! The steps before the search for light: the light that surfaces without a photograph reflect, the
+//! weight of each material, and the samples that are only used to judge the result.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What the worker of the studies tells, and what it means for them; and what was found, saved.
+//! Handles the events of the studies' worker, and saves their results.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Progress of a study, and the time that is left.
+//! The progress of a study, and the estimated time left.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! What is imported, and how it is understood.
+//! The fields of the import page: files, units, surfaces and exposures.
 
 use eframe::egui::{self, ComboBox, DragValue};
 

@@ -1,4 +1,4 @@
-//! What was found, in words: the terminal's own.
+//! What the import found, in the words of the terminal command.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! The import page: choices at the left, what comes of them at the right.
+//! The import page: settings on the left, what they give on the right.
 
 mod exposures;
 mod fields;

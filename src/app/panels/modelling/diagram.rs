@@ -1,4 +1,4 @@
-//! A thing as a sketch: its corners and edges, to be clicked for what the photograph shows next.
+//! A sketch of a thing: its corners and edges can be clicked to choose which of them is drawn next.
 
 use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke as Line, Vec2, pos2, vec2};
 

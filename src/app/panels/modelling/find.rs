@@ -1,4 +1,4 @@
-//! Find cameras: the engines, how they are run, what they say, and what came of it.
+//! Find cameras: the engines, their settings, their log, and the result.
 
 use eframe::egui;
 

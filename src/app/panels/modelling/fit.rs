@@ -1,5 +1,5 @@
-//! How well everything fits: what stands against using the model, photographs and strokes by how
-//! far they are off.
+//! The fit of the model: what prevents its use, and photographs and strokes in the order of their
+//! errors.
 
 use eframe::egui;
 

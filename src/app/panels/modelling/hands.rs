@@ -1,4 +1,4 @@
-//! The pointer on the photograph: what it presses, drags and selects.
+//! Pointer input on the photograph: presses, drags and selections.
 
 use std::sync::Arc;
 

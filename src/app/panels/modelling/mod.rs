@@ -1,5 +1,5 @@
-//! The Model page: tools and things at the left, the photograph in the middle with the others
-//! below, numbers and the fit at the right.
+//! The Model page: tools and things on the left, the photograph in the middle with the others
+//! below, numbers and the fit on the right.
 
 mod blink;
 mod diagram;

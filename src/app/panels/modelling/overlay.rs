@@ -1,5 +1,5 @@
-//! What is drawn over the photograph: the solved things with hidden edges dashed, the strokes by
-//! what they say, and how far each is off.
+//! What is drawn over the photograph: the solved things with hidden edges dashed, the strokes
+//! coloured by kind, and their errors.
 
 use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke as Line, StrokeKind, vec2,

@@ -1,4 +1,4 @@
-//! What stands above the photograph, and the numbers of its lens.
+//! The bar above the photograph, and the numbers of its lens.
 
 use eframe::egui::{self, DragValue};
 

@@ -1,4 +1,4 @@
-//! The surfaces of a thing: what its faces are called, which of them belong to the mesh.
+//! The surfaces of a thing: the names of its faces, and which of them belong to the mesh.
 
 use eframe::egui;
 

@@ -1,4 +1,4 @@
-//! The photographs, small, to be switched between.
+//! Thumbnails of the photographs; a click shows one.
 
 use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Sense, Stroke as Line, pos2, vec2};
 

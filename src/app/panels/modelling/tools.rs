@@ -1,4 +1,4 @@
-//! Tools, the things that can be added, and those that there are.
+//! The tools, the kinds of things that can be added, and the list of things.
 
 use eframe::egui;
 

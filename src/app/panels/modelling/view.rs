@@ -1,4 +1,4 @@
-//! The photograph that is drawn on: where its pixels lie in the window, and what is drawn over it.
+//! The photograph that is drawn on: the mapping from its pixels to the window, and the overlay.
 
 use eframe::egui::{
     self, Color32, Modifiers, PointerButton, Pos2, Rect, Sense, TextureId, Vec2, pos2, vec2,

@@ -1,4 +1,4 @@
-//! Numbers out of the buffers, each range checked before it is read.
+//! Reads numbers from the buffers of a glTF file, and checks each range first.
 
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
