@@ -1,8 +1,10 @@
 //! Asks for files and folders.
 //!
-//! File dialogs are the system's, asked on a thread. Where there is no portal and no helper
-//! program, such a dialog answers like Cancel within milliseconds; nobody cancels that fast, so
-//! then the window shows a field for the path instead.
+//! File dialogs are the system's, asked on a thread. Where there is none ([`exist`]), the window shows a
+//! field for the path instead. Where a session bus is there and no portal, such a dialog answers like
+//! Cancel within milliseconds; nobody cancels that fast, so then the field is shown, too.
+//!
+//! [`exist`]: super::file_dialog::exist
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,6 +15,8 @@ use super::jobs::studies::Kind;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
+const NO_SYSTEM_DIALOG: &str =
+    "This system offers no file dialog here, so please type or paste the path.";
 /// An answer faster than this came from no hand.
 const NO_HAND: Duration = Duration::from_millis(250);
 /// Who asks again after this long sees no dialog.
@@ -29,7 +33,7 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
         return;
     }
     if state.dialogs.own_only {
-        show_field(state, asked, None);
+        show_field(state, asked, Some(NO_SYSTEM_DIALOG));
         return;
     }
     // It needs the window that it stands before: the end of the frame has it.
@@ -58,9 +62,7 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
             actions.push(asked.action(path.clone(), replace));
         }
         [] if took < NO_HAND => {
-            let notice =
-                "This system offers no file dialog here, so please type or paste the path.";
-            show_field(state, asked, Some(notice));
+            show_field(state, asked, Some(NO_SYSTEM_DIALOG));
         }
         [] => {}
     }

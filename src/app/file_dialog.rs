@@ -1,5 +1,7 @@
 //! The file dialogs of the system, in front of the window that asks.
 
+use std::ffi::OsString;
+use std::path::Path;
 use std::sync::mpsc::channel;
 use std::time::Instant;
 
@@ -12,6 +14,24 @@ use super::asking::{show_field, suggestion};
 use super::dialogs::Picking;
 use super::state::State;
 use crate::io::project::EXTENSION;
+
+#[cfg(test)]
+mod tests;
+
+/// Whether the system can show file dialogs. On Linux the desktop's portal does, which is reached by the
+/// session bus, or else the program zenity. Without both, the answer would be the same as that of Cancel,
+/// and on a busy machine too late to be told from it (`asking`).
+pub fn exist() -> bool {
+    !cfg!(target_os = "linux") || can_be_asked(&|name| std::env::var_os(name))
+}
+
+fn can_be_asked(variable: &dyn Fn(&str) -> Option<OsString>) -> bool {
+    let bus = variable("DBUS_SESSION_BUS_ADDRESS").is_some_and(|address| !address.is_empty())
+        || variable("XDG_RUNTIME_DIR")
+            .is_some_and(|folder| Path::new(&folder).join("bus").exists());
+    let paths = variable("PATH").unwrap_or_default();
+    bus || std::env::split_paths(&paths).any(|folder| folder.join("zenity").is_file())
+}
 
 /// Opens the dialog that was asked for in this frame, on a thread of its own.
 pub fn open_wanted(state: &mut State, window: &Frame) {

@@ -93,7 +93,8 @@ pub fn open(path: Option<PathBuf>) -> Result<(), String> {
     let home = crate::io::settings::home();
     let settings = home.as_deref().map(Settings::read).unwrap_or_default();
     let [width, height] = settings.window.unwrap_or([1280.0, 720.0]);
-    let launch = Launch { path, home, own_dialogs: false, began: Some(began) };
+    let own_dialogs = !file_dialog::exist();
+    let launch = Launch { path, home, own_dialogs, began: Some(began) };
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Lobelia")
