@@ -1,4 +1,4 @@
-"""The README's picture, from a capture and the solution that lobelia wrote for it.
+"""The picture at the head of the guide's page on results, from a capture and the solution that lobelia wrote for it.
 
     pip install numpy matplotlib OpenEXR
     python3 overview.py CAPTURE SOLUTION overview.png

@@ -2,7 +2,8 @@
 # the studio on it, keys, and pictures. $1 is the theme, $2 the folder of the pictures.
 #
 # Nothing of the user's settings is read or written. LOBELIA names another program, WALK_SCREEN another
-# size of the screen (1280x720), WALK_SCALE another size of text (1).
+# size of the screen (1280x720), WALK_SCALE another size of text (1), WALK_PATIENCE how many times as long the
+# hand waits (1; on a busy machine 4, or keys come before the window has taken those before).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -17,6 +18,8 @@ done
 
 work=$(mktemp -d)
 export XDG_CONFIG_HOME=$work/config XDG_STATE_HOME=$work/state XDG_RUNTIME_DIR=$work/run DISPLAY=:${WALK_DISPLAY:-87}
+# No session bus: file dialogs would stand on the user's own screen. The window has a field for the path then.
+export DBUS_SESSION_BUS_ADDRESS=unix:path=$work/none
 mkdir -p "$XDG_CONFIG_HOME/lobelia" "$XDG_RUNTIME_DIR"
 chmod 700 "$XDG_RUNTIME_DIR"
 echo "{\"theme\": \"$theme\", \"scale\": $WALK_SCALE, \"window\": [${WALK_SCREEN/x/, }]}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
@@ -26,11 +29,50 @@ window=
 trap 'kill $window $server 2>/dev/null || true; rm -rf "$work"' EXIT
 
 fail() { echo "$walk.sh: $*" >&2; import -window root "$out/failed.png" || true; exit 1; }
-keys() { xdotool key --delay 60 "$@"; sleep 0.7; }
+pause() { sleep "$(awk "BEGIN { print $1 * ${WALK_PATIENCE:-1} }")"; }
+keys() { xdotool key --delay 60 "$@"; pause 0.7; }
+text() { xdotool type --delay 15 "$1"; pause 0.5; }
+# The pointer moves before it presses, as a hand does.
+click() {
+    xdotool mousemove "$1" "$2" mousemove "$(($1 + 2))" "$2"
+    pause 0.3
+    xdotool click 1
+    pause 0.8
+}
+aside() { xdotool mousemove 640 716; pause 0.3; }
+# What a command is called in the palette finds it.
+command_() { keys ctrl+p; text "$1"; keys Return; pause 0.5; }
+# Whether two pictures differ by at most as many pixels.
+differ_by() { [ "$(compare -metric AE "$1" "$2" null: 2>&1)" -le "$3" ]; }
+# The lower left corner, where the window says what it does; "Ready" at rest.
+state() { import -window root -crop 44x22+0+697 +repage "$1"; }
+is_ready() { state "$work/now.png"; differ_by "$work/ready.png" "$work/now.png" 0; }
+# Waits until the job has ended: as many half seconds at most.
+wait_ready() {
+    for _ in $(seq "${1:-1200}"); do is_ready && return; sleep 0.5; done
+    fail "the window did not come to rest"
+}
+# Waits until a job has begun, and then until it has ended.
+wait_job() {
+    for _ in $(seq 120); do is_ready || break; sleep 0.1; done
+    wait_ready "$@"
+}
+# A picture once nothing moves any more: notices have gone, photographs are there.
+picture() {
+    aside
+    import -window root "$work/before.png"
+    for _ in $(seq "${2:-20}"); do
+        pause 1
+        import -window root "$work/after.png"
+        differ_by "$work/before.png" "$work/after.png" 0 && break
+        mv "$work/after.png" "$work/before.png"
+    done
+    still "$1"
+}
 still() { import -window root -colors 256 "PNG8:$out/$1.png"; echo "$1"; }
 
 start() {
-    for _ in $(seq 40); do xdotool getdisplaygeometry >/dev/null 2>&1 && break; sleep 0.25; done
+    for _ in $(seq 240); do xdotool getdisplaygeometry >/dev/null 2>&1 && break; sleep 0.25; done
     "$program" "$@" >"$work/window.log" 2>&1 &
     window=$!
     for _ in $(seq 60); do
@@ -38,5 +80,5 @@ start() {
         kill -0 "$window" 2>/dev/null || fail "the window did not open: $(cat "$work/window.log")"
         sleep 0.5
     done
-    sleep 2
+    pause 2
 }
