@@ -1,10 +1,9 @@
 //! Asks for files and folders.
 //!
-//! File dialogs are the system's, asked on a thread. Where there is none ([`exist`]), the window shows a
-//! field for the path instead. Where a session bus is there and no portal, such a dialog answers like
-//! Cancel within milliseconds; nobody cancels that fast, so then the field is shown, too.
-//!
-//! [`exist`]: super::file_dialog::exist
+//! File dialogs are the system's, asked on a thread. Where there is none (`file_dialog::exist`), the
+//! window shows a field for the path instead. Where a session bus is there and no portal, such a
+//! dialog answers like Cancel within milliseconds; nobody cancels that fast, so then the field is
+//! shown, too.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
