@@ -179,7 +179,7 @@ impl Window {
     }
 
     fn wait(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let limit = Instant::now() + Duration::from_secs(120);
+        let limit = Instant::now() + Duration::from_secs(300);
         while !done(self) {
             assert!(Instant::now() < limit, "{what} did not come");
             self.harness.run_steps(1);
