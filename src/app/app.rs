@@ -77,6 +77,7 @@ impl eframe::App for Studio {
         asking::poll(state, &mut actions);
         keeping::autosave(state);
         files::found_recent(state);
+        files::follow_reading(state);
         dropping::take(&ctx, state, &mut actions);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();

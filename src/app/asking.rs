@@ -11,6 +11,7 @@ use std::time::Duration;
 use super::actions::{Action, NewAction, PathRequest};
 use super::dialogs::PathField;
 use super::jobs::studies::Kind;
+use super::pending::Answer;
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
@@ -43,10 +44,10 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
 pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     let Some(picking) = &state.dialogs.picking else { return };
     let asked = picking.asked;
-    let (answer, took) = match picking.answer.try_recv() {
-        Ok(answer) => answer,
-        Err(std::sync::mpsc::TryRecvError::Empty) => return,
-        Err(std::sync::mpsc::TryRecvError::Disconnected) => (Vec::new(), Duration::ZERO),
+    let (answer, took) = match picking.answer.answer() {
+        Answer::Ready(answer) => answer,
+        Answer::Waiting => return,
+        Answer::Lost => (Vec::new(), Duration::ZERO),
     };
     state.dialogs.picking = None;
     match answer.as_slice() {
@@ -67,7 +68,7 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
     }
 }
 
-pub(super) fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {
+fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {
     let text = suggestion(state, asked).display().to_string();
     state.dialogs.path = Some(PathField { asked, text, notice, focused: false });
 }

@@ -1,8 +1,6 @@
 //! Numbers per sample, light and material that tables and plots show. They are computed once, on a
 //! background thread.
 
-use std::sync::Arc;
-
 use faer::Mat;
 
 use crate::math::rgb::{CHANNELS, Rgb};
@@ -226,22 +224,6 @@ pub fn kind_name(kind: LightKind) -> &'static str {
         LightKind::Sun => "Sun",
         LightKind::Known(_) => "Known light",
     }
-}
-
-/// Works the numbers out on a thread; `wake` is called when they have arrived.
-pub fn on_a_thread(
-    whole: Arc<Reconstruction>,
-    wake: impl FnOnce() + Send + 'static,
-) -> std::sync::mpsc::Receiver<Arc<Derived>> {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    let work = move || {
-        // The project may have been closed meanwhile.
-        let _ = sender.send(Arc::new(Derived::of(&whole)));
-        wake();
-    };
-    // Without a thread the tables stay empty, which they say.
-    let _ = std::thread::Builder::new().name("numbers".to_owned()).spawn(work);
-    receiver
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! The dialogs that are open: for a path, for unsaved work, for a capture that was moved.
 
 use std::path::PathBuf;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use super::actions::PathRequest;
@@ -9,6 +8,7 @@ use super::export_question::ExportQuestion;
 use super::guide::GuideView;
 use super::new_capture::NewCapture;
 use super::opening::{AfterPrompt, Opening};
+use super::pending::Pending;
 use super::picture_choices::PictureChoices;
 
 /// A project whose capture is not where it was.
@@ -30,7 +30,7 @@ pub struct PathField {
 pub(super) struct Picking {
     pub asked: PathRequest,
     /// What was picked, and how long that took.
-    pub answer: Receiver<(Vec<PathBuf>, Duration)>,
+    pub answer: Pending<(Vec<PathBuf>, Duration)>,
     pub began: Instant,
 }
 

@@ -11,7 +11,6 @@ use super::gesture::Gesture;
 use super::import;
 use super::jobs::studies::Kind;
 use super::keeping;
-use super::layout::Workspace;
 use super::leaving::{leave, once_saved, proceed};
 use super::lighting;
 use super::masking;
@@ -27,6 +26,7 @@ use super::state::State;
 use super::studying;
 use super::theme;
 use super::viewport::Shading;
+use super::workspaces::Workspace;
 
 pub fn apply(state: &mut State, action: Action) {
     match action {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use eframe::egui;
 
 use super::actions::{Action, Field, ImportAction, NewAction, Relight};
-use super::layout::Workspace;
 use super::state::State;
+use super::workspaces::Workspace;
 use crate::io::import::{is_foreign, is_photograph};
 use crate::io::{capture, mesh, project};
 

@@ -14,6 +14,8 @@ pub struct ExportQuestion {
     /// The place that is proposed: the geometry's middle.
     pub middle: DVec3,
     pub folder: String,
+    /// The folder has had the focus, which it has at first.
+    pub is_focused: bool,
     /// Why it cannot be written there.
     pub problem: Option<String>,
 }

@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::sync::mpsc::channel;
 use std::time::Instant;
 
 use eframe::Frame;
@@ -10,8 +9,9 @@ use pollster::block_on;
 use rfd::AsyncFileDialog;
 
 use super::actions::{PathRequest, PlotFile};
-use super::asking::{show_field, suggestion};
+use super::asking::suggestion;
 use super::dialogs::Picking;
+use super::pending::Pending;
 use super::state::State;
 use crate::io::project::EXTENSION;
 
@@ -38,9 +38,6 @@ pub fn open_wanted(state: &mut State, window: &Frame) {
     let Some(asked) = state.dialogs.wanted.take() else { return };
     let start = suggestion(state, asked);
     let mut dialog = AsyncFileDialog::new().set_title(asked.title()).set_parent(window);
-    if let Some(folder) = start.parent().filter(|folder| folder.is_dir()) {
-        dialog = dialog.set_directory(folder);
-    }
     if matches!(asked, PathRequest::OpenProject | PathRequest::SaveAs) {
         dialog = dialog.add_filter("Lobelia project", &[EXTENSION]);
     }
@@ -61,17 +58,18 @@ pub fn open_wanted(state: &mut State, window: &Frame) {
     {
         dialog = dialog.set_file_name(name.to_string_lossy());
     }
-    let (sender, answer) = channel();
-    let ctx = state.ctx.clone();
     let began = Instant::now();
     let wait = move || {
+        let folder = start.parent().filter(|folder| folder.is_dir());
+        let dialog = match folder {
+            Some(folder) => dialog.set_directory(folder),
+            None => dialog,
+        };
         let picked = match asked {
             PathRequest::NewPhotographs => {
                 let files = block_on(dialog.pick_files()).unwrap_or_default();
                 let paths = files.iter().map(|file| file.path().to_owned()).collect();
-                let _ = sender.send((paths, began.elapsed()));
-                ctx.request_repaint();
-                return;
+                return (paths, began.elapsed());
             }
             PathRequest::OpenProject
             | PathRequest::AddObject
@@ -85,13 +83,9 @@ pub fn open_wanted(state: &mut State, window: &Frame) {
             _ if asked.is_new_file() => block_on(dialog.save_file()),
             _ => block_on(dialog.pick_folder()),
         };
-        // The window may be gone.
-        let paths = picked.iter().map(|file| file.path().to_owned()).collect();
-        let _ = sender.send((paths, began.elapsed()));
-        ctx.request_repaint();
+        (picked.iter().map(|file| file.path().to_owned()).collect(), began.elapsed())
     };
-    match std::thread::Builder::new().name("file dialog".to_owned()).spawn(wait) {
-        Ok(_) => state.dialogs.picking = Some(Picking { asked, answer, began }),
-        Err(_) => show_field(state, asked, None),
-    }
+    // Without a thread there is no answer, and the window shows a field of its own.
+    let answer = Pending::start("file dialog", &state.ctx, wait);
+    state.dialogs.picking = Some(Picking { asked, answer, began });
 }

@@ -12,7 +12,8 @@ use super::given::GivenLight;
 use super::keeping;
 use super::masking;
 use super::modelling::keeping as model_keeping;
-use super::opening::{AfterPrompt, Opening};
+use super::opening::{AfterPrompt, Opening, ProjectOnDisk, ReadingProject};
+use super::pending::{Answer, Pending};
 use super::project::Project;
 use super::project_file::file_of;
 use super::reopening;
@@ -27,7 +28,7 @@ use crate::scene::{Capture, Environment};
 /// Opens a capture's folder or a project file.
 pub fn open_unprompted(state: &mut State, path: &Path) {
     if project::is_project(path) {
-        open_project(state, path, None);
+        open_project(state, path, false);
     } else {
         let folder = capture_folder(path);
         state.jobs.open(Opening {
@@ -56,30 +57,56 @@ fn capture_folder(path: &Path) -> PathBuf {
     }
 }
 
-fn open_project(state: &mut State, path: &Path, recovered: Option<PathBuf>) {
-    // A recovered project names its file for windows that run elsewhere.
-    let path = &dunce::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let read = match project::read(path) {
+/// Reads a project's file on a thread: a drive may take its time, and masks are large.
+fn open_project(state: &mut State, path: &Path, is_recovered: bool) {
+    state.jobs.cancel_opening();
+    let asked = path.to_owned();
+    let read = move || {
+        // A recovered project names its file for windows that run elsewhere.
+        let path = dunce::canonicalize(&asked).unwrap_or(asked);
+        let file = project::read(&path).map_err(|error| error.to_string())?;
+        let has_capture = file.capture.is_dir();
+        Ok(ProjectOnDisk { path, file, has_capture })
+    };
+    state.jobs.reading_project = Some(ReadingProject {
+        path: path.to_owned(),
+        is_recovered,
+        agreed: state.unsaved_work(false),
+        began: Instant::now(),
+        answer: Pending::start("project", &state.ctx, read),
+    });
+}
+
+/// Goes on with a project whose file has been read.
+pub fn follow_reading(state: &mut State) {
+    let Some(reading) = &state.jobs.reading_project else { return };
+    let answer = match reading.answer.answer() {
+        Answer::Waiting => return,
+        Answer::Ready(answer) => answer,
+        Answer::Lost => Err("Reading it failed; the log has more.".to_owned()),
+    };
+    let Some(reading) = state.jobs.reading_project.take() else { return };
+    let ProjectOnDisk { path, file: read, has_capture } = match answer {
         Ok(read) => read,
-        Err(error) => {
-            state.messages.error("This project cannot be opened", error.to_string());
+        Err(text) => {
+            state.messages.error("This project cannot be opened", text);
             return;
         }
     };
-    let file = if recovered.is_some() { read.original.clone() } else { Some(path.to_owned()) };
+    let file = if reading.is_recovered { read.original.clone() } else { Some(path.clone()) };
     let opening = Opening {
-        path: path.to_owned(),
         folder: read.capture.clone(),
         project: Some(Box::new(read)),
         edits: None,
         lights: None,
         file,
-        recovered,
+        recovered: reading.is_recovered.then_some(reading.path),
         is_reopened: false,
-        agreed: state.unsaved_work(false),
-        began: Instant::now(),
+        agreed: reading.agreed,
+        began: reading.began,
+        path,
     };
-    if opening.folder.is_dir() {
+    if has_capture {
         state.jobs.open(opening);
     } else {
         let text = opening.folder.display().to_string();
@@ -97,7 +124,7 @@ pub fn located(state: &mut State, folder: &Path) {
 
 /// Opens unsaved work of a window that crashed.
 pub fn recover_unprompted(state: &mut State, file: &Path) {
-    open_project(state, file, Some(file.to_owned()));
+    open_project(state, file, true);
 }
 
 /// A capture has been read: it takes the place of the open project, unless work was done there
@@ -326,22 +353,15 @@ pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
 
 /// Looks for what was open recently, on a thread: a drive may take its time to answer.
 pub fn look_for_recent(state: &mut State) {
-    let (sender, missing) = std::sync::mpsc::channel();
-    let (recent, ctx) = (state.settings.recent.clone(), state.ctx.clone());
-    let look = move || {
-        // The window may be gone.
-        let _ = sender.send(recent.into_iter().filter(|path| !path.exists()).collect());
-        ctx.request_repaint();
-    };
-    // Without a thread all of them are offered; opening one tells what is wrong.
-    let _ = std::thread::Builder::new().name("recent".to_owned()).spawn(look);
-    state.looking = Some(missing);
+    let recent = state.settings.recent.clone();
+    // Where nothing comes all of them are offered; opening one tells what is wrong.
+    let look = move || recent.into_iter().filter(|path| !path.exists()).collect();
+    state.looking = Some(Pending::start("recent", &state.ctx, look));
 }
 
 pub fn found_recent(state: &mut State) {
-    if let Some(missing) = state.looking.as_ref().and_then(|answer| answer.try_recv().ok()) {
+    if let Some(missing) = Pending::take(&mut state.looking) {
         state.missing = missing;
-        state.looking = None;
     }
 }
 

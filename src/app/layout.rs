@@ -1,4 +1,4 @@
-//! Workspaces: arrangements of the panels, one for each kind of work.
+//! The arrangement of the panels in each workspace.
 
 use std::collections::BTreeMap;
 
@@ -9,70 +9,12 @@ use serde_json::Value;
 use eframe::egui;
 
 use super::panes::{Pane, Place};
+use super::workspaces::Workspace;
 
 /// The panels on the right of the workspace of the studies.
 const STUDY_RIGHT: [Pane; 3] = [Pane::Run, Pane::Tags, Pane::Log];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Workspace {
-    Capture,
-    Tag,
-    Reconstruct,
-    Inspect,
-    Relight,
-    Study,
-}
-
 impl Workspace {
-    pub const ALL: [Self; 6] =
-        [Self::Capture, Self::Tag, Self::Reconstruct, Self::Inspect, Self::Relight, Self::Study];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Capture => "Capture",
-            Self::Tag => "Tag",
-            Self::Reconstruct => "Reconstruct",
-            Self::Inspect => "Inspect",
-            Self::Relight => "Relight",
-            Self::Study => "Study",
-        }
-    }
-
-    pub fn help(self) -> &'static str {
-        match self {
-            Self::Capture => "Photographs, cameras and geometry: is everything there?",
-            Self::Tag => "Which surfaces share a material, and what is known of it",
-            Self::Reconstruct => "Options, the run, and its convergence",
-            Self::Inspect => "Samples, lights, materials and their errors",
-            Self::Relight => "Other light, other materials, and objects set into the scene",
-            Self::Study => {
-                "Error against computing time, and how large errors of the capture may be"
-            }
-        }
-    }
-
-    /// The panels that stand in front at first.
-    fn front(self) -> [Pane; 2] {
-        match self {
-            Self::Capture => [Pane::Inspector, Pane::Log],
-            Self::Tag => [Pane::Tags, Pane::Materials],
-            Self::Reconstruct => [Pane::Run, Pane::Convergence],
-            Self::Inspect => [Pane::Inspector, Pane::Samples],
-            Self::Relight => [Pane::Relight, Pane::Materials],
-            Self::Study => [Pane::Run, Pane::Speed],
-        }
-    }
-
-    /// The part of the height that the lower panels take.
-    fn lower(self) -> f32 {
-        match self {
-            Self::Capture | Self::Tag => 0.26,
-            Self::Relight => 0.18,
-            Self::Reconstruct | Self::Inspect => 0.42,
-            Self::Study => 1.0,
-        }
-    }
-
     /// Whether it has a place for a panel.
     fn has(self, pane: Pane) -> bool {
         let is_study = pane.place() == Place::Study;

@@ -81,11 +81,7 @@ pub fn lights_read(state: &mut State, reading: Reading, stored: StoredLights) {
     let mut given = (*project.edit().given).clone();
     let Some(light) = stored.lights.into_iter().next() else {
         let problem = stored.unread.first().and_then(|part| part.problem.clone());
-        let title = match reading {
-            Reading::FoundLight(_) => "This file cannot take its place",
-            _ => "This image cannot be used",
-        };
-        state.messages.error(title, problem.unwrap_or_default());
+        state.messages.error(reading.failed(), problem.unwrap_or_default());
         return;
     };
     let name = match reading {

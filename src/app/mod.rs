@@ -39,6 +39,7 @@ mod new_capture;
 mod opening;
 mod panels;
 mod panes;
+mod pending;
 mod probe;
 mod picture_choices;
 mod plots;
@@ -62,6 +63,7 @@ mod view_file;
 pub mod viewport;
 #[cfg(test)]
 mod walk;
+mod workspaces;
 mod writer;
 
 use std::path::PathBuf;

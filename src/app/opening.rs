@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::pending::Pending;
 use super::unsaved::UnsavedWork;
 use crate::io::edits::StoredEdits;
 use crate::io::project::ProjectFile;
@@ -31,6 +32,26 @@ pub struct Opening {
     /// What the user agreed to lose for it.
     pub agreed: UnsavedWork,
     pub began: Instant,
+}
+
+/// A project's file that is being read, before its capture is.
+pub struct ReadingProject {
+    /// What was asked for.
+    pub path: PathBuf,
+    /// It is unsaved work that a crash left.
+    pub is_recovered: bool,
+    /// What the user agreed to lose for it.
+    pub agreed: UnsavedWork,
+    pub began: Instant,
+    pub answer: Pending<Result<ProjectOnDisk, String>>,
+}
+
+/// What a project's file holds, and whether its capture is where it was.
+pub struct ProjectOnDisk {
+    /// The file's place without links or relative parts.
+    pub path: PathBuf,
+    pub file: ProjectFile,
+    pub has_capture: bool,
 }
 
 /// Results of a project that are being read.

@@ -40,6 +40,7 @@ fn show(state: &mut State) {
         probe_at: None,
         middle: middle.unwrap_or_default().as_dvec3(),
         folder: folder.display().to_string(),
+        is_focused: false,
         problem: None,
     });
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use eframe::{egui, egui_wgpu};
@@ -14,16 +13,18 @@ use super::dialogs::Dialogs;
 use super::gesture::Hand;
 use super::import::ImportPage;
 use super::jobs::Jobs;
-use super::layout::{Layout, Workspace};
+use super::layout::Layout;
 use super::messages::Messages;
 use super::modelling::ModelPage;
 use super::opening::AfterPrompt;
 use super::panels::state::PanelState;
+use super::pending::Pending;
 use super::probe::{Probe, Start};
 use super::project::Project;
 use super::theme;
 use super::unsaved::{Kept, UnsavedWork};
 use super::viewport::Viewport;
+use super::workspaces::Workspace;
 use super::writer::Writer;
 use crate::io::engines::Search;
 use crate::io::settings::{self, LeftBehind, Recovery, Settings};
@@ -41,7 +42,7 @@ pub struct State {
     pub left_behind: Vec<LeftBehind>,
     /// Recent projects and captures that are not where they were, once that is known.
     pub missing: BTreeSet<PathBuf>,
-    pub looking: Option<Receiver<BTreeSet<PathBuf>>>,
+    pub looking: Option<Pending<BTreeSet<PathBuf>>>,
     pub writer: Writer,
     pub autosaved: Instant,
     /// What was last kept for recovery.

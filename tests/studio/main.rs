@@ -16,6 +16,7 @@ mod masks; // what is left out of photographs
 mod modelling; // the Model page: captures from photographs alone
 mod numbers; // values, plots and the guide
 mod nothing_lost; // what a project holds stays there
+mod panels; // every panel, page and dialog beside its stored picture
 mod points; // planes and boxes from points that are drawn around
 mod projects; // save, reopen, recovery, a moved capture
 mod pictures; // the window and the 3D view beside stored pictures
@@ -178,7 +179,7 @@ impl Window {
     }
 
     fn wait(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let limit = Instant::now() + Duration::from_secs(120);
+        let limit = Instant::now() + Duration::from_secs(300);
         while !done(self) {
             assert!(Instant::now() < limit, "{what} did not come");
             self.harness.run_steps(1);

@@ -3,9 +3,10 @@
 //! Drawn by Mesa's software renderer, pictures are alike from machine to machine up to the rounding
 //! of colours along edges. Tolerance: a pixel may differ by 0.6 (squared distance in YIQ, weighed as
 //! egui_kittest does), and 60 of the 600,000 pixels of a window by more: the shortest word of a
-//! label is more than that. Other renderers smooth edges otherwise; with them these tests are skipped, which
-//! `tests/run.sh` counts. `UPDATE_SNAPSHOTS=1 cargo nextest run --release --test studio pictures` renews the
-//! pictures; look at them before they are committed.
+//! label is more than that. Other renderers smooth edges otherwise: with them these tests fail, unless
+//! LOBELIA_WITHOUT_PICTURES=1 says that they are to be left out, which `tests/run.sh` counts.
+//! `UPDATE_SNAPSHOTS=1 cargo nextest run --release --test studio pictures panels` renews the pictures; look
+//! at them before they are committed.
 
 use std::panic;
 use std::path::Path;
@@ -21,33 +22,36 @@ use crate::{Window, example};
 
 const DIFFERENT_PIXELS: usize = 60;
 
-fn folder() -> std::path::PathBuf {
+pub fn folder() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/snapshots")
 }
 
-fn options(folder: &Path) -> SnapshotOptions {
+pub fn options(folder: &Path) -> SnapshotOptions {
     SnapshotOptions::new().threshold(0.6).max_failed_pixels(DIFFERENT_PIXELS).output_path(folder)
 }
 
-/// Whether pictures are drawn as the stored ones were; says why where they are not.
-fn is_comparable() -> bool {
+/// Whether pictures are to be compared. Where they are not drawn as the stored ones were, a test
+/// fails, unless it was said that pictures are left out.
+pub fn is_comparable() -> bool {
     let setup = egui_kittest::wgpu::default_wgpu_setup();
     let predictable = egui_wgpu::RendererOptions::PREDICTABLE;
     let render = panic::catch_unwind(panic::AssertUnwindSafe(|| {
         egui_kittest::wgpu::create_render_state(setup, predictable).adapter.get_info()
     }));
-    match render {
-        Ok(info) if info.name.contains("llvmpipe") && info.backend == wgpu::Backend::Vulkan => true,
-        Ok(info) => {
-            let name = info.name;
-            skip(&format!("pictures are compared as lavapipe draws them, not {name}"));
-            false
+    let other = match render {
+        Ok(info) if info.name.contains("llvmpipe") && info.backend == wgpu::Backend::Vulkan => {
+            return true;
         }
-        Err(_) => {
-            skip("there is no graphics adapter; install mesa-vulkan-drivers");
-            false
-        }
-    }
+        Ok(info) => format!("pictures are compared as lavapipe draws them, not {}", info.name),
+        Err(_) => "there is no graphics adapter".to_owned(),
+    };
+    assert!(
+        std::env::var_os("LOBELIA_WITHOUT_PICTURES").is_some(),
+        "{other}. Install mesa-vulkan-drivers, or set LOBELIA_WITHOUT_PICTURES=1 to leave these \
+         checks out"
+    );
+    skip(&other);
+    false
 }
 
 /// The example in the workspace for tagging, whose panels say nothing about the machine.

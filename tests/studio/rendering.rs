@@ -6,6 +6,7 @@ use eframe::egui;
 
 use crate::Window;
 use crate::relighting::relit;
+use crate::viewport::keep;
 
 const NONE: egui::Modifiers = egui::Modifiers::NONE;
 
@@ -82,6 +83,144 @@ fn a_picture_is_written_as_it_is_seen() {
     }
 }
 
+/// A number typed into a field that shows one.
+fn number(window: &mut Window, field: &str, text: &str) {
+    window.click(field);
+    window.key(egui::Modifiers::COMMAND, egui::Key::A);
+    window.harness.event(egui::Event::Text(text.to_owned()));
+    window.step();
+    window.key(NONE, egui::Key::Enter);
+}
+
+/// Mean over pixels and channels of how far two pictures differ, in codes of 255: over the band of the
+/// view that neither the toolbar above nor the legend below covers, where they lie on each other
+/// best within a pixel. Where nothing is, a file is black and the view has the window's grey: that is
+/// left out.
+fn off(seen: &image::RgbImage, view: egui::Rect, written: &image::RgbImage) -> f64 {
+    let (width, height) = (written.width() as i32, written.height() as i32);
+    let corner = view.center() - 0.5 * egui::vec2(width as f32, height as f32);
+    let (left, top) = (corner.x.round() as i32, corner.y.round() as i32);
+    let columns = 0.max(view.left().ceil() as i32 + 2 - left)
+        ..width.min(view.right().floor() as i32 - 2 - left);
+    let rows = 3 * height / 10..65 * height / 100;
+    let off = |dx: i32, dy: i32| {
+        let (mut sum, mut count) = (0u64, 0u64);
+        for y in rows.clone() {
+            for x in columns.clone() {
+                let own = written.get_pixel(x as u32, y as u32);
+                if own.0 == [0; 3] {
+                    continue;
+                }
+                let shown = seen.get_pixel((left + x + dx) as u32, (top + y + dy) as u32);
+                sum += (0..3).map(|c| u64::from(own.0[c].abs_diff(shown.0[c]))).sum::<u64>();
+                count += 3;
+            }
+        }
+        assert!(count > 50_000, "{count} values are no picture");
+        sum as f64 / count as f64
+    };
+    let places = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy)));
+    places.map(|(dx, dy)| off(dx, dy)).fold(f64::INFINITY, f64::min)
+}
+
+/// The window as it is drawn, once the view's picture is clear.
+fn seen(window: &mut Window) -> image::RgbImage {
+    window.wait("a clear picture", |window| {
+        let labels = window.labels("paths a pixel, ");
+        let paths = labels.first().and_then(|text| text.strip_prefix("In the 3D view: "));
+        let paths = paths.and_then(|text| text.split(' ').next()?.parse().ok());
+        paths.is_some_and(|paths: u32| paths >= 16)
+    });
+    window.harness.run_steps(4);
+    image::DynamicImage::ImageRgba8(window.harness.render().unwrap()).into_rgb8()
+}
+
+#[test]
+fn a_picture_of_the_view_is_its_screenshot_pixel_by_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    let view = window.node("Viewport").rect();
+    window.key(egui::Modifiers::ALT, egui::Key::A);
+    for (tones, stops) in [("Linear", "-1"), ("PBR Neutral", "0,5")] {
+        if !window.has(tones) {
+            window.click("Tone mapping");
+            window.click_front(tones);
+        }
+        expose(&mut window, stops);
+        let seen = seen(&mut window);
+        let pictures = folder.path().join(tones);
+        window.key(NONE, egui::Key::F12);
+        window.click("Current view");
+        number(&mut window, "Width of the picture", &view.width().round().to_string());
+        number(&mut window, "Paths a pixel", "16");
+        window.write("Folder", pictures.to_str().unwrap());
+        window.click_front("Render");
+        window.wait("the picture", |window| !window.harness.state().is_busy());
+        let written = image::open(pictures.join("view.png")).unwrap().into_rgb8();
+        keep(&image::DynamicImage::ImageRgb8(seen.clone()).into_rgba8(), &format!("{tones} seen"));
+        keep(&image::DynamicImage::ImageRgb8(written.clone()).into_rgba8(), tones);
+        let off = off(&seen, view, &written);
+        println!("{tones} at {stops} EV: {off:.3} of 255");
+        assert!(off < 2.0, "{tones} at {stops} EV: {off} of 255");
+        // An exposure that is a fifth of a stop off would be told.
+        let brighter = image::RgbImage::from_fn(written.width(), written.height(), |x, y| {
+            let own = written.get_pixel(x, y).0;
+            image::Rgb(own.map(|code| (f32::from(code) * 1.065).min(255.0) as u8))
+        });
+        assert!(self::off(&seen, view, &brighter) > 2.0);
+    }
+}
+
+#[test]
+fn a_composite_is_the_view_through_its_photograph_pixel_by_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = relit(folder.path());
+    window.menu("Add light", "Sphere");
+    number(&mut window, "Factor on all of the recovered light", "0,4");
+    window.harness.hover_at(window.node("Viewport").rect().center());
+    window.key(NONE, egui::Key::Num0);
+    for _ in 0..6 {
+        if !window.has_part("000.exr ×") {
+            window.key(NONE, egui::Key::Tab);
+        }
+    }
+    assert!(window.has_part("000.exr ×"), "looked through");
+    // A pixel of the window for each of the photograph.
+    let cameras = fs::read_to_string(crate::example().join("transforms.json")).unwrap();
+    let cameras: serde_json::Value = serde_json::from_str(&cameras).unwrap();
+    let side = |name: &str| cameras[name].as_f64().unwrap() as f32;
+    let size = egui::vec2(side("w"), side("h"));
+    let mut whole = egui::vec2(1280.0, 720.0);
+    for _ in 0..12 {
+        let view = window.node("Viewport").rect().size();
+        whole.y += size.y - view.y;
+        // The view is wider than the photograph.
+        whole.x += (size.x + 60.0 - view.x).max(0.0);
+        window.harness.set_size(whole.round());
+        window.harness.run_steps(3);
+    }
+    let view = window.node("Viewport").rect();
+    assert!((view.height() - size.y).abs() < 1.5 && view.width() >= size.x, "{view:?} {size:?}");
+    window.key(egui::Modifiers::ALT, egui::Key::A);
+    let seen = seen(&mut window);
+    let pictures = folder.path().join("pictures");
+    window.key(NONE, egui::Key::F12);
+    window.click("Current view");
+    number(&mut window, "Paths a pixel", "16");
+    window.write("Folder", pictures.to_str().unwrap());
+    window.click_front("Render");
+    window.wait("the picture", |window| !window.harness.state().is_busy());
+    let written = image::open(pictures.join("000-composite.png")).unwrap().into_rgb8();
+    keep(&image::DynamicImage::ImageRgb8(seen.clone()).into_rgba8(), "composite seen");
+    keep(&image::DynamicImage::ImageRgb8(written.clone()).into_rgba8(), "composite");
+    let (alone, plain) = (off(&seen, view, &written), pictures.join("000.png"));
+    println!("composite: {alone:.3} of 255");
+    assert!(alone < 2.0, "{alone} of 255");
+    // The rendering without the photograph is another picture.
+    let plain = off(&seen, view, &image::open(plain).unwrap().into_rgb8());
+    assert!(plain > alone, "{plain} and {alone}");
+}
+
 #[test]
 fn the_current_view_is_rendered_as_it_was_chosen() {
     let folder = tempfile::tempdir().unwrap();
@@ -91,12 +230,8 @@ fn the_current_view_is_rendered_as_it_was_chosen() {
     window.key(NONE, egui::Key::F12);
     assert!(window.has("All 6 photographs"));
     window.click("Current view");
-    for (field, number) in [("Width of the picture", "200"), ("Paths a pixel", "4")] {
-        window.click(field);
-        window.key(egui::Modifiers::COMMAND, egui::Key::A);
-        window.harness.event(egui::Event::Text(number.to_owned()));
-        window.step();
-        window.key(NONE, egui::Key::Enter);
+    for (field, text) in [("Width of the picture", "200"), ("Paths a pixel", "4")] {
+        number(&mut window, field, text);
     }
     window.click("Layers in the EXR");
     window.write("Folder", pictures.to_str().unwrap());

@@ -6,6 +6,15 @@ use crate::{Window, example};
 
 /// A project of the example with few samples, so that a run takes seconds.
 pub fn coarse(folder: &Path, count: usize) -> std::path::PathBuf {
+    let options = serde_json::json!({
+        "samples": {"count": count.to_string(), "min_per_material": "10"},
+        "joint": {"light_sets": "1"},
+    });
+    with_options(folder, &options)
+}
+
+/// A project of the example with options.
+pub fn with_options(folder: &Path, options: &serde_json::Value) -> std::path::PathBuf {
     let tags: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(example().join("tags.json")).unwrap())
             .unwrap();
@@ -19,10 +28,7 @@ pub fn coarse(folder: &Path, count: usize) -> std::path::PathBuf {
         "version": 1,
         "capture": example(),
         "materials": materials,
-        "options": {
-            "samples": {"count": count.to_string(), "min_per_material": "10"},
-            "joint": {"light_sets": "1"},
-        },
+        "options": options,
     });
     let file = folder.join("coarse.lobelia");
     std::fs::write(&file, project.to_string()).unwrap();
@@ -52,8 +58,8 @@ fn a_run_fills_plot_and_tables() {
     assert!(window.has_part("RMS of the logarithm"));
     window.click("Compare");
     window.wait("the first paths", |window| window.has_part("paths a pixel"));
+    window.wait("the pictures", |window| window.has("Photograph") && window.has("Render"));
     assert!(window.has_part("relative RMS"));
-    assert!(window.has("Photograph") && window.has("Render"));
     window.wait("what a viewer sees", |window| window.has_part("FLIP 0."));
     assert!(window.has_part("PSNR ") && window.has_part(" dB"));
     window.click("Slider");

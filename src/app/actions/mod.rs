@@ -12,12 +12,12 @@ use glam::DVec2;
 
 use super::change::Change;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
-use super::layout::Workspace;
 use super::modelling::tool::Tool;
 use super::panes::Pane;
 use super::picture_choices::PictureChoices;
 use super::relight::{Added, NewLight};
 use super::viewport::MaskTool;
+use super::workspaces::Workspace;
 use crate::io::engines::Engine;
 use crate::model::from_points::Wanted;
 use crate::model::{self, Model};

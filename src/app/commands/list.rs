@@ -4,10 +4,10 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, draw, file};
 use crate::app::actions::{Action, Lighting, Masking, PathRequest, Select};
-use crate::app::layout::Workspace;
 use crate::app::panes::Pane;
 use crate::app::relight::NewLight;
 use crate::app::viewport::MaskTool;
+use crate::app::workspaces::Workspace;
 
 pub(super) const COMMAND: Modifiers = Modifiers::COMMAND;
 const NONE: Modifiers = Modifiers::NONE;
@@ -163,16 +163,8 @@ fn known_light(list: &mut Vec<Command>) {
 
 fn view(list: &mut Vec<Command>) {
     use Menu::View;
-    let digits = [Key::F1, Key::F2, Key::F3, Key::F4, Key::F5, Key::F6];
-    for (workspace, digit) in Workspace::ALL.into_iter().zip(digits) {
-        let name = match workspace {
-            Workspace::Capture => "Workspace Capture",
-            Workspace::Tag => "Workspace Tag",
-            Workspace::Reconstruct => "Workspace Reconstruct",
-            Workspace::Inspect => "Workspace Inspect",
-            Workspace::Relight => "Workspace Relight",
-            Workspace::Study => "Workspace Study",
-        };
+    for workspace in Workspace::ALL {
+        let (name, digit) = workspace.command();
         add(list, View, name, key(NONE, digit), Action::Workspace(workspace), workspace.help());
     }
     add(

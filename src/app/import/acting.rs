@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::ImportPage;
 use crate::app::actions::{Field, ImportAction};
-use crate::app::layout::Workspace;
 use crate::app::leaving::leave;
 use crate::app::opening::AfterPrompt;
 use crate::app::state::State;
+use crate::app::workspaces::Workspace;
 use crate::io::import::{Writing, Written};
 use crate::io::mesh;
 use crate::worker::Command;

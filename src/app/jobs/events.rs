@@ -1,16 +1,16 @@
 //! Handles the events of the workers: what each of them changes in the project.
 
 use std::sync::Arc;
-use std::sync::mpsc::TryRecvError;
 
 use super::studies::events as studies;
-use super::{PULSE, Reading, masks};
+use super::{PULSE, masks};
 use crate::app::files;
 use crate::app::keeping;
 use crate::app::leaving;
 use crate::app::lighting;
 use crate::app::modelling::begin;
 use crate::app::opening::Opening;
+use crate::app::pending::Answer;
 use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::relighting;
@@ -56,14 +56,15 @@ pub fn drain(state: &mut State) {
         state.jobs.loader.cancel(coverage.job);
     }
     if let Some((whole, answer)) = &state.jobs.derived {
-        let answer = answer.try_recv();
+        let answer = answer.answer();
         // Another project, or another run's results, may be shown by now.
-        if let (Ok(derived), Some(Project { products, .. })) = (&answer, &mut state.project)
+        if let (Answer::Ready(derived), Some(Project { products, .. })) =
+            (&answer, &mut state.project)
             && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
         {
             products.derived = Some(derived.clone());
         }
-        if !matches!(answer, Err(TryRecvError::Empty)) {
+        if answer.is_over() {
             state.jobs.derived = None;
         }
     }
@@ -80,8 +81,14 @@ fn loader_event(state: &mut State, event: Event) {
         return;
     }
     if let Some(coverage) = state.jobs.coverage.as_mut().filter(|own| own.job == event.job) {
-        if let JobEvent::Covered(masks) = event.what {
-            coverage.masks = Some(masks);
+        match event.what {
+            JobEvent::Covered(masks) => coverage.masks = Some(masks),
+            JobEvent::Failed(text) => {
+                // No light has a mask then, and nobody waits for one.
+                coverage.masks = Some(Arc::default());
+                state.messages.warning(text);
+            }
+            _ => {}
         }
         return;
     }
@@ -119,16 +126,7 @@ fn loader_event(state: &mut State, event: Event) {
             }
             JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
             JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
-            JobEvent::Failed(text) => {
-                let title = match reading {
-                    Reading::File => "These edits cannot be used",
-                    Reading::Object => "This object cannot be added",
-                    Reading::Dome | Reading::Sky => "This image cannot be used",
-                    Reading::Cameras => "The camera file cannot be changed",
-                    Reading::Found(_) | Reading::FoundLight(_) => "This file cannot take its place",
-                };
-                state.messages.error(title, text);
-            }
+            JobEvent::Failed(text) => state.messages.error(reading.failed(), text),
             _ => {}
         }
         return;

@@ -11,15 +11,15 @@ mod rendering;
 mod scene_export;
 pub mod studies;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use eframe::egui;
 
-use super::derived::{self, Derived};
-use super::opening::{Opening, Restoring};
+use super::derived::Derived;
+use super::opening::{Opening, ReadingProject, Restoring};
+use super::pending::Pending;
 use super::products::{Products, Run};
 use super::project::Project;
 use crate::reconstruct::Reconstruction;
@@ -43,7 +43,7 @@ const PULSE: Duration = Duration::from_millis(100);
 pub struct Picture {
     job: Job,
     /// The results that it is made from.
-    of: Arc<Reconstruction>,
+    pub of: Arc<Reconstruction>,
     pub photograph: usize,
     /// Pixels of the photograph along a side of one of the picture's.
     pub step: usize,
@@ -51,22 +51,6 @@ pub struct Picture {
     /// The finished picture beside the photograph.
     pub score: Option<Box<PictureScore>>,
     pub is_done: bool,
-}
-
-/// What edits are read for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
-    File,
-    Object,
-    Dome,
-    /// A part of the project that could not be read, by its index, from another file.
-    Found(usize),
-    /// A known sky.
-    Sky,
-    /// A known light that could not be read, by its index, from another file.
-    FoundLight(usize),
-    /// The camera file is being changed.
-    Cameras,
 }
 
 /// The relit scene in the viewport.
@@ -91,6 +75,7 @@ pub struct Coverage {
 /// Pixels along the longer side of a picture that is made to compare.
 const COMPARED: usize = 800;
 
+pub use reading::Reading;
 use rendering::PicturesJob;
 use studies::Studies;
 
@@ -119,13 +104,15 @@ pub struct Jobs {
     /// What the lights see, where it was asked for.
     pub coverage: Option<Coverage>,
     ctx: egui::Context,
+    /// The project's file that is read first, where one is opened.
+    pub(in crate::app) reading_project: Option<ReadingProject>,
     pub opening: Option<(Job, Opening)>,
     /// The capture of what is being opened, once it has been read.
     loaded: Option<Arc<Capture>>,
     /// The export under way, and what it writes.
     pub exporting: Option<(Job, Arc<Reconstruction>)>,
     /// Numbers that are being worked out, and of what.
-    derived: Option<(Arc<Reconstruction>, Receiver<Arc<Derived>>)>,
+    derived: Option<(Arc<Reconstruction>, Pending<Arc<Derived>>)>,
 }
 
 impl Jobs {
@@ -151,6 +138,7 @@ impl Jobs {
             picture: None,
             coverage: None,
             ctx: ctx.clone(),
+            reading_project: None,
             opening: None,
             loaded: None,
             exporting: None,
@@ -181,6 +169,7 @@ impl Jobs {
 
     pub fn cancel_opening(&mut self) {
         self.loaded = None;
+        self.reading_project = None;
         if let Some((job, _)) = self.opening.take() {
             self.loader.cancel(job);
         }
@@ -378,14 +367,20 @@ impl Jobs {
     pub(in crate::app) fn derive(&mut self, project: &Project) {
         let products = &project.products;
         if let Some(whole) = products.whole.clone().filter(|_| products.derived.is_none()) {
-            let ctx = self.ctx.clone();
-            let answer = derived::on_a_thread(whole.clone(), move || ctx.request_repaint());
-            self.derived = Some((whole, answer));
+            let of = whole.clone();
+            let work = move || Arc::new(Derived::of(&of));
+            self.derived = Some((whole, Pending::start("numbers", &self.ctx, work)));
         }
     }
 
+    /// What is being opened.
+    pub fn opens(&self) -> Option<&Path> {
+        let project = self.reading_project.as_ref().map(|own| own.path.as_path());
+        project.or(self.opening.as_ref().map(|(_, opening)| opening.folder.as_path()))
+    }
+
     pub fn is_busy(&self) -> bool {
-        self.opening.is_some()
+        self.opens().is_some()
             || self.exporting.is_some()
             || self.derived.is_some()
             || self.rendering.is_some()

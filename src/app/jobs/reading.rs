@@ -5,12 +5,45 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::{Jobs, Reading};
+use super::Jobs;
 use crate::app::opening::Opening;
 use crate::app::project::Project;
 use crate::io::project::Relight;
 use crate::scene::Capture;
 use crate::worker::Command;
+
+macro_rules! readings {
+    ($($(#[$doc:meta])* $reading:ident $(($index:ident))?, $failed:literal;)*) => {
+        /// What a file is read for, a line each.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Reading {
+            $($(#[$doc])* $reading $(($index))?,)*
+        }
+
+        impl Reading {
+            /// What is told when it fails.
+            pub fn failed(self) -> &'static str {
+                match self {
+                    $(Self::$reading { .. } => $failed,)*
+                }
+            }
+        }
+    };
+}
+
+readings! {
+    File, "These edits cannot be used";
+    Object, "This object cannot be added";
+    Dome, "This image cannot be used";
+    /// A part of the project that could not be read, by its index, from another file.
+    Found(usize), "This file cannot take its place";
+    /// A known sky.
+    Sky, "This image cannot be used";
+    /// A known light that could not be read, by its index, from another file.
+    FoundLight(usize), "This file cannot take its place";
+    /// The camera file is being changed.
+    Cameras, "The camera file cannot be changed";
+}
 
 impl Jobs {
     /// Reads what else a project holds, before it is shown: its known lights, then what it changes

@@ -7,9 +7,9 @@ use super::tool::{Selected, Target, Tool};
 use super::{Placement, edges, points, searching};
 use crate::app::actions::ModelAction;
 use crate::app::gesture::Gesture;
-use crate::app::layout::Workspace;
 use crate::app::reopening;
 use crate::app::state::State;
+use crate::app::workspaces::Workspace;
 use crate::model::{Model, Stroke};
 use crate::worker::{Command, Modelling, SolvedModel};
 

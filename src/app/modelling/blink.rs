@@ -29,6 +29,13 @@ impl Blink {
     }
 }
 
+impl Blink {
+    /// Whether a picture is on its way.
+    pub fn is_awaited(&self) -> bool {
+        self.job.is_some()
+    }
+}
+
 impl ModelPage {
     /// The picture of what is solved, as the photograph that is looked at shows it.
     pub fn reprojection(&self) -> Option<&Arc<Reprojection>> {

@@ -1,17 +1,13 @@
 //! A photograph beside a rendering of the results from the same camera, and their difference.
 
-use std::sync::{Arc, Weak};
+use eframe::egui::{self, Color32, Rect, TextureHandle, pos2, vec2};
 
-use eframe::egui::{self, Color32, ColorImage, Rect, TextureHandle, TextureOptions, pos2, vec2};
-
-use super::numbers::{exposed, rgb, short};
+use super::compared::{ComparedPictures, RANGE, Shown};
+use super::numbers::{rgb, short};
 use crate::app::actions::Action;
 use crate::app::jobs::Picture;
 use crate::app::project::Project;
-use crate::app::viewport::{INVALID, signed};
-use crate::math::rgb::{CHANNELS, Radiance, luminance};
-use crate::render::film::Film;
-use crate::scene::Image;
+use crate::math::rgb::{Radiance, luminance};
 use crate::study::pictures::PictureScore;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,36 +39,24 @@ pub struct CompareState {
     split: f32,
     /// Factor from radiance to the screen's 0 to 1, as in the 3D view.
     pub exposure: f32,
-    shown: Option<Shown>,
+    pictures: ComparedPictures,
 }
 
 impl Default for CompareState {
     fn default() -> Self {
-        Self { layout: Layout::Beside, photograph: None, split: 0.5, exposure: 1.0, shown: None }
+        Self {
+            layout: Layout::Beside,
+            photograph: None,
+            split: 0.5,
+            exposure: 1.0,
+            pictures: ComparedPictures::default(),
+        }
     }
-}
-
-/// The pictures of one film.
-struct Shown {
-    of: Weak<Film>,
-    photograph: usize,
-    exposure: f32,
-    pictures: [TextureHandle; 3],
-    /// Pixels across.
-    width: usize,
-    /// Each pixel of the photograph and of the render.
-    values: Vec<(Option<Radiance>, Radiance)>,
-    /// Relative RMS over the pixels that both have, of all channels.
-    rms: Option<f64>,
-    noise: Option<f64>,
 }
 
 fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
-
-/// The relative difference at which the colours end.
-const RANGE: f32 = 0.5;
 
 pub fn compare_ui(
     ui: &mut egui::Ui,
@@ -82,10 +66,10 @@ pub fn compare_ui(
     actions: &mut Vec<Action>,
 ) {
     let capture = project.result_capture();
-    if project.products.whole.is_none() {
+    let Some(results) = &project.products.whole else {
         ui.weak("Run to compare the photographs with renderings of the results.");
         return;
-    }
+    };
     let measured: Vec<usize> = capture.measurements().map(|(index, ..)| index).collect();
     let wanted = state
         .photograph
@@ -94,6 +78,8 @@ pub fn compare_ui(
         .or(measured.first().copied());
     let Some(mut chosen) = wanted else { return };
     ui.horizontal_wrapped(|ui| {
+        // A number and its name stay together.
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         let name = |index: usize| capture.photographs[index].name.as_str();
         egui::ComboBox::from_id_salt("compared")
             .selected_text(name(chosen))
@@ -109,7 +95,8 @@ pub fn compare_ui(
         }
         if let Some(film) = picture.and_then(|picture| picture.film.as_ref()) {
             ui.separator();
-            if let Some(rms) = state.shown.as_ref().and_then(|shown| shown.rms) {
+            let shown = state.pictures.shown(results, chosen);
+            if let Some(rms) = shown.and_then(|shown| shown.rms) {
                 ui.label(format!("relative RMS {}", percent(rms))).on_hover_text(
                     "Root mean square of (render - photograph) / photograph, over all pixels that \
                      show known surfaces, noise included: how far the radiance is off",
@@ -117,7 +104,7 @@ pub fn compare_ui(
             }
             let picture = picture.filter(|picture| picture.photograph == chosen);
             scores_ui(ui, picture.and_then(|picture| picture.score.as_deref()));
-            let noise = state.shown.as_ref().and_then(|shown| shown.noise);
+            let noise = shown.and_then(|shown| shown.noise);
             let noise = noise.map_or(String::new(), |n| format!(", noise {}", percent(n)));
             ui.weak(format!("{} paths a pixel{noise}", film.paths));
         }
@@ -132,15 +119,16 @@ pub fn compare_ui(
         actions.push(Action::Compare(chosen));
         return;
     };
-    let photograph = &capture.photographs[chosen];
-    let (Some(film), Some(image)) = (&picture.film, &photograph.image) else {
-        let none = "The picture could not be made; the message beside it says why.";
-        ui.weak(if picture.is_done { none } else { "The first paths are being traced…" });
+    if picture.is_done && picture.film.is_none() {
+        ui.weak("The picture could not be made; the message beside it says why.");
         return;
-    };
-    state.update(ui.ctx(), film, image, picture.step, chosen);
-    let CompareState { layout, split, shown: Some(shown), .. } = state else { return };
-    show(ui, *layout, split, shown);
+    }
+    let CompareState { layout, split, pictures, exposure, .. } = state;
+    pictures.follow(ui.ctx(), capture, picture, *exposure);
+    match pictures.shown(results, chosen) {
+        Some(shown) => show(ui, *layout, split, shown),
+        None => drop(ui.weak("The first paths are being traced…")),
+    }
 }
 
 /// What a viewer sees of the differences, once the picture is done.
@@ -158,93 +146,6 @@ fn scores_ui(ui: &mut egui::Ui, score: Option<&PictureScore>) {
              pictures differ; FLIP does",
         );
     }
-}
-
-impl CompareState {
-    fn update(
-        &mut self,
-        ctx: &egui::Context,
-        film: &Arc<Film>,
-        image: &Image,
-        step: usize,
-        photograph: usize,
-    ) {
-        let is_new = self.shown.as_ref().is_none_or(|shown| {
-            !std::ptr::eq(shown.of.as_ptr(), Arc::as_ptr(film))
-                || shown.exposure != self.exposure
-                || shown.photograph != photograph
-        });
-        if !is_new {
-            return;
-        }
-        let Compared { pictures, values, rms } = compared(film, image, step, self.exposure);
-        let mut names = ["photograph", "render", "difference"].into_iter();
-        let pictures = pictures.map(|picture| {
-            ctx.load_texture(names.next().unwrap_or_default(), picture, TextureOptions::LINEAR)
-        });
-        let (of, exposure, noise) = (Arc::downgrade(film), self.exposure, film.noise());
-        let width = film.width;
-        self.shown = Some(Shown { of, photograph, exposure, pictures, width, values, rms, noise });
-    }
-}
-
-struct Compared {
-    pictures: [ColorImage; 3],
-    values: Vec<(Option<Radiance>, Radiance)>,
-    rms: Option<f64>,
-}
-
-/// Photograph, render and difference; pixels of the photograph are averaged to those of the film.
-fn compared(film: &Film, image: &Image, step: usize, exposure: f32) -> Compared {
-    let (beauty, coverage) = (film.beauty(), film.coverage());
-    let mut pictures = [const { Vec::new() }; 3];
-    let mut values = Vec::with_capacity(beauty.len());
-    let (mut sum, mut count) = (0.0f64, 0usize);
-    for (index, made) in beauty.iter().enumerate() {
-        let (x, y) = (index % film.width, index / film.width);
-        let seen = mean(image, (x * step, y * step), step);
-        pictures[0].push(seen.map_or(INVALID, |radiance| exposed(radiance, exposure)));
-        pictures[1].push(exposed(*made, exposure));
-        values.push((seen, *made));
-        // A pixel of which a part shows what nobody modelled cannot be compared.
-        pictures[2].push(match seen.filter(|_| coverage[index] > 0.999) {
-            None => Color32::TRANSPARENT,
-            Some(seen) => {
-                let mut mean = 0.0;
-                for c in 0..CHANNELS {
-                    let relative = (made[c] - seen[c]) / seen[c].max(f32::MIN_POSITIVE);
-                    sum += f64::from(relative).powi(2);
-                    count += 1;
-                    mean += relative / CHANNELS as f32;
-                }
-                signed(mean / RANGE)
-            }
-        });
-    }
-    let size = [film.width, film.height];
-    Compared {
-        pictures: pictures.map(|pixels| ColorImage::new(size, pixels)),
-        values,
-        rms: (count > 0).then(|| (sum / count as f64).sqrt()).filter(|rms| rms.is_finite()),
-    }
-}
-
-fn mean(image: &Image, (x, y): (usize, usize), step: usize) -> Option<Radiance> {
-    let (mut sum, mut count) = ([0.0; CHANNELS], 0);
-    for v in y..y + step {
-        for u in x..x + step {
-            if u < image.width()
-                && v < image.height()
-                && let Some(radiance) = image.radiance(u, v)
-            {
-                for (sum, value) in sum.iter_mut().zip(radiance) {
-                    *sum += value;
-                }
-                count += 1;
-            }
-        }
-    }
-    (count > 0).then(|| sum.map(|value| value / count as f32))
 }
 
 fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {

@@ -119,12 +119,14 @@ pub fn convergence_ui(
         )
     });
     ui.weak(text);
+    // A low plot has no room for a label along its side; the line above says what it is.
+    let is_low = ui.available_height() < 150.0;
     let plot = Plot::new(("convergence", state.what as u8, logarithmic))
         .legend(Legend::default().position(Corner::RightTop))
         .include_x(1.0)
         .include_x(4.0)
         .x_axis_label("iteration")
-        .y_axis_label(state.what.axis())
+        .y_axis_label(if is_low { "" } else { state.what.axis() })
         .y_axis_formatter(move |mark, _| axis_value(value(mark.value), mark.step_size))
         .x_axis_formatter(|mark, _| {
             if mark.value.fract() == 0.0 { format!("{}", mark.value) } else { String::new() }

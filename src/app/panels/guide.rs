@@ -10,13 +10,18 @@ use crate::app::state::State;
 pub fn guide_ui(ctx: &egui::Context, state: &mut State) {
     let html = state.guide.as_ref().map(|folder| folder.join("index.html"));
     let Some(view) = &mut state.dialogs.guide else { return };
-    let screen = ctx.content_rect().size();
+    // Between the menu and the status bar.
+    let room = ctx.content_rect().shrink2(egui::vec2(4.0, 0.0));
+    let room =
+        egui::Rect::from_x_y_ranges(room.x_range(), room.top() + 30.0..=room.bottom() - 30.0);
+    let screen = room.size();
     let mut is_open = true;
     egui::Window::new("Guide")
         .open(&mut is_open)
         .default_pos([244.0, 56.0])
-        .default_size([760.0f32.min(screen.x - 60.0), 480.0f32.min(screen.y - 90.0)])
-        .max_size([screen.x - 16.0, screen.y - 48.0])
+        .default_size([760.0f32.min(screen.x - 56.0), 480.0f32.min(screen.y - 40.0)])
+        .max_size([screen.x - 12.0, screen.y - 40.0])
+        .constrain_to(room)
         .min_width(260.0)
         .resizable(true)
         .show(ctx, |ui| {

@@ -1,15 +1,15 @@
 //! One sample: its position, the photographs that show it, and the lights from which its light
 //! comes.
 
-use std::collections::BTreeSet;
 use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
+use super::extents::{ExtentCache, Extents};
 use super::inspect_light::MaskCache;
 use super::inspect_texture::TextureCache;
 use super::inspector::facts;
-use super::numbers::{exposed, rgb, short, swatch, triple};
+use super::numbers::{counted, exposed, rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
@@ -34,7 +34,7 @@ pub struct CropCache {
     exposed: f32,
     crops: Vec<(usize, TextureHandle)>,
     sources: Option<(Rgb, Vec<(usize, Rgb)>)>,
-    extent: Option<(BTreeSet<usize>, usize, f64)>,
+    extents: ExtentCache,
     pub mask: MaskCache,
     pub texture: TextureCache,
     /// How many samples each photograph sees.
@@ -47,24 +47,9 @@ fn is<T>(known: &Weak<T>, now: &Arc<T>) -> bool {
 }
 
 impl CropCache {
-    /// The number of triangles of the selected surfaces and their area in m².
-    pub fn extent(&mut self, project: &Project) -> (usize, f64) {
-        let selected = &project.selection.surfaces;
-        if let Some((of, triangles, area)) = &self.extent
-            && of == selected
-        {
-            return (*triangles, *area);
-        }
-        let mesh = &project.loaded.mesh;
-        let (mut triangles, mut area) = (0, 0.0);
-        for (index, surface) in mesh.surface.iter().enumerate() {
-            if selected.contains(&(*surface as usize)) {
-                area += f64::from(mesh.area(index));
-                triangles += 1;
-            }
-        }
-        self.extent = Some((selected.clone(), triangles, area));
-        (triangles, area)
+    /// How large the geometry and each surface are, once that is known.
+    pub fn extents(&mut self, ctx: &egui::Context, project: &Project) -> Option<&Extents> {
+        self.extents.of(ctx, &project.loaded)
     }
 
     pub fn samples_seen(&mut self, cloud: &Arc<SampleCloud>, photograph: usize) -> usize {
@@ -150,7 +135,7 @@ pub fn sample_ui(
     facts(ui, "sample", &rows);
     crops.fill(ui.ctx(), project, (index, cloud), views);
     ui.add_space(6.0);
-    ui.weak(format!("Seen by {} photographs", views.len()));
+    ui.weak(format!("Seen by {}", counted(views.len(), "photograph", "photographs")));
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (photograph, texture) in &crops.crops {

@@ -1,12 +1,12 @@
 //! The recovered textures of a material (Section 5.5), displayed as pictures.
 
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Color32, ColorImage, TextureHandle, TextureOptions, vec2};
 
 use super::numbers::{count, exposed};
 use crate::app::entry::{self, Unit};
+use crate::app::pending::Pending;
 use crate::app::project::Project;
 use crate::app::theme::ACCENT;
 use crate::math::rgb::{CHANNELS, Radiance};
@@ -33,7 +33,7 @@ struct Small {
 #[derive(Default)]
 pub struct TextureCache {
     of: Option<(Weak<Solved>, usize)>,
-    answer: Option<Receiver<Vec<Small>>>,
+    answer: Option<Pending<Vec<Small>>>,
     small: Vec<Small>,
     /// As exposed now.
     shown: Option<(f32, bool)>,
@@ -112,24 +112,16 @@ impl TextureCache {
         if !is_known {
             self.of = Some((Arc::downgrade(solved), material));
             (self.shown, self.small, self.pictures) = (None, Vec::new(), Vec::new());
-            let (sender, receiver) = channel();
-            let (textures, ctx) = (solved.textures.clone(), ctx.clone());
+            let textures = solved.textures.clone();
             let work = move || {
                 let own = textures.iter().filter(|texture| texture.material == material);
-                // Another material may be shown by now.
-                let _ = sender.send(own.take(MOST).map(small).collect());
-                ctx.request_repaint();
+                own.take(MOST).map(small).collect()
             };
-            // Without a thread there are no pictures, and the numbers above stay.
-            let _ = std::thread::Builder::new().name("texture".to_owned()).spawn(work);
-            self.answer = Some(receiver);
+            // Where nothing comes there are no pictures, and the numbers above stay.
+            self.answer = Some(Pending::start("texture", ctx, work));
         }
-        if let Some(answer) = &self.answer {
-            match answer.try_recv() {
-                Ok(small) => (self.small, self.answer) = (small, None),
-                Err(TryRecvError::Disconnected) => self.answer = None,
-                Err(TryRecvError::Empty) => {}
-            }
+        if let Some(small) = Pending::take(&mut self.answer) {
+            self.small = small;
         }
     }
 

@@ -29,7 +29,7 @@ pub fn inspector_ui(
         outdated(ui, project);
         let selection = &project.selection;
         match selection.focus {
-            Focus::Nothing => overview(ui, project, actions),
+            Focus::Nothing => overview(ui, project, crops, actions),
             Focus::Surfaces => surfaces(ui, project, crops, actions),
             Focus::Material => {
                 if let Some(index) = selection.material {
@@ -73,7 +73,12 @@ pub fn facts(ui: &mut egui::Ui, id: &str, rows: &[(&str, String)]) {
     });
 }
 
-fn overview(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
+fn overview(
+    ui: &mut egui::Ui,
+    project: &Project,
+    cache: &mut CropCache,
+    actions: &mut Vec<Action>,
+) {
     let capture = &project.capture;
     ui.heading(capture.name.as_str());
     let mut rows = vec![
@@ -85,8 +90,7 @@ fn overview(ui: &mut egui::Ui, project: &Project, actions: &mut Vec<Action>) {
         ("Known lights", count(capture.lights.len())),
         ("Environment", format!("{:?}", capture.environment).to_lowercase()),
     ];
-    if let Some((low, high)) = capture.mesh.bounds() {
-        let size = high - low;
+    if let Some(size) = cache.extents(ui.ctx(), project).and_then(|own| own.size) {
         rows.insert(1, ("Size", format!("{:.2} × {:.2} × {:.2} m", size.x, size.y, size.z)));
     }
     facts(ui, "overview", &rows);
@@ -113,8 +117,12 @@ fn surfaces(
     let selected = &project.selection.surfaces;
     let capture = &project.capture;
     ui.heading(counted(selected.len(), "surface", "surfaces"));
-    let (triangles, area) = cache.extent(project);
-    facts(ui, "surfaces", &[("Triangles", count(triangles)), ("Area", format!("{area:.3} m²"))]);
+    let extent = cache.extents(ui.ctx(), project).map(|own| own.sum(selected));
+    let (triangles, area) = match extent {
+        Some((triangles, area)) => (count(triangles), format!("{area:.3} m²")),
+        None => Default::default(),
+    };
+    facts(ui, "surfaces", &[("Triangles", triangles), ("Area", area)]);
     ui.add_space(4.0);
     for &surface in selected.iter().take(60) {
         let role = match capture.surfaces[surface].role {

@@ -5,8 +5,8 @@ use eframe::egui;
 use super::run::run_button;
 use crate::app::actions::{Action, ModelAction};
 use crate::app::commands::{self, Command, Menu};
-use crate::app::layout::Workspace;
 use crate::app::state::State;
+use crate::app::workspaces::Workspace;
 
 pub fn menu_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
     let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(6, 3));

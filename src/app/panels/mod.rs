@@ -3,7 +3,9 @@
 pub mod begin;
 pub mod cards;
 mod compare;
+mod compared;
 mod convergence;
+mod extents;
 mod fields;
 mod guide;
 pub mod import;

@@ -10,6 +10,9 @@ use crate::app::project::Project;
 use crate::options::{Declaration, Kind};
 use crate::reconstruct::Options;
 
+/// Room for the button that resets an option.
+const RESET: f32 = 56.0;
+
 /// What the sections of options are called.
 pub fn section_title(section: &str) -> &str {
     match section {
@@ -71,7 +74,7 @@ pub fn choice_row(ui: &mut egui::Ui, declaration: &Declaration, text: &str) -> O
             ui.add(egui::Label::new(mark).truncate()).on_hover_text(&help)
         });
         let label = label.inner;
-        let response = control(ui, declaration, text, &mut new);
+        let response = control(ui, declaration, text, changed, &mut new);
         if let Some(response) = response {
             response.on_hover_text(&help).labelled_by(label.id);
         }
@@ -94,6 +97,7 @@ fn control(
     ui: &mut egui::Ui,
     declaration: &Declaration,
     text: &str,
+    changed: bool,
     new: &mut Option<String>,
 ) -> Option<egui::Response> {
     match declaration.kind {
@@ -106,17 +110,17 @@ fn control(
             Some(response)
         }
         Kind::Choice(names) => {
-            let combo = egui::ComboBox::from_id_salt((declaration.section, declaration.name));
-            let shown = combo.selected_text(text).width(ui.available_width().min(110.0)).show_ui(
-                ui,
-                |ui| {
-                    for name in names {
-                        if ui.selectable_label(text == *name, *name).clicked() && text != *name {
-                            *new = Some((*name).to_owned());
-                        }
+            let combo =
+                egui::ComboBox::from_id_salt((declaration.section, declaration.name)).truncate();
+            // The reset stands beside it.
+            let room = ui.available_width() - if changed { RESET } else { 0.0 };
+            let shown = combo.selected_text(text).width(room.min(110.0)).show_ui(ui, |ui| {
+                for name in names {
+                    if ui.selectable_label(text == *name, *name).clicked() && text != *name {
+                        *new = Some((*name).to_owned());
                     }
-                },
-            );
+                }
+            });
             Some(shown.response)
         }
         Kind::Integer => {

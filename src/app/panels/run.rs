@@ -173,19 +173,17 @@ pub fn run_button(
     }
 }
 
-/// How far the current stage is, and the time it still needs.
+/// How far the current stage is, and the time it still needs, as parts of a row.
 pub fn progress_ui(ui: &mut egui::Ui, run: &Run, width: f32) {
     let Some(progress) = run.progress.filter(|progress| progress.total > 0) else { return };
     let part = progress.done as f32 / progress.total as f32;
     // Beside the bar: within it a text is either on the filled part's colour or on the other's.
-    ui.horizontal(|ui| {
-        ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(width));
-        let (done, total) = (count(progress.done as usize), count(progress.total as usize));
-        ui.label(format!("{done} / {total}"));
-        if let Some(left) = run.secs_left() {
-            ui.label(format!("{} left", duration(left)));
-        }
-    });
+    ui.add(egui::ProgressBar::new(part.min(1.0)).desired_width(width));
+    let (done, total) = (count(progress.done as usize), count(progress.total as usize));
+    ui.label(format!("{done} / {total}"));
+    if let Some(left) = run.secs_left() {
+        ui.label(format!("{} left", duration(left)));
+    }
 }
 
 /// The stages with a check mark and seconds for each that is done.
@@ -206,10 +204,7 @@ fn running(ui: &mut egui::Ui, run: &Run) {
             } else {
                 ui.spinner();
                 ui.strong(stage.name());
-                ui.horizontal(|ui| {
-                    ui.label(duration(began.elapsed().as_secs_f64()));
-                    progress_ui(ui, run, 60.0);
-                });
+                ui.label(duration(began.elapsed().as_secs_f64()));
             }
             ui.end_row();
         }
@@ -222,6 +217,8 @@ fn running(ui: &mut egui::Ui, run: &Run) {
             ui.end_row();
         }
     });
+    // Below them, where it may go on in the next row: a narrow panel has no room beside a stage.
+    ui.horizontal_wrapped(|ui| progress_ui(ui, run, 60.0));
 }
 
 fn finished(ui: &mut egui::Ui, project: &Project) {

@@ -1,6 +1,6 @@
 //! Export of the recovered scene: the dialog for formats, light probe and folder.
 
-use eframe::egui::{self, DragValue};
+use eframe::egui::{self, DragValue, Key};
 
 use super::modal::{ask, folder_ui};
 use crate::app::actions::{Action, ExportAction, PathRequest};
@@ -51,9 +51,14 @@ pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec
         });
         ui.add_space(6.0);
         let help = "It is made where it is missing; files of the same names are replaced";
-        if folder_ui(ui, &mut own.folder, help, PathRequest::SceneFolder, actions).changed() {
+        let folder = folder_ui(ui, &mut own.folder, help, PathRequest::SceneFolder, actions);
+        if !std::mem::replace(&mut own.is_focused, true) {
+            folder.request_focus();
+        }
+        if folder.changed() {
             own.problem = None;
         }
+        let entered = folder.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if let Some(problem) = &own.problem {
             ui.colored_label(ui.visuals().error_fg_color, problem);
         }
@@ -64,9 +69,9 @@ pub fn scene_export_ui(ctx: &egui::Context, state: &mut State, actions: &mut Vec
             let button = egui::Button::new(text).fill(theme::ACCENT);
             let response = ui
                 .add_enabled(obstacle.is_none(), button)
-                .on_hover_text("Write the files")
+                .on_hover_text("Write the files (Enter)")
                 .on_disabled_hover_text(obstacle.unwrap_or_default());
-            if response.clicked() {
+            if response.clicked() || entered && obstacle.is_none() {
                 actions.push(Action::ExportScene(ExportAction::Start));
             }
             if ui.button("Cancel").on_hover_text("Leave it (Esc)").clicked() {

@@ -30,10 +30,10 @@ fn page(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
     ui.label(egui::RichText::new("Lobelia").size(26.0).strong());
     ui.weak("Reflectances and light from photographs and partial geometry");
     ui.add_space(16.0);
-    if let Some((_, opening)) = &state.jobs.opening {
+    if let Some(path) = state.jobs.opens() {
         ui.horizontal(|ui| {
             ui.spinner();
-            ui.label(format!("Opening {}", opening.folder.display()));
+            ui.label(format!("Opening {}", path.display()));
             if ui.button("Stop").on_hover_text("Give this opening up").clicked() {
                 actions.push(Action::CancelOpening);
             }

@@ -38,7 +38,7 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                         .map_or(String::new(), |own| format!(" ({} of {})", own.number, own.count));
                     ui.label(format!("Rendering pictures{text}"));
                 }
-                _ if state.jobs.opening.is_some() => {
+                _ if state.jobs.opens().is_some() => {
                     ui.spinner();
                     ui.label("Opening");
                 }

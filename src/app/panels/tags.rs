@@ -159,7 +159,7 @@ fn properties(
     let mut changes = Vec::new();
     let mut change = |change: Change| changes.push(Action::Change(change));
     name(ui, index, material, state, &mut change);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("Kind");
         for (kind, text, help) in [
             (MaterialKind::Diffuse, "Diffuse", "Looks the same from everywhere"),

@@ -32,7 +32,8 @@ enum Entry {
     Text(String),
 }
 
-pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
+/// `covered` is the lower end of the toolbar.
+pub fn show(view: &Viewport, ui: &Ui, rect: Rect, covered: f32, content: &Content) {
     let painter = ui.painter_at(rect);
     let font = TextStyle::Small.resolve(ui.style());
     let text = ui.visuals().text_color();
@@ -43,7 +44,7 @@ pub fn show(view: &Viewport, ui: &Ui, rect: Rect, content: &Content) {
         Entry::Patch { .. } | Entry::Text(_) => line + GAP,
     };
     let height_of_all = |entries: &[Entry]| entries.iter().map(height_of).sum::<f32>();
-    let room = rect.height() - 102.0;
+    let room = rect.bottom() - covered - 36.0;
     // Where there is no room for all, names go first and numbers stay.
     let mut names = MOST_NAMES;
     let mut entries = entries(view, content, names);
@@ -201,7 +202,8 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
             });
         }
     }
-    if let Some(strongest) = view.scene.strongest_lobe.filter(|_| settings.lobes) {
+    let shows_lobes = settings.lobes && settings.shading != Shading::Relit;
+    if let Some(strongest) = view.scene.strongest_lobe.filter(|_| shows_lobes) {
         let longest = number(strongest);
         entries.push(Entry::Text(format!("Longest lobe: emission {longest} (length ~ root)")));
     }

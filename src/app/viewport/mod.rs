@@ -380,8 +380,8 @@ impl Viewport {
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
         if has_toolbar_room {
             if !self.is_preview {
-                toolbar::show(self, ui, rect, content);
-                legend::show(self, ui, rect, content);
+                let covered = toolbar::show(self, ui, rect, content);
+                legend::show(self, ui, rect, covered, content);
             }
             if let Some(side) = axes::show(ui, rect, p) {
                 input::leave_photograph(self, content);

@@ -9,8 +9,12 @@ use crate::app::viewport::input;
 
 /// Left free at the right for the ball of axes.
 const MARGIN: f32 = 100.0;
+/// In a narrower view the switches are in a menu, or they would cover it.
+const NARROW: f32 = 430.0;
 
-pub fn show(view: &mut Viewport, ui: &mut Ui, rect: Rect, content: &Content) {
+/// Gives the lower end of what is covered.
+pub fn show(view: &mut Viewport, ui: &mut Ui, rect: Rect, content: &Content) -> f32 {
+    let is_narrow = rect.width() < NARROW;
     let place = Rect::from_min_size(
         rect.min + vec2(8.0, 8.0),
         vec2((rect.width() - MARGIN - 8.0).max(120.0), rect.height() - 16.0),
@@ -18,21 +22,33 @@ pub fn show(view: &mut Viewport, ui: &mut Ui, rect: Rect, content: &Content) {
     let mut ui = ui.new_child(UiBuilder::new().id_salt("toolbar").max_rect(place));
     ui.set_clip_rect(rect);
     let fill = ui.visuals().window_fill.gamma_multiply(0.88);
-    egui::Frame::new().fill(fill).corner_radius(4.0).inner_margin(4.0).show(&mut ui, |ui| {
+    let frame = egui::Frame::new().fill(fill).corner_radius(4.0).inner_margin(4.0);
+    let shown = frame.show(&mut ui, |ui| {
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         ui.horizontal_wrapped(|ui| {
             shading(view, ui);
             exposure(view, ui);
+            if is_narrow && view.settings.shading != Shading::Relit {
+                let help = "What is drawn beside the geometry";
+                ui.menu_button("Show", |ui| switches(view, ui, content))
+                    .response
+                    .on_hover_text(help);
+                sample_color(view, ui, content);
+            }
             if view.is_looking_through().is_some() {
                 looking_through(view, ui, content);
             }
         });
         if view.settings.shading == Shading::Relit {
             ui.horizontal_wrapped(|ui| relit(view, ui, content));
-        } else {
-            ui.horizontal_wrapped(|ui| overlays(view, ui, content));
+        } else if !is_narrow {
+            ui.horizontal_wrapped(|ui| {
+                switches(view, ui, content);
+                sample_color(view, ui, content);
+            });
         }
     });
+    shown.response.rect.bottom()
 }
 
 fn shading(view: &mut Viewport, ui: &mut Ui) {
@@ -128,7 +144,7 @@ fn relit(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     }
 }
 
-fn overlays(view: &mut Viewport, ui: &mut Ui, content: &Content) {
+fn switches(view: &mut Viewport, ui: &mut Ui, content: &Content) {
     let settings = &mut view.settings;
     let (has_samples, has_lights) = (content.samples.is_some(), content.lights.is_some());
     let has_cameras = settings.cameras;
@@ -162,7 +178,11 @@ fn overlays(view: &mut Viewport, ui: &mut Ui, content: &Content) {
             .on_disabled_hover_text(format!("{help}. {why_not}."));
         *shown ^= switch.clicked();
     }
-    if has_samples && settings.samples {
+}
+
+fn sample_color(view: &mut Viewport, ui: &mut Ui, content: &Content) {
+    let settings = &mut view.settings;
+    if content.samples.is_some() && settings.samples {
         let now = settings.sample_color;
         ComboBox::from_id_salt("sample colour")
             .selected_text(now.name())

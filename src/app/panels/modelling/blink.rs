@@ -46,7 +46,9 @@ pub fn faces_ui(
     };
     let Some(picture) = page.reprojection().cloned() else {
         match page.solved.is_some() {
-            true => painter.ctx().request_repaint(),
+            // The next frame asks for it; when it is there, its worker asks for a frame.
+            true if !page.blink.is_awaited() => painter.ctx().request_repaint(),
+            true => note("The faces are being drawn…"),
             false => note("Nothing is placed yet"),
         }
         return true;
