@@ -144,13 +144,11 @@ impl<'a> Problem<'a> {
         materials.iter().map(|&material| sums[material] / total.max(f64::MIN_POSITIVE)).collect()
     }
 
-    /// At most so many rows, evenly chosen: in the order of the equations, so that materials and, of a
-    /// specular material, photographs are mixed.
+    /// At most so many rows, evenly chosen in the order of the equations, in which materials are mixed.
     pub fn every(&self, most: usize) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.rows.sample.len()).collect();
         rows.sort_unstable_by_key(|&row| self.equation[row]);
-        let step = rows.len().div_ceil(most).max(1);
-        rows.into_iter().step_by(step).collect()
+        rows.iter().step_by(rows.len().div_ceil(most).max(1)).copied().collect()
     }
 
     /// Blocks up to the last that a row is in.
