@@ -271,7 +271,7 @@ pub fn arriving(
     for (value, lobe) in values.iter_mut().zip(lobes) {
         *value = lobe.value(-geometry.direction) * geometry.factor;
     }
-    //    // No ray is needed: no lobe of this light emits in this direction.
+    // No ray is needed: no lobe of this light emits in this direction.
     if values.iter().all(|&value| value <= 1e-7 * geometry.factor) {
         values.fill(0.0);
         return;

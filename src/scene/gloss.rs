@@ -188,14 +188,14 @@ impl Arrivals {
                 cosines.zip(of_half).zip(directions)
             {
                 let direction = Vec3::new(x, y, z);
-                let cosine = dot(mirror, direction).clamp(f32::MIN_POSITIVE, 1.0);
+                let cosine = mirror.dot(direction).clamp(f32::MIN_POSITIVE, 1.0);
                 *log_mirror = log2(cosine);
-                *light = dot(normal, direction).max(0.0);
+                *light = normal.dot(direction).max(0.0);
                 let half = towards + direction;
-                let square = dot(half, half).max(f32::MIN_POSITIVE);
-                let across = cross(normal, half);
+                let square = half.length_squared().max(f32::MIN_POSITIVE);
+                let across = normal.cross(half);
                 let is_above = *light > 0.0 && viewer > 0.0;
-                *sine2 = (dot(across, across) / square).min(1.0);
+                *sine2 = (across.length_squared() / square).min(1.0);
                 // The cosine between the half vector and the light is half the length of their sum.
                 let reflected = fresnel_f32((0.5 * square.sqrt()).min(1.0));
                 *fresnel = if is_above { reflected } else { 0.0 };
@@ -253,17 +253,6 @@ impl Arrivals {
         }
         sum
     }
-}
-
-// Those of `glam` are not always inlined where vector instructions are chosen.
-#[inline(always)]
-fn dot(a: Vec3, b: Vec3) -> f32 {
-    a.x * b.x + a.y * b.y + a.z * b.z
-}
-
-#[inline(always)]
-fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    Vec3 { x: a.y * b.z - a.z * b.y, y: a.z * b.x - a.x * b.z, z: a.x * b.y - a.y * b.x }
 }
 
 /// [`fresnel`] in single precision.

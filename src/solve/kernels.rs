@@ -17,32 +17,34 @@ pub fn vectorised<R>(job: impl FnOnce() -> R) -> R {
 
 /// Σ aᵢ bᵢ, in single or double precision.
 #[inline(always)]
-pub fn dot<T>(a: &[T], b: &[T]) -> T
-where
-    T: Copy + Default + AddAssign + Add<Output = T> + Mul<Output = T> + Sum,
-{
-    let mut sums = [T::default(); LANES];
-    let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
-    let tail: T = rest.map(|(&a, &b)| a * b).sum();
-    for (a, b) in a_blocks.zip(b_blocks) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    fold(&sums) + tail
+pub fn dot<T: Number>(a: &[T], b: &[T]) -> T {
+    sum_of_products(a, b)
 }
 
 /// Σ aᵢ bᵢ in double precision, of values that are kept in single precision.
 #[inline(always)]
 pub fn dot_single(a: &[f32], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
+    sum_of_products(a, b)
+}
+
+/// What sums are made in.
+pub trait Number:
+    Copy + Default + AddAssign + Add<Output = Self> + Mul<Output = Self> + Sum
+{
+}
+
+impl Number for f32 {}
+impl Number for f64 {}
+
+#[inline(always)]
+fn sum_of_products<A: Copy + Into<T>, T: Number>(a: &[A], b: &[T]) -> T {
+    let mut sums = [T::default(); LANES];
     let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
-    let tail: f64 = rest.map(|(&a, b)| f64::from(a) * b).sum();
+    let tail: T = rest.map(|(&a, &b)| a.into() * b).sum();
     for (a, b) in a_blocks.zip(b_blocks) {
         for lane in 0..LANES {
-            sums[lane] += f64::from(a[lane]) * b[lane];
+            sums[lane] += a[lane].into() * b[lane];
         }
     }
     fold(&sums) + tail

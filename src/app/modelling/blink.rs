@@ -27,9 +27,7 @@ impl Blink {
     pub fn is_shown(&self) -> bool {
         self.is_on != self.is_held
     }
-}
 
-impl Blink {
     /// Whether a picture is on its way.
     pub fn is_awaited(&self) -> bool {
         self.job.is_some()

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Color32, Rect, TextureHandle, pos2, vec2};
 
-use super::compared::{ComparedPictures, RANGE, Shown};
+use super::compared::{ComparedPictures, Comparison, RANGE, Shown};
 use super::numbers::{rgb, short};
 use crate::app::actions::Action;
 use crate::app::jobs::Picture;
@@ -96,7 +96,7 @@ pub fn compare_ui(
         if let Some(film) = picture.and_then(|picture| picture.film.as_ref()) {
             ui.separator();
             let shown = state.pictures.shown(results, chosen);
-            if let Some(rms) = shown.and_then(|shown| shown.rms) {
+            if let Some(rms) = shown.and_then(|shown| shown.comparison.rms) {
                 ui.label(format!("relative RMS {}", percent(rms))).on_hover_text(
                     "Root mean square of (render - photograph) / photograph, over all pixels that \
                      show known surfaces, noise included: how far the radiance is off",
@@ -104,7 +104,7 @@ pub fn compare_ui(
             }
             let picture = picture.filter(|picture| picture.photograph == chosen);
             scores_ui(ui, picture.and_then(|picture| picture.score.as_deref()));
-            let noise = shown.and_then(|shown| shown.noise);
+            let noise = shown.and_then(|shown| shown.comparison.noise);
             let noise = noise.map_or(String::new(), |n| format!(", noise {}", percent(n)));
             ui.weak(format!("{} paths a pixel{noise}", film.paths));
         }
@@ -160,7 +160,7 @@ fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
             ui.set_max_width(size.x);
             ui.weak(name);
             let image = egui::Image::new(texture).fit_to_exact_size(size).alt_text(name);
-            values_ui(ui.add(image.sense(egui::Sense::hover())), shown);
+            values_ui(ui.add(image.sense(egui::Sense::hover())), &shown.comparison);
         });
     };
     let scale_of = format!("-{0:.0} % blue to +{0:.0} % orange", 100.0 * RANGE);
@@ -196,13 +196,16 @@ fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
             let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(*split, 1.0));
             painter.image(photograph.id(), left, part, Color32::WHITE);
             painter.vline(line, rect.y_range(), egui::Stroke::new(2.0, Color32::WHITE));
-            values_ui(response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal), shown);
+            values_ui(
+                response.on_hover_cursor(egui::CursorIcon::ResizeHorizontal),
+                &shown.comparison,
+            );
         }
     }
 }
 
 /// What both pictures have at the pointer.
-fn values_ui(response: egui::Response, shown: &Shown) {
+fn values_ui(response: egui::Response, shown: &Comparison) {
     let Some(at) = response.hover_pos() else { return };
     let part = (at - response.rect.min) / response.rect.size();
     let height = shown.values.len() / shown.width.max(1);

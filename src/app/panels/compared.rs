@@ -46,10 +46,10 @@ impl Source {
     }
 }
 
-/// The pictures of one film.
-pub struct Shown {
+/// A film beside its photograph, in numbers.
+pub struct Comparison {
     source: Source,
-    pub pictures: [TextureHandle; 3],
+    averages: Averages,
     /// Pixels across.
     pub width: usize,
     /// Each pixel of the photograph and of the render.
@@ -59,23 +59,28 @@ pub struct Shown {
     pub noise: Option<f64>,
 }
 
+/// The pictures of one film, with their numbers.
+pub struct Shown {
+    pub comparison: Comparison,
+    pub pictures: [TextureHandle; 3],
+}
+
 /// The newest pictures, and those that are on their way.
 #[derive(Default)]
 pub struct ComparedPictures {
     shown: Option<Shown>,
     /// What the latest pictures were made of, whether they came or not.
     tried: Option<Source>,
-    pending: Option<Pending<Compared>>,
-    /// The photograph's averages, and of what they are.
-    averages: Option<(Source, Averages)>,
+    pending: Option<Pending<(Comparison, [ColorImage; 3])>>,
 }
 
 impl ComparedPictures {
     /// The newest ones, if they are of these results and this photograph.
     pub fn shown(&self, results: &Arc<Reconstruction>, photograph: usize) -> Option<&Shown> {
         self.shown.as_ref().filter(|shown| {
-            std::ptr::eq(shown.source.results.as_ptr(), Arc::as_ptr(results))
-                && shown.source.photograph == photograph
+            let source = &shown.comparison.source;
+            std::ptr::eq(source.results.as_ptr(), Arc::as_ptr(results))
+                && source.photograph == photograph
         })
     }
 
@@ -92,7 +97,14 @@ impl ComparedPictures {
         let Some(film) = &picture.film else { return };
         match self.pending.as_ref().map(Pending::answer) {
             Some(Answer::Waiting) => return,
-            Some(Answer::Ready(made)) => self.take(ctx, made),
+            Some(Answer::Ready((comparison, pictures))) => {
+                let mut names = ["photograph", "render", "difference"].into_iter();
+                let pictures = pictures.map(|picture| {
+                    let name = names.next().unwrap_or_default();
+                    ctx.load_texture(name, picture, TextureOptions::LINEAR)
+                });
+                self.shown = Some(Shown { comparison, pictures });
+            }
             Some(Answer::Lost) | None => {}
         }
         self.pending = None;
@@ -108,8 +120,9 @@ impl ComparedPictures {
             return;
         }
         self.tried = Some(source.clone());
-        let known = self.averages.as_ref().filter(|(of, _)| of.has_averages_of(&source));
-        let known = known.map(|(_, averages)| averages.clone());
+        let known = self.shown.as_ref().map(|shown| &shown.comparison);
+        let known = known.filter(|known| known.source.has_averages_of(&source));
+        let known = known.map(|known| known.averages.clone());
         let (film, capture) = (film.clone(), capture.clone());
         self.pending = Some(Pending::start("compare", ctx, move || {
             let image = capture.photographs[photograph].image.as_deref();
@@ -118,36 +131,10 @@ impl ComparedPictures {
             compared(&film, source, averages)
         }));
     }
-
-    fn take(&mut self, ctx: &egui::Context, made: Compared) {
-        let mut names = ["photograph", "render", "difference"].into_iter();
-        let pictures = made.pictures.map(|picture| {
-            ctx.load_texture(names.next().unwrap_or_default(), picture, TextureOptions::LINEAR)
-        });
-        self.shown = Some(Shown {
-            source: made.source.clone(),
-            pictures,
-            width: made.width,
-            values: made.values,
-            rms: made.rms,
-            noise: made.noise,
-        });
-        self.averages = Some((made.source, made.averages));
-    }
-}
-
-struct Compared {
-    source: Source,
-    averages: Averages,
-    pictures: [ColorImage; 3],
-    width: usize,
-    values: Vec<(Option<Radiance>, Radiance)>,
-    rms: Option<f64>,
-    noise: Option<f64>,
 }
 
 /// Photograph, render and difference.
-fn compared(film: &Film, source: Source, averages: Averages) -> Compared {
+fn compared(film: &Film, source: Source, averages: Averages) -> (Comparison, [ColorImage; 3]) {
     let (beauty, coverage) = (film.beauty(), film.coverage());
     let exposure = source.exposure;
     let mut pictures = [const { Vec::new() }; 3];
@@ -174,15 +161,16 @@ fn compared(film: &Film, source: Source, averages: Averages) -> Compared {
         });
     }
     let size = [film.width, film.height];
-    Compared {
+    let pictures = pictures.map(|pixels| ColorImage::new(size, pixels));
+    let comparison = Comparison {
         source,
         averages,
-        pictures: pictures.map(|pixels| ColorImage::new(size, pixels)),
         width: film.width,
         values,
         rms: (count > 0).then(|| (sum / count as f64).sqrt()).filter(|rms| rms.is_finite()),
         noise: film.noise(),
-    }
+    };
+    (comparison, pictures)
 }
 
 /// The photograph, averaged to the pixels of a film.

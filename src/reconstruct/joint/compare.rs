@@ -226,7 +226,7 @@ fn kept_weights(problem: &Problem, is_held: impl Fn(usize) -> bool) -> Vec<f64> 
 /// The fit of a model with other weights of the rows, predicting all.
 fn again(problem: &Problem, fitted: &Fitted, weights: &[f64]) -> Result<Vec<Fit>, Error> {
     let (model, design, starts) = (&fitted.model, &fitted.design, fitted.starts());
-    descend(problem, model, design, weights, &starts, ROUGH, |_| Vec::new())
+    descend(problem, model, design, weights, starts, ROUGH, |_| Vec::new())
 }
 
 /// Root mean square of log(computed/measured) of rows that are held out of a fit, per channel;

@@ -95,16 +95,17 @@ pub fn fit(
     from: Option<&Fitted>,
     tolerance: Tolerance,
 ) -> Result<Fitted, Error> {
-    let design = Arc::new(model.design(problem, from));
+    let alike = from.filter(|fitted| Arc::ptr_eq(&fitted.rows, &problem.rows));
+    let design = Arc::new(model.design(problem, alike));
     let starts: Vec<Start> = (0..CHANNELS)
         .into_par_iter()
         .map(|channel| Start {
             state: start(problem, model, from, channel),
-            hessian: from.and_then(|from| carried(problem, model, from, channel)),
+            hessian: alike.map(|fitted| carried(model, fitted, channel)),
         })
         .collect();
     let channels =
-        descend(problem, model, &design, &problem.weights, &starts, tolerance, |_| Vec::new())?;
+        descend(problem, model, &design, &problem.weights, starts, tolerance, |_| Vec::new())?;
     Ok(Fitted { model: model.clone(), rows: problem.rows.clone(), design, channels })
 }
 
@@ -133,7 +134,7 @@ pub fn fit_with_scale_prior(problem: &Problem, mut fitted: Fitted) -> Result<Fit
     for _ in 0..PRIOR_ROUNDS {
         let before: Rgb = std::array::from_fn(|c| level(&fitted, c));
         let (model, design, starts) = (&fitted.model, &fitted.design, fitted.starts());
-        let channels = descend(problem, model, design, &problem.weights, &starts, EXACT, |c| {
+        let channels = descend(problem, model, design, &problem.weights, starts, EXACT, |c| {
             let others: f64 = (0..CHANNELS).filter(|o| *o != c).map(|o| before[o] - mean).sum();
             let (target, weight) = (mean + gain * others, problem.priors.noise[c] / variance);
             vec![Anchor { combination: combination.clone(), target, weight }]
@@ -153,7 +154,6 @@ const PRIOR_ROUNDS: usize = 20;
 const FIRST_SPECULAR: f64 = 0.05;
 
 /// Where the descent of a channel starts.
-#[derive(Clone)]
 pub struct Start {
     state: State,
     /// Second derivatives near it.
@@ -168,24 +168,16 @@ impl Start {
 
 /// The second derivatives of an earlier fit to the same rows, over the columns that a model has in common
 /// with it.
-fn carried(
-    problem: &Problem,
-    model: &LightModel,
-    from: &Fitted,
-    channel: usize,
-) -> Option<Hessian> {
-    if !Arc::ptr_eq(&from.rows, &problem.rows) {
-        return None;
-    }
+fn carried(model: &LightModel, from: &Fitted, channel: usize) -> Hessian {
     let has_another_lobe = |run: &Run| {
         run.glossy.is_some() && model.gloss[run.material] != from.model.gloss[run.material]
     };
     let rows: Vec<usize> =
-        problem.rows.runs().filter(has_another_lobe).flat_map(|run| run.rows).collect();
+        from.rows.runs().filter(has_another_lobe).flat_map(|run| run.rows).collect();
     let mut hessian = (*from.channels[channel].hessian).clone();
     let system = Channel { rows: &from.rows, design: &from.design, channel };
     hessian.take_out(&system, &rows);
-    Some(hessian.carried(&model.columns_in(from)))
+    hessian.carried(&model.columns_in(from))
 }
 
 /// The unknowns with which the descent of a channel starts.
@@ -225,7 +217,7 @@ pub fn descend(
     model: &LightModel,
     design: &Design,
     weights: &[f64],
-    starts: &[Start],
+    starts: Vec<Start>,
     tolerance: Tolerance,
     anchors: impl Fn(usize) -> Vec<Anchor> + Sync,
 ) -> Result<Vec<Fit>, Error> {
@@ -247,7 +239,7 @@ pub fn descend(
             .collect()
     };
     let mut held: Held = std::array::from_fn(|channel| model.held(channel));
-    let mut fits = minima(&held, starts.to_vec())?;
+    let mut fits = minima(&held, starts)?;
     for part in &model.parts {
         let Some(colour) = part.colour else { continue };
         let column = model.columns_of(part.slot).start;

@@ -85,7 +85,7 @@ impl Hessian {
             return true;
         }
         self.take_out(channel, &changed);
-        let Self { row_scales, .. } = self;
+        let row_scales = &mut self.row_scales;
         for &row in &changed {
             row_scales.scale[row] = now.scale[row];
             row_scales.diffuse[row] = now.diffuse[row];

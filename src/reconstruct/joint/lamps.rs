@@ -82,7 +82,7 @@ const ROWS: usize = 800;
 const RAYS_SIDE: usize = 2;
 /// Columns of lamps that are projected together.
 const BATCH: usize = 8 * COLUMNS;
-/// Places at which all columns of a lamp are tried.
+/// Places at which all columns of a lamp are tried: a tenth of all places.
 const SHORT_LIST: usize = 400;
 /// Radius of a lamp before its own is found, and the smallest and largest, in half-diagonals.
 const FIRST_RADIUS: f32 = 0.05;

@@ -236,10 +236,9 @@ impl LightModel {
         self.parts.iter().flat_map(of).collect()
     }
 
-    /// How the light reaches the rows. What an earlier fit of some of the same lights to the same rows
-    /// has found is taken from there.
+    /// How the light reaches the rows. `earlier` is a fit to the same rows: what it has found of the same
+    /// lights and lobes is taken from there.
     pub fn design(&self, problem: &Problem, earlier: Option<&Fitted>) -> Design {
-        let earlier = earlier.filter(|fitted| Arc::ptr_eq(&fitted.rows, &problem.rows));
         let alike = earlier.filter(|fitted| self.has_the_lights_of(&fitted.model));
         let diffuse = match alike {
             Some(fitted) => fitted.design.diffuse.clone(),

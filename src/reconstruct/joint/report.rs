@@ -21,7 +21,7 @@ pub fn without_highlight(
     let shows =
         |own: &MaterialCertainty, material: usize, channel: usize| match own.specular[channel] {
             Some([low, _]) => low > 0.0 && posterior.specular[channel][material] > NO_HIGHLIGHT,
-            //            // A highlight has to be present in all light sets.
+            // A highlight has to be present in all light sets.
             None => ensemble
                 .members
                 .iter()

@@ -114,7 +114,7 @@ pub fn assess(
     let determined: [Determined; CHANNELS] =
         std::array::from_fn(|channel| Determined::of(problem, fitted, channel));
     let noise = certainty.scale.log_rms.map(|rms| (MODEL_ERROR * rms).powi(2));
-    //    // A reflectance that is known with a standard deviation counts like rows.
+    // A reflectance that is known with a standard deviation counts like rows.
     let pins: [Vec<(usize, f64)>; CHANNELS] = std::array::from_fn(|c| {
         let weight = |(material, _, variance)| (material, UNDERSTATED * noise[c] / variance);
         priors.pins_of(c).map(weight).collect()
@@ -147,7 +147,7 @@ pub fn assess(
             let between = posterior.log_diffuse_variance[channel][material];
             let sum = |common: f64, own: f64| noise * (common + own) + between + whole;
             let by_rows = sum(from_rows.common, own);
-            //            // Above that the weak prior, weighed by the same noise, is more certain
+            // Above that the weak prior, weighed by the same noise, is more certain
             //            than the rows.
             entry.identified[channel] = by_rows.sqrt() < problem.options().prior_sd;
             if (UNDERSTATED * by_rows).sqrt() > WARN_SD {

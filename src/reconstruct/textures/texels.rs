@@ -251,7 +251,7 @@ fn shown(
     let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
     // Beside an edge a pixel shows another surface too: used where there is no other.
     let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
-    //    // The specular reflection is known less well than the measured radiance.
+    // The specular reflection is known less well than the measured radiance.
     let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
     let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
     Photographed {

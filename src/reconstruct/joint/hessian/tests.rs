@@ -68,6 +68,11 @@ impl Example {
     }
 }
 
+/// Reflectances of which no column is asked for.
+fn nothing() -> ByReflectances {
+    ByReflectances { diffuse: vec![0.0; ROWS], specular: vec![0.0; ROWS] }
+}
+
 fn assert_alike(found: &Mat<f64>, expected: &Mat<f64>) {
     assert_eq!((found.nrows(), found.ncols()), (expected.nrows(), expected.ncols()));
     for i in 0..expected.nrows() {
@@ -100,7 +105,6 @@ fn products_are_sums_over_the_rows() {
 fn rows_that_changed_are_exchanged() {
     let mut example = Example::new();
     let before = example.row_scales();
-    let none = ByReflectances { diffuse: vec![0.0; ROWS], specular: vec![0.0; ROWS] };
     let mut now = before.clone();
     for row in (0..ROWS).step_by(5) {
         now.diffuse[row] = if row % 2 == 0 { 0.0 } else { 1.5 * before.diffuse[row] };
@@ -111,28 +115,27 @@ fn rows_that_changed_are_exchanged() {
     let mut hessian = Hessian::new(before.clone(), COLUMNS);
     hessian.extend(&channel, &columns);
     assert!(hessian.refresh(&channel, now.clone()));
-    let found = hessian.over(&channel, &columns, &[], &none);
-    assert_alike(&found, &example.expected(&now, &columns, &[], &none));
+    let found = hessian.over(&channel, &columns, &[], &nothing());
+    assert_alike(&found, &example.expected(&now, &columns, &[], &nothing()));
     // Back again, and one row by less than matters.
     let mut nearly = before.clone();
     nearly.diffuse[1] *= 1.0 + 0.5 * NEAR;
     assert!(!hessian.refresh(&channel, nearly));
-    let found = hessian.over(&channel, &columns, &[], &none);
-    assert_alike(&found, &example.expected(&before, &columns, &[], &none));
+    let found = hessian.over(&channel, &columns, &[], &nothing());
+    assert_alike(&found, &example.expected(&before, &columns, &[], &nothing()));
     // All of them: what was there is of no use.
     let others = example.row_scales();
     let channel = example.channel();
     assert!(hessian.refresh(&channel, others.clone()));
     hessian.extend(&channel, &columns);
-    let found = hessian.over(&channel, &columns, &[], &none);
-    assert_alike(&found, &example.expected(&others, &columns, &[], &none));
+    let found = hessian.over(&channel, &columns, &[], &nothing());
+    assert_alike(&found, &example.expected(&others, &columns, &[], &nothing()));
 }
 
 #[test]
 fn columns_are_found_again_in_another_model() {
     let mut example = Example::new();
     let scales = example.row_scales();
-    let none = ByReflectances { diffuse: vec![0.0; ROWS], specular: vec![0.0; ROWS] };
     let mut hessian = Hessian::new(scales.clone(), COLUMNS);
     hessian.extend(&example.channel(), &[0, 2, 3]);
     // Another order, one column that is new, one that the products lack.
@@ -146,8 +149,8 @@ fn columns_are_found_again_in_another_model() {
     let columns = [0, 1, 2, 3];
     let mut carried = carried;
     carried.extend(&channel, &columns);
-    let found = carried.over(&channel, &columns, &[], &none);
-    assert_alike(&found, &example.expected(&scales, &columns, &[], &none));
+    let found = carried.over(&channel, &columns, &[], &nothing());
+    assert_alike(&found, &example.expected(&scales, &columns, &[], &nothing()));
 }
 
 /// A column that only rows which are taken out are lit by is 0 then, not a remainder of rounding.
@@ -160,13 +163,12 @@ fn nothing_is_left_of_rows_that_are_taken_out() {
     let kept = |row, column| if is_kept(row, column) { own.diffuse[(row, column)] } else { 0.0 };
     example.design.diffuse = Mat::from_fn(ROWS, COLUMNS, kept).into();
     example.design.specular = Mat::zeros(own.specular.nrows(), COLUMNS).into();
-    let none = ByReflectances { diffuse: vec![0.0; ROWS], specular: vec![0.0; ROWS] };
     let channel = example.channel();
     let mut hessian = Hessian::new(scales, COLUMNS);
     hessian.extend(&channel, &[0, 2]);
     let rows: Vec<usize> = (0..ROWS).step_by(3).collect();
     hessian.take_out(&channel, &rows);
-    let found = hessian.over(&channel, &[0, 2], &[], &none);
+    let found = hessian.over(&channel, &[0, 2], &[], &nothing());
     assert_eq!((found[(1, 1)], found[(0, 1)], found[(1, 0)]), (0.0, 0.0, 0.0));
     assert!(found[(0, 0)] > 1.0);
 }
