@@ -30,6 +30,14 @@ pub struct Record {
     pub irradiance: Radiance,
 }
 
+impl Record {
+    /// The direction, an angular radius of 0, and the irradiance, as [`Incoming`](crate::scene::Incoming)
+    /// takes them.
+    pub fn from_direction(&self) -> (Vec3, f32, Radiance) {
+        (self.direction, 0.0, self.irradiance)
+    }
+}
+
 /// The light that rays over a surface point's hemisphere found.
 pub struct Gathered {
     /// I_s, from photographed surfaces alone.

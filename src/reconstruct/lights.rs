@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::geometry::bvh::Blocker;
 use crate::geometry::spaced::select_spaced;
 use crate::math::sampling::{
     Frame, Random, grid_side, square_to_disc, square_to_uniform_hemisphere, stratified,
@@ -136,32 +137,33 @@ impl VirtualLight {
         (self.radius_m / distance).min(1.0)
     }
 
-    /// V(x, A_i): the fraction of the light that is visible from a surface point, by `side`²
-    /// jittered rays.
-    pub fn visibility(
-        &self,
-        views: &Views,
-        point: SurfacePoint,
-        side: usize,
-        random: &mut Random,
-    ) -> f32 {
+    /// V(x, A_i): the fraction of the light that is visible from a surface point.
+    pub fn visibility(&self, views: &Views, point: SurfacePoint, rays: &mut VisibilityRays) -> f32 {
         // The sun is smaller than the angle that samples resolve.
-        let side = if self.kind == LightKind::Sun { 1 } else { side };
-        let discs: Vec<Vec2> = stratified(side, random).map(square_to_disc).collect();
-        self.visible_part(views, point, &discs)
+        let side = if self.kind == LightKind::Sun { 1 } else { rays.side };
+        let discs: Vec<Vec2> = stratified(side, &mut rays.random).map(square_to_disc).collect();
+        self.visible_part(views, point, &discs, &mut rays.last)
     }
 
     /// The same by rays to places of the light that points of the unit disc stand for.
-    pub fn visible_part(&self, views: &Views, point: SurfacePoint, discs: &[Vec2]) -> f32 {
+    pub fn visible_part(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        discs: &[Vec2],
+        last: &mut Blocker,
+    ) -> f32 {
         let frame = self.frame(point);
-        let free = discs.iter().filter(|&&disc| self.is_free(views, point, frame, disc)).count();
+        let is_free = |disc: &&Vec2| self.is_free(views, point, frame, **disc, last);
+        let free = discs.iter().filter(is_free).count();
         free as f32 / discs.len() as f32
     }
 
     /// Whether the place of the light for a point of the unit square is visible from a surface
     /// point.
     pub fn is_seen(&self, views: &Views, point: SurfacePoint, square: Vec2) -> bool {
-        self.is_free(views, point, self.frame(point), square_to_disc(square))
+        let frame = self.frame(point);
+        self.is_free(views, point, frame, square_to_disc(square), &mut Blocker::default())
     }
 
     /// About the direction that the light's disc faces.
@@ -186,19 +188,44 @@ impl VirtualLight {
         -(frame.tangent * out.x + frame.bitangent * out.y + frame.normal * height)
     }
 
-    fn is_free(&self, views: &Views, point: SurfacePoint, frame: Frame, disc: Vec2) -> bool {
+    fn is_free(
+        &self,
+        views: &Views,
+        point: SurfacePoint,
+        frame: Frame,
+        disc: Vec2,
+        last: &mut Blocker,
+    ) -> bool {
         if self.is_distant() {
             let direction = self.distant_direction(frame, disc);
             direction.dot(point.normal) > 0.0
-                && !views.caster.occluded(&views.ray(point, direction))
+                && !views.caster.occluded_after(&views.ray(point, direction), last)
         } else {
             let out = frame.tangent * disc.x + frame.bitangent * disc.y;
             let target = self.position + self.radius_m * out;
             // The part of a disc below a surface point's horizon is hidden by the surface point's
             // own surface.
             let above = (target - point.position).dot(point.normal) > 0.0;
-            above && views.is_free(point, target)
+            above && views.is_free_after(point, target, last)
         }
+    }
+}
+
+/// The rays that ask how much a surface point sees of one light after the other: `side`² jittered ones
+/// for each.
+pub struct VisibilityRays {
+    /// Rays along each side of the grid.
+    pub side: usize,
+    /// Where in their cells they are.
+    pub random: Random,
+    /// What blocked the last one that was blocked.
+    last: Blocker,
+}
+
+impl VisibilityRays {
+    /// Before any of them.
+    pub fn new(side: usize, random: Random) -> Self {
+        Self { side, random, last: Blocker::default() }
     }
 }
 

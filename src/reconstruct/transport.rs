@@ -14,10 +14,10 @@ use crate::options;
 use crate::reconstruct::Stream;
 use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::hemisphere::{Gathered, Record, UnphotographedHit, hemisphere};
-use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights, VisibilityRays};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{Arrivals, Gloss, KnownLight, MaterialKind, SurfacePoint, Viewing, Views};
+use crate::scene::{Incoming, KnownLight, MaterialKind, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -105,12 +105,9 @@ impl Transport {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
     }
 
-    /// ∫ L π f/ρ_s cos θ dω over the radiance records of one sample, per channel.
-    pub fn reflected(&self, sample: usize, viewing: Viewing, gloss: Gloss) -> Rgb {
-        let records = self.records_of(sample);
-        let directions = records.iter().map(|record| (record.direction, 0.0));
-        let irradiance = records.iter().map(|record| &record.irradiance);
-        Arrivals::new(viewing, directions).reflected(gloss, irradiance)
+    /// The light of the radiance records of one sample.
+    pub fn incoming(&self, sample: usize) -> Incoming {
+        Incoming::new(self.records_of(sample).iter().map(Record::from_direction))
     }
 
     /// The hits of one sample on surfaces that no photograph shows.
@@ -224,9 +221,9 @@ pub(super) fn couple_some(
         .par_iter()
         .map(|&index| {
             watch.tick()?;
-            let mut random = Random::new(seed, Stream::Visibility as u64, index as u64);
+            let random = Random::new(seed, Stream::Visibility as u64, index as u64);
             let sample = &cloud.samples[index];
-            Ok(couple_sample(views, sample, lights, lobes, options, &mut random))
+            Ok(couple_sample(views, sample, lights, lobes, options, random))
         })
         .collect()
 }
@@ -238,32 +235,31 @@ fn couple_sample(
     lights: &VirtualLights,
     lobes: &Lobes,
     options: &TransportOptions,
-    random: &mut Random,
+    random: Random,
 ) -> Vec<f32> {
-    let side = grid_side(options.disc_rays);
+    let mut rays = VisibilityRays::new(grid_side(options.disc_rays), random);
     let mut row = vec![0.0f32; lobes.lobes.len()];
     for (index, light) in lights.lights.iter().enumerate() {
         let range = lobes.of(index);
         let (shapes, values) = (&lobes.lobes[range.clone()], &mut row[range]);
-        arriving(views, light, shapes, sample.surface_point(), side, random, values);
+        arriving(views, light, shapes, sample.surface_point(), &mut rays, values);
     }
     row
 }
 
-/// k_ij of one light's lobes at a surface point, from `side`² visibility rays.
+/// k_ij of one light's lobes at a surface point.
 pub fn arriving(
     views: &Views,
     light: &VirtualLight,
     lobes: &[Lobe],
     point: SurfacePoint,
-    side: usize,
-    random: &mut Random,
+    rays: &mut VisibilityRays,
     values: &mut [f32],
 ) {
     values.fill(0.0);
     if let LightKind::Known(known) = light.kind {
         if let KnownLight::Shape { emitter, .. } = &views.capture.lights[known] {
-            values.fill(emitter.irradiance(views, point, side, random));
+            values.fill(emitter.irradiance(views, point, rays.side, &mut rays.random));
         }
         return;
     }
@@ -276,7 +272,7 @@ pub fn arriving(
         values.fill(0.0);
         return;
     }
-    let visible = light.visibility(views, point, side, random);
+    let visible = light.visibility(views, point, rays);
     for value in values {
         *value *= visible;
     }

@@ -232,7 +232,7 @@ impl Light {
         let width = self.width;
         let mut smoothed = vec![0.0; width * guides.height];
         smoothed.par_chunks_exact_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-            vectorised(|| self.smooth_row(guides, y, row));
+            vectorised!(self.smooth_row(guides, y, row));
         });
         let (stride, first) = (self.stride(), (CHANNELS * self.layers + 1) * width);
         for (row, smoothed) in
@@ -247,7 +247,7 @@ impl Light {
         let (width, stride) = (self.width, self.stride());
         let mut result = Self::new(width, guides.height, self.layers);
         result.rows.par_chunks_exact_mut(stride.max(1)).enumerate().for_each(|(y, row)| {
-            vectorised(|| self.filter_row(guides, (y, step), row));
+            vectorised!(self.filter_row(guides, (y, step), row));
         });
         result
     }

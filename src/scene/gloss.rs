@@ -4,9 +4,7 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::mirrored;
-use crate::solve::kernels::{exp2, log2, vectorised};
 
 /// The shape of a specular lobe, without its strength ρ_s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +29,7 @@ pub struct Viewing {
 /// Logarithm of a part of a lobe's height that no sum of double precision shows.
 const DARK_LOG: f64 = -40.0;
 /// Index of refraction of a coat: of varnish, plastic and glaze within a few hundredths.
-const INDEX: f64 = 1.5;
+pub(super) const INDEX: f64 = 1.5;
 /// The reflectance of a smooth coat for evenly distributed light, 2 ∫ F(μ) μ dμ from 0 to 1. A rough
 /// coat reflects a few thousandths less.
 const MEAN_FRESNEL: f64 = 0.0918;
@@ -149,122 +147,6 @@ impl Reflected {
     }
 }
 
-/// Directions that light comes from at a surface point that is viewed in one way: of many lobes each is
-/// evaluated for all of them at once, in single precision.
-#[derive(Clone, Debug, Default)]
-pub struct Arrivals {
-    /// Cosine between the normal and the viewer.
-    viewer: f32,
-    /// Per direction log₂ of its cosine with the mirror direction, and its cosine with the normal.
-    log_mirror: Vec<f32>,
-    light: Vec<f32>,
-    /// Squared sine of the half vector with the normal, and Fresnel's reflectance; 0 below the surface.
-    half_sine2: Vec<f32>,
-    fresnel: Vec<f32>,
-    /// A quarter of the squared angular radius of the light.
-    widening: Vec<f32>,
-}
-
-impl Arrivals {
-    /// `directions` are unit vectors, each with the angular radius of a light in radians.
-    pub fn new(viewing: Viewing, directions: impl Iterator<Item = (Vec3, f32)>) -> Self {
-        let Viewing { normal, mirror } = viewing;
-        let viewer = normal.dot(mirror);
-        let towards = 2.0 * viewer * normal - mirror;
-        let mut axes: [Vec<f32>; 3] = Default::default();
-        let mut widening = Vec::new();
-        for (direction, angle) in directions {
-            axes.iter_mut().zip(direction.to_array()).for_each(|(axis, value)| axis.push(value));
-            widening.push(0.25 * angle * angle);
-        }
-        let zeros = || vec![0.0; widening.len()];
-        let (mut log_mirror, mut light) = (zeros(), zeros());
-        let (mut half_sine2, mut fresnel) = (zeros(), zeros());
-        vectorised(|| {
-            let directions = axes[0].iter().zip(&axes[1]).zip(&axes[2]);
-            let cosines = log_mirror.iter_mut().zip(&mut light);
-            let of_half = half_sine2.iter_mut().zip(&mut fresnel);
-            for (((log_mirror, light), (sine2, fresnel)), ((&x, &y), &z)) in
-                cosines.zip(of_half).zip(directions)
-            {
-                let direction = Vec3::new(x, y, z);
-                let cosine = mirror.dot(direction).clamp(f32::MIN_POSITIVE, 1.0);
-                *log_mirror = log2(cosine);
-                *light = normal.dot(direction).max(0.0);
-                let half = towards + direction;
-                let square = half.length_squared().max(f32::MIN_POSITIVE);
-                let across = normal.cross(half);
-                let is_above = *light > 0.0 && viewer > 0.0;
-                *sine2 = (across.length_squared() / square).min(1.0);
-                // The cosine between the half vector and the light is half the length of their sum.
-                let reflected = fresnel_f32((0.5 * square.sqrt()).min(1.0));
-                *fresnel = if is_above { reflected } else { 0.0 };
-            }
-        });
-        Self { viewer, log_mirror, light, half_sine2, fresnel, widening }
-    }
-
-    /// [`Gloss::value`] for every direction.
-    pub fn values(&self, gloss: Gloss) -> Vec<f32> {
-        let mut values = self.fresnel.clone();
-        match gloss {
-            Gloss::Phong { exponent } => {
-                let flat = (exponent as f32).recip();
-                vectorised(|| {
-                    let of_direction = self.log_mirror.iter().zip(&self.widening);
-                    for (value, (&log, &widening)) in values.iter_mut().zip(of_direction) {
-                        let n = (flat + widening).recip();
-                        *value = 0.5 * (n + 2.0) * exp2(n * log);
-                    }
-                });
-            }
-            Gloss::Coat { roughness } => {
-                let flat = (roughness * roughness) as f32;
-                vectorised(|| {
-                    let of_direction = self.light.iter().zip(&self.half_sine2).zip(&self.widening);
-                    for (value, ((&light, &sine2), &widening)) in
-                        values.iter_mut().zip(of_direction)
-                    {
-                        let square = (flat + widening).min(1.0);
-                        let across =
-                            |cosine: f32| (square + (1.0 - square) * cosine * cosine).sqrt();
-                        let shadowed = self.viewer * across(light) + light * across(self.viewer);
-                        let spread = sine2 + square * (1.0 - sine2);
-                        *value *=
-                            0.5 * square / (spread * spread * shadowed.max(f32::MIN_POSITIVE));
-                    }
-                });
-            }
-        }
-        values
-    }
-
-    /// Σ of the irradiance from each direction times [`Gloss::value`] for it.
-    pub fn reflected<'i>(
-        &self,
-        gloss: Gloss,
-        irradiance: impl Iterator<Item = &'i Radiance>,
-    ) -> Rgb {
-        let mut sum = [0.0f64; CHANNELS];
-        for (factor, irradiance) in self.values(gloss).into_iter().zip(irradiance) {
-            for (sum, irradiance) in sum.iter_mut().zip(irradiance) {
-                *sum += f64::from(factor * irradiance);
-            }
-        }
-        sum
-    }
-}
-
-/// [`fresnel`] in single precision.
-#[inline(always)]
-fn fresnel_f32(cosine: f32) -> f32 {
-    let index = INDEX as f32;
-    let within = (1.0 - (1.0 - cosine * cosine) / (index * index)).sqrt();
-    let across = (cosine - index * within) / (cosine + index * within);
-    let along = (index * cosine - within) / (index * cosine + within);
-    0.5 * (across * across + along * along)
-}
-
 /// The reflectance of unpolarised light at the coat, by the cosine of incidence.
 pub fn fresnel(cosine: f64) -> f64 {
     let within = (1.0 - (1.0 - cosine * cosine) / (INDEX * INDEX)).sqrt();
@@ -336,33 +218,6 @@ mod tests {
         let there = gloss.value(Viewing::from(a, Vec3::Z), b, 0.0);
         let back = gloss.value(Viewing::from(b, Vec3::Z), a, 0.0);
         assert!(there > 0.0 && (there / back - 1.0).abs() < 1e-5, "{there} {back}");
-    }
-
-    #[test]
-    fn many_directions_at_once_are_those_one_by_one() {
-        let mut random = Random::new(4, 0, 0);
-        let frame = Frame::about(Vec3::Z);
-        let directions: Vec<(Vec3, f32)> = (0..500)
-            .map(|k| {
-                let up = frame.to_world(square_to_cosine_hemisphere(random.point()));
-                // Some below the surface.
-                (if k % 7 == 0 { -up } else { up }, 0.3 * (k % 3) as f32)
-            })
-            .collect();
-        for degrees in [0.0f32, 35.0, 80.0] {
-            let seen = viewing(degrees);
-            let arrivals = Arrivals::new(seen, directions.iter().copied());
-            let phong = [3.0, 40.0].map(|exponent| Gloss::Phong { exponent });
-            let coat = [0.05, 0.4].map(|roughness| Gloss::Coat { roughness });
-            for gloss in phong.into_iter().chain(coat) {
-                let values = arrivals.values(gloss);
-                for (&(direction, angle), value) in directions.iter().zip(values) {
-                    let expected = gloss.value(seen, direction, angle.into());
-                    let error = (f64::from(value) - expected).abs();
-                    assert!(error < 1e-4 * (expected + 1e-3), "{gloss:?}: {value} {expected}");
-                }
-            }
-        }
     }
 
     /// The highlight of a large light is that of a small one smoothed over its disc.

@@ -11,6 +11,7 @@ pub mod dome;
 pub mod emitter;
 pub mod gloss;
 mod hits;
+mod incoming;
 mod look;
 pub mod image;
 pub mod mask;
@@ -28,8 +29,9 @@ pub use capture::{
 };
 pub use dome::Dome;
 pub use emitter::Emitter;
-pub use gloss::{Arrivals, Gloss, Viewing, fresnel};
+pub use gloss::{Gloss, Viewing, fresnel};
 pub use image::Image;
+pub use incoming::Incoming;
 pub use mask::{Mask, Shape};
 pub use mirrors::{MirrorsAndGlass, Optics, without_glass};
 pub use pixels::{Stored, Values};

@@ -15,7 +15,7 @@ use glam::{Mat3, Vec2, Vec3};
 
 use super::hits::Hits;
 use super::look::Look;
-use crate::geometry::bvh::{Hit, Ray, RayCaster};
+use crate::geometry::bvh::{Blocker, Hit, Ray, RayCaster};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::scene::agreement::{agreed, agreeing, brightness};
@@ -186,10 +186,21 @@ impl<'a> Views<'a> {
 
     /// Whether the segment from a surface point to a point above its surface is free.
     pub fn is_free(&self, point: SurfacePoint, target: Vec3) -> bool {
-        self.is_free_in(self.caster, point, target)
+        self.is_free_after(point, target, &mut Blocker::default())
     }
 
-    fn is_free_in(&self, caster: &RayCaster, point: SurfacePoint, target: Vec3) -> bool {
+    /// The same, looking first at what blocked a segment before ([`RayCaster::occluded_after`]).
+    pub fn is_free_after(&self, point: SurfacePoint, target: Vec3, last: &mut Blocker) -> bool {
+        self.is_free_in(self.caster, point, target, last)
+    }
+
+    fn is_free_in(
+        &self,
+        caster: &RayCaster,
+        point: SurfacePoint,
+        target: Vec3,
+        last: &mut Blocker,
+    ) -> bool {
         let origin = point.position + point.normal * self.offset_m;
         let offset = target - origin;
         let length = offset.length();
@@ -198,7 +209,7 @@ impl<'a> Views<'a> {
         }
         // The segment ends short of the target, which may lie on a surface itself.
         let t_max = length * (1.0 - 1e-4) - self.offset_m;
-        !caster.occluded(&Ray { origin, direction: offset / length, t_min: 0.0, t_max })
+        !caster.occluded_after(&Ray { origin, direction: offset / length, t_min: 0.0, t_max }, last)
     }
 
     /// The pixel in which a photograph shows a surface point, and the cosine of the angle of view.
@@ -230,7 +241,8 @@ impl<'a> Views<'a> {
                 return None;
             }
         }
-        self.is_free_in(self.seen_caster, point, buffer.position).then_some(seen)
+        self.is_free_in(self.seen_caster, point, buffer.position, &mut Blocker::default())
+            .then_some(seen)
     }
 
     /// Whether any photograph has a measurement at a surface point.

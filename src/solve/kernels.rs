@@ -1,5 +1,5 @@
 //! Sums of products with a fixed order, written so that the compiler keeps them in vector
-//! registers, wide ones inside `vectorised`. Lanes and order are the same in all of them, so the
+//! registers, wide ones inside `vectorised!`. Lanes and order are the same in all of them, so the
 //! result depends neither on that nor on alignment or threads.
 
 use std::iter::Sum;
@@ -9,23 +9,26 @@ use faer::{Mat, MatMut, MatRef};
 
 const LANES: usize = 16;
 
-/// Runs `job` compiled for the widest registers of this machine, as far as it is inlined.
-#[inline]
-pub fn vectorised<R>(job: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(job)
+/// The value of an expression that is compiled for the widest registers of this machine, with all that is
+/// inlined into it. What the compiler does not inline is compiled for those that every machine has; hence a
+/// macro, which makes sure of it for the expression itself.
+macro_rules! vectorised {
+    ($job:expr) => {{
+        let once = $crate::solve::kernels::Once;
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let _once = once;
+                $job
+            },
+        )
+    }};
 }
+pub(crate) use vectorised;
 
-/// Σ aᵢ bᵢ, in single or double precision.
-#[inline(always)]
-pub fn dot<T: Number>(a: &[T], b: &[T]) -> T {
-    sum_of_products(a, b)
-}
-
-/// Σ aᵢ bᵢ in double precision, of values that are kept in single precision.
-#[inline(always)]
-pub fn dot_single(a: &[f32], b: &[f64]) -> f64 {
-    sum_of_products(a, b)
-}
+/// Makes a closure that takes it one that is called once. Any other is called by way of a function that
+/// the compiler may not inline.
+pub(crate) struct Once;
 
 /// What sums are made in.
 pub trait Number:
@@ -36,18 +39,57 @@ pub trait Number:
 impl Number for f32 {}
 impl Number for f64 {}
 
+/// Σ aᵢ bᵢ, in single or double precision.
 #[inline(always)]
-fn sum_of_products<A: Copy + Into<T>, T: Number>(a: &[A], b: &[T]) -> T {
+pub fn dot<T: Number>(a: &[T], b: &[T]) -> T {
     let mut sums = [T::default(); LANES];
     let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
-    let tail: T = rest.map(|(&a, &b)| a.into() * b).sum();
+    let tail: T = rest.map(|(&a, &b)| a * b).sum();
     for (a, b) in a_blocks.zip(b_blocks) {
         for lane in 0..LANES {
-            sums[lane] += a[lane].into() * b[lane];
+            sums[lane] += a[lane] * b[lane];
         }
     }
     fold(&sums) + tail
+}
+
+/// Columns that are multiplied together, so that what they are multiplied by is read once for all.
+pub const TOGETHER: usize = 4;
+
+/// Σ aᵢ bᵢ of some columns `a` with each of `b`, all as long as the first of `b`, in double precision.
+#[inline(always)]
+pub fn dots_single<const B: usize>(a: [&[f32]; TOGETHER], b: [&[f64]; B]) -> [[f64; B]; TOGETHER] {
+    // As many lanes as leave all sums in registers.
+    const LANES: usize = 4;
+    let rows = b[0].len();
+    let (a, b) = (a.map(|a| a[..rows].as_chunks::<LANES>()), b.map(|b| b.as_chunks::<LANES>()));
+    let mut sums = [[[0.0; LANES]; B]; TOGETHER];
+    let blocks = rows / LANES;
+    let (a_blocks, b_blocks) = (a.map(|(a, _)| &a[..blocks]), b.map(|(b, _)| &b[..blocks]));
+    for block in 0..blocks {
+        for (sums, a) in sums.iter_mut().zip(&a_blocks) {
+            let a = a[block].map(f64::from);
+            for (sums, b) in sums.iter_mut().zip(&b_blocks) {
+                for ((sum, a), b) in sums.iter_mut().zip(a).zip(b[block]) {
+                    *sum += a * b;
+                }
+            }
+        }
+    }
+    std::array::from_fn(|k| {
+        std::array::from_fn(|j| {
+            let rest = a[k].1.iter().zip(b[j].1);
+            let tail: f64 = rest.map(|(&a, b)| f64::from(a) * b).sum();
+            let [w, x, y, z] = sums[k][j];
+            (w + x) + (y + z) + tail
+        })
+    })
+}
+
+/// The columns in groups of [`TOGETHER`], the last one more than once where it takes that to fill a group.
+pub fn groups(columns: &[usize]) -> impl Iterator<Item = [usize; TOGETHER]> + '_ {
+    columns.chunks(TOGETHER).map(|some| std::array::from_fn(|k| some[k.min(some.len() - 1)]))
 }
 
 /// Σ wᵢ aᵢ² in double precision.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 use lobelia::math::sampling::Random;
-use lobelia::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
+use lobelia::reconstruct::lights::{LightKind, VirtualLight, VirtualLights, VisibilityRays};
 use lobelia::reconstruct::lobes::{Lobe, Lobes};
 use lobelia::reconstruct::transport::{LightGeometry, TransportOptions, gather, geometric_factor};
 use lobelia::scene::{SurfacePoint, Views};
@@ -197,9 +197,8 @@ fn a_half_plane_hides_half_of_a_disc() {
             let trials = 1500;
             let mut sum = 0.0;
             for trial in 0..trials {
-                let mut random = Random::new(7, 1, trial);
-                let visible =
-                    f64::from(light.visibility(&views, floor_site(0.0, 0.0), side, &mut random));
+                let mut rays = VisibilityRays::new(side, Random::new(7, 1, trial));
+                let visible = f64::from(light.visibility(&views, floor_site(0.0, 0.0), &mut rays));
                 // A diameter comes from a straight line through the centre of the square that
                 // the rays are stratified over, so it crosses at most 2 × side − 1 of its
                 // side² cells. The others are half free and half hidden by symmetry.
@@ -228,10 +227,10 @@ fn visibility_is_all_or_nothing_away_from_edges() {
     );
     let caster = room.caster();
     let views = Views::new(&room.capture, &caster, &Watch::new()).unwrap();
-    let mut random = Random::new(1, 1, 1);
+    let mut rays = VisibilityRays::new(4, Random::new(1, 1, 1));
     let mut visible = |x: f32| {
         let light = disc(Vec3::new(x, 0.0, 2.0), -Vec3::Z, 0.2);
-        light.visibility(&views, floor_site(x, 0.0), 4, &mut random)
+        light.visibility(&views, floor_site(x, 0.0), &mut rays)
     };
     assert_eq!(visible(-0.5), 1.0);
     assert_eq!(visible(1.5), 0.0);

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::RayCaster;
 use lobelia::math::sampling::{Random, fibonacci};
-use lobelia::reconstruct::lights::{LightKind, VirtualLight};
+use lobelia::reconstruct::lights::{LightKind, VirtualLight, VisibilityRays};
 use lobelia::reconstruct::lobes::Lobe;
 use lobelia::reconstruct::transport::arriving;
 use lobelia::scene::{Emitter, Gloss, KnownLight, SurfacePoint, Viewing, Views};
@@ -108,13 +108,13 @@ fn coupled(
     let towards = (eye - point.position).normalize_or_zero();
     let viewing = Viewing::from(towards, point.normal);
     let run = |run: u64| {
-        let mut random = Random::new(run, 9, 9);
+        let mut rays = VisibilityRays::new(20, Random::new(run, 9, 9));
         let mut sum = 0.0;
         for (index, light) in stage.solved.light.lights.lights.iter().enumerate() {
             let range = stage.solved.light.lobes.of(index);
             let mut values = vec![0.0; range.len()];
             let lobes = &stage.solved.light.lobes.lobes[range.clone()];
-            arriving(&views, light, lobes, point, 20, &mut random, &mut values);
+            arriving(&views, light, lobes, point, &mut rays, &mut values);
             let specular = match surface.specular[channel] {
                 0.0 => 0.0,
                 specular => {

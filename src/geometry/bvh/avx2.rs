@@ -9,7 +9,7 @@ use super::beam::{self, Beam, Met};
 use super::ray::Prepared;
 use super::traverse::{self, Kernel, LeafHits, Slot};
 use super::wide::{Lanes, Leaf, Node, WideTree};
-use super::{Hit, Ray};
+use super::{Blocker, Hit, Ray};
 
 /// Whether the processor has AVX2, as this file calls it: with the instructions for masks that
 /// came along with it.
@@ -32,9 +32,9 @@ pub unsafe fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<
 /// # Safety
 /// `is_available`.
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-pub unsafe fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
+pub unsafe fn occluded(tree: &WideTree, ray: &Ray, last: &mut Blocker, stack: &mut [Slot]) -> bool {
     // SAFETY: as promised by the caller.
-    unsafe { traverse::occluded::<Avx2>(tree, ray, stack) }
+    unsafe { traverse::occluded::<Avx2>(tree, ray, last, stack) }
 }
 
 /// # Safety

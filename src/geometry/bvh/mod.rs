@@ -71,6 +71,12 @@ pub fn distance_to(corners: &[Vec3; 3], ray: &Ray) -> f32 {
     (u * a[2] + v * b[2] + w * c[2]) * shear[2] / (u + v + w)
 }
 
+/// The triangles that blocked a ray; at first none.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Blocker {
+    leaf: usize,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Instructions {
     Portable,
@@ -108,10 +114,17 @@ impl RayCaster {
     /// Whether `closest` would find anything; cheaper, because any hit will do.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded_after(ray, &mut Blocker::default())
+    }
+
+    /// The same, looking first at what blocked the ray before, which is kept in `last`: it mostly blocks
+    /// rays beside it, too.
+    #[inline]
+    pub fn occluded_after(&self, ray: &Ray, last: &mut Blocker) -> bool {
         if self.tree.stack_size > STACK {
-            return self.occluded_with(ray, &mut self.large_stack());
+            return self.occluded_with(ray, last, &mut self.large_stack());
         }
-        self.occluded_with(ray, &mut [const { Slot::uninit() }; STACK])
+        self.occluded_with(ray, last, &mut [const { Slot::uninit() }; STACK])
     }
 
     /// The triangles of `closest` of rays that begin at the origin of a beam which holds their
@@ -150,12 +163,12 @@ impl RayCaster {
     }
 
     #[inline]
-    fn occluded_with(&self, ray: &Ray, stack: &mut [Slot]) -> bool {
+    fn occluded_with(&self, ray: &Ray, last: &mut Blocker, stack: &mut [Slot]) -> bool {
         match self.instructions {
-            Instructions::Portable => portable::occluded(&self.tree, ray, stack),
+            Instructions::Portable => portable::occluded(&self.tree, ray, last, stack),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Instructions::best` found them on this processor.
-            Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray, stack) },
+            Instructions::Avx2 => unsafe { avx2::occluded(&self.tree, ray, last, stack) },
         }
     }
 

@@ -14,16 +14,16 @@ use super::beam::{self, Beam, Met};
 use super::ray::Prepared;
 use super::traverse::{self, Kernel, LeafHits, Slot};
 use super::wide::{LANES, Lanes, Leaf, Node, WideTree};
-use super::{Hit, Ray};
+use super::{Blocker, Hit, Ray};
 
 pub fn closest(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> Option<Hit> {
     // SAFETY: every processor has these instructions.
     unsafe { traverse::closest::<Portable>(tree, ray, stack) }
 }
 
-pub fn occluded(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
+pub fn occluded(tree: &WideTree, ray: &Ray, last: &mut Blocker, stack: &mut [Slot]) -> bool {
     // SAFETY: every processor has these instructions.
-    unsafe { traverse::occluded::<Portable>(tree, ray, stack) }
+    unsafe { traverse::occluded::<Portable>(tree, ray, last, stack) }
 }
 
 pub fn closest_of_beam(

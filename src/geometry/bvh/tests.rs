@@ -100,10 +100,11 @@ fn exact(mesh: &Mesh, triangle: usize, ray: &Ray) -> (f64, f64) {
 /// Our nearest hit must be one of the triangles' and no clear hit may be nearer.
 fn agrees_with_exact(mesh: &Mesh, rays: impl Iterator<Item = Ray>) -> usize {
     let caster = build(mesh);
-    let mut hits = 0;
+    let (mut hits, mut last) = (0, Blocker::default());
     for ray in rays {
         let hit = caster.closest(&ray);
         assert_eq!(caster.occluded(&ray), hit.is_some());
+        assert_eq!(caster.occluded_after(&ray, &mut last), hit.is_some());
         if let Some(hit) = hit {
             let (t, inside) = exact(mesh, hit.triangle as usize, &ray);
             let slack = 1e-4 * (1.0 + t.abs());
@@ -169,13 +170,18 @@ fn instruction_sets_agree_to_the_bit() {
     let mut random = Random::new(9, 0, 0);
     for mesh in [soup(3000, 5), grid(20, 2), cube(8), sphere(3)] {
         let (best, plain) = (build(&mesh), portable(&mesh));
+        let mut last = [Blocker::default(); 2];
         for number in 0..20_000 {
             let origin = 2.0 * in_cube(&mut random);
             let target = mesh.0[random.below(mesh.0.len())];
             let toward = [target - origin, in_cube(&mut random), Vec3::X, -Vec3::Z][number % 4];
             let ray = Ray { t_max: 4.0 * random.uniform(), ..ray(origin, toward) };
             assert_eq!(best.closest(&ray), plain.closest(&ray), "{ray:?}");
-            assert_eq!(best.occluded(&ray), plain.occluded(&ray), "{ray:?}");
+            let is_blocked = best.occluded(&ray);
+            assert_eq!(is_blocked, plain.occluded(&ray), "{ray:?}");
+            for (caster, last) in [&best, &plain].into_iter().zip(&mut last) {
+                assert_eq!(caster.occluded_after(&ray, last), is_blocked, "{ray:?}");
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 
 use super::ray::Prepared;
 use super::wide::{Child, Lanes, Leaf, Node, WideTree};
-use super::{Hit, Ray};
+use super::{Blocker, Hit, Ray};
 
 /// The box and triangle tests of one instruction set. All give the same bits: none fuses a
 /// multiplication with an addition, and their minimum is `if a < b { a } else { b }`, their
@@ -100,12 +100,17 @@ pub unsafe fn closest<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot])
     }
 }
 
-/// See `RayCaster::occluded`. `stack` has room for `tree.stack_size` entries.
+/// See `RayCaster::occluded_after`. `stack` has room for `tree.stack_size` entries.
 ///
 /// # Safety
 /// The processor has the kernel's instructions.
 #[inline(always)]
-pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]) -> bool {
+pub unsafe fn occluded<K: Kernel>(
+    tree: &WideTree,
+    ray: &Ray,
+    last: &mut Blocker,
+    stack: &mut [Slot],
+) -> bool {
     assert!(stack.len() >= tree.stack_size);
     if tree.nodes.is_empty() {
         return false;
@@ -114,6 +119,16 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
     // SAFETY: as promised by the caller.
     let kernel = unsafe { K::new(&prepared) };
     let t_max = ray.t_max.next_down();
+    // Leaf 0 is empty.
+    if last.leaf != 0
+        && let Some(leaf) = tree.leaves.get(last.leaf)
+    {
+        // SAFETY: the caller's promise.
+        let (hit, _) = unsafe { kernel.triangles(&prepared, leaf, t_max) };
+        if hit != 0 {
+            return true;
+        }
+    }
 
     let mut stack = Stack::new(stack);
     let mut node = Child::node(0);
@@ -133,6 +148,7 @@ pub unsafe fn occluded<K: Kernel>(tree: &WideTree, ray: &Ray, stack: &mut [Slot]
                     kernel.triangles(&prepared, tree.leaves.get_unchecked(child.index()), t_max)
                 };
                 if hit != 0 {
+                    last.leaf = child.index();
                     return true;
                 }
             } else {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Error;
 use crate::reconstruct::joint::blocks;
-use crate::reconstruct::joint::fit::{Fitted, ROUGH, descend, fit};
+use crate::reconstruct::joint::fit::{Fitted, ROUGH, descend, fit, starts_beside};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::sun::Directions;
 use crate::reconstruct::joint::system::Fit;
@@ -29,8 +29,17 @@ const PURPOSE: u64 = 0;
 #[derive(Clone)]
 pub struct Validated {
     pub fitted: Fitted,
+    /// The fits without each of the folds, from which those of a later model start.
+    folds: Vec<Fitted>,
     /// Per row its weight times the robust loss of its prediction, all channels together.
     pub losses: Vec<f64>,
+}
+
+impl Validated {
+    /// The same for one that no later model starts from, without the memory that its folds take.
+    pub fn last(self) -> Self {
+        Self { folds: Vec::new(), ..self }
+    }
 }
 
 /// The difference of two models' errors in held-out blocks.
@@ -161,12 +170,28 @@ fn reached(problem: &Problem, before: &Validated, after: &Validated) -> Vec<bool
     reached
 }
 
-/// Fits the rows without one fold at a time, and predicts its rows.
+/// Fits the rows without one fold at a time, and predicts its rows. Where an earlier model that is much
+/// like this one is given, its folds are where these fits start.
 ///
 /// # Errors
 /// If it is cancelled, or if the bounded least squares of a step fails.
-pub fn validate(problem: &Problem, fitted: Fitted) -> Result<Validated, Error> {
-    validate_by(problem, fitted, |fitted, blind| again(problem, fitted, &blind.weights))
+pub fn validate(
+    problem: &Problem,
+    fitted: Fitted,
+    earlier: Option<&Validated>,
+) -> Result<Validated, Error> {
+    let earlier = earlier.filter(|earlier| fitted.is_like(&earlier.fitted));
+    validate_by(problem, fitted, |fitted, blind, fold| {
+        let before = earlier.and_then(|earlier| Some((&earlier.fitted, earlier.folds.get(fold)?)));
+        let starts = match before {
+            Some((whole, blind)) => starts_beside(problem, fitted, whole, blind),
+            None => fitted.starts(),
+        };
+        let (model, design) = (&fitted.model, &fitted.design);
+        let channels =
+            descend(blind, model, design, &blind.weights, starts, ROUGH, |_| Vec::new())?;
+        Ok(Fitted { channels, ..fitted.clone() })
+    })
 }
 
 /// The same for a model with a sun that was found: a direction that was found with the rows that judge
@@ -180,16 +205,15 @@ pub fn validate_sun(
     directions: &Directions,
 ) -> Result<Validated, Error> {
     let Some(slot) = fitted.model.sun().map(|sun| sun.slot) else {
-        return validate(problem, fitted);
+        return validate(problem, fitted, None);
     };
-    validate_by(problem, fitted, |fitted, blind| {
+    validate_by(problem, fitted, |fitted, blind, _| {
         let without = fit(blind, &fitted.model.without(slot), Some(fitted), ROUGH)?;
         let (starts, _) = directions.first(blind, &without);
-        let Some(with) = directions.add(blind, &without, &starts)? else {
-            return Ok(without.channels);
-        };
-        let with = directions.settle(blind, with)?;
-        Ok(with.channels)
+        match directions.add(blind, &without, &starts)? {
+            Some(with) => directions.settle(blind, with),
+            None => Ok(without),
+        }
     })
 }
 
@@ -197,36 +221,26 @@ pub fn validate_sun(
 fn validate_by<'a>(
     problem: &Problem<'a>,
     fitted: Fitted,
-    refit: impl Fn(&Fitted, &Problem<'a>) -> Result<Vec<Fit>, Error> + Sync,
+    refit: impl Fn(&Fitted, &Problem<'a>, usize) -> Result<Fitted, Error> + Sync,
 ) -> Result<Validated, Error> {
     let fold = blocks::deal(problem.block_count(), FOLDS, PURPOSE);
-    let parts: Vec<Vec<(usize, f64)>> = (0..FOLDS)
+    let is_held = |row: usize, held: usize| fold[problem.block[row]] == held;
+    let folds: Vec<Fitted> = (0..FOLDS)
         .into_par_iter()
         .map(|held| {
-            let is_held = |row: usize| fold[problem.block[row]] == held;
-            let blind = problem.with_weights(kept_weights(problem, is_held));
-            let fits = refit(&fitted, &blind)?;
-            let rows = (0..problem.weights.len()).filter(|&row| is_held(row));
-            Ok(rows.map(|row| (row, row_loss(problem, &fits, row))).collect())
+            let weights = kept_weights(problem, |row| is_held(row, held));
+            refit(&fitted, &problem.with_weights(weights), held)
         })
         .collect::<Result<_, Error>>()?;
-    let mut losses = vec![0.0; problem.weights.len()];
-    for (row, loss) in parts.into_iter().flatten() {
-        losses[row] = loss;
-    }
-    Ok(Validated { fitted, losses })
+    let loss_of = |row: usize| row_loss(problem, &folds[fold[problem.block[row]]].channels, row);
+    let losses = (0..problem.weights.len()).map(loss_of).collect();
+    Ok(Validated { fitted, folds, losses })
 }
 
 /// The weights of the rows, 0 for those that are held out.
 fn kept_weights(problem: &Problem, is_held: impl Fn(usize) -> bool) -> Vec<f64> {
     let weights = problem.weights.iter().enumerate();
     weights.map(|(row, &weight)| if is_held(row) { 0.0 } else { weight }).collect()
-}
-
-/// The fit of a model with other weights of the rows, predicting all.
-fn again(problem: &Problem, fitted: &Fitted, weights: &[f64]) -> Result<Vec<Fit>, Error> {
-    let (model, design, starts) = (&fitted.model, &fitted.design, fitted.starts());
-    descend(problem, model, design, weights, starts, ROUGH, |_| Vec::new())
 }
 
 /// Root mean square of log(computed/measured) of rows that are held out of a fit, per channel;
@@ -239,7 +253,9 @@ pub fn held_out_error(
     fitted: &Fitted,
     is_held: impl Fn(usize) -> bool,
 ) -> Result<Option<Rgb>, Error> {
-    let fits = again(problem, fitted, &kept_weights(problem, &is_held))?;
+    let (model, design, starts) = (&fitted.model, &fitted.design, fitted.starts());
+    let weights = kept_weights(problem, &is_held);
+    let fits = descend(problem, model, design, &weights, starts, ROUGH, |_| Vec::new())?;
     let (mut sums, mut total) = ([0.0; CHANNELS], 0.0);
     for row in (0..problem.weights.len()).filter(|&row| is_held(row)) {
         let weight = problem.weights[row];

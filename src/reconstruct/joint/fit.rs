@@ -71,6 +71,13 @@ impl Fitted {
         Some(self.model.columns_of(own.slot))
     }
 
+    /// Whether it is of the same rows as another, with so many of its lights (7/8) that it costs less to
+    /// add the others to its second derivatives than to take a quarter of the rows out of one's own.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let shared = self.model.columns_in(other).iter().flatten().count();
+        Arc::ptr_eq(&self.rows, &other.rows) && 8 * shared >= 7 * self.model.columns()
+    }
+
     /// Where a descent from this minimum starts, per channel.
     pub fn starts(&self) -> Vec<Start> {
         self.channels.iter().map(Start::at).collect()
@@ -164,6 +171,23 @@ impl Start {
     fn at(fit: &Fit) -> Self {
         Self { state: fit.state.clone(), hessian: Some((*fit.hessian).clone()) }
     }
+}
+
+/// Where the descents of a fit with other weights of the rows start, per channel: at the minimum `blind` of
+/// an earlier model with these weights, moved as `fitted` has moved from that model's minimum for all rows.
+pub fn starts_beside(
+    problem: &Problem,
+    fitted: &Fitted,
+    earlier: &Fitted,
+    blind: &Fitted,
+) -> Vec<Start> {
+    let start = |channel: usize| {
+        let of = |fit: &Fitted| start(problem, &fitted.model, Some(fit), channel);
+        let mut state = of(blind);
+        state.shift(&of(earlier), &fitted.channels[channel].state);
+        Start { state, hessian: Some(carried(&fitted.model, blind, channel)) }
+    };
+    (0..CHANNELS).into_par_iter().map(start).collect()
 }
 
 /// The second derivatives of an earlier fit to the same rows, over the columns that a model has in common

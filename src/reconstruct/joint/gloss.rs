@@ -7,8 +7,9 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::math::rgb::{Radiance, Rgb};
+use crate::math::rgb::Rgb;
 use crate::reconstruct::Error;
+use crate::reconstruct::hemisphere::Record;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::compare::{Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, with_terms};
@@ -16,7 +17,7 @@ use crate::reconstruct::joint::glossy::LightOnRow;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
 use crate::reconstruct::solution::{Trial, TrialPart};
-use crate::scene::{Arrivals, Gloss};
+use crate::scene::{Gloss, Incoming, Viewing};
 
 /// The result of the search over the sharpness of one material's lobe.
 #[derive(Clone, Debug)]
@@ -49,18 +50,19 @@ pub fn choose(problem: &Problem, mut fitted: Fitted) -> Result<(Validated, Vec<T
         let phong = |exponent| Gloss::Phong { exponent };
         fitted = sharpest_in_its_light(problem, &fitted, material, phong)?;
     }
-    let (mut best, mut trials) = (validate(problem, fitted)?, Vec::new());
+    let (mut best, mut trials) = (validate(problem, fitted, None)?, Vec::new());
     for material in glossy {
         let from = &best.fitted;
         let coated = sharpest_in_its_light(problem, from, material, Gloss::coat_like)?;
-        let coated = validate(problem, coated)?;
+        let coated = validate(problem, coated, Some(&best))?;
         let cv = compare(problem, &coated, &best);
         trials.push(cv.trial(TrialPart::Lobe(material)));
         if !cv.is_better() {
             best = coated;
         }
         let model = best.fitted.model.with_gloss(material, None);
-        let matt = validate(problem, fit(problem, &model, Some(&best.fitted), ROUGH)?)?;
+        let matt = fit(problem, &model, Some(&best.fitted), ROUGH)?;
+        let matt = validate(problem, matt, Some(&best))?;
         let cv = compare(problem, &matt, &best);
         trials.push(cv.trial(TrialPart::Gloss(material)));
         if !cv.is_better() {
@@ -154,9 +156,8 @@ struct LitMaterial<'a> {
 struct LitRow {
     /// g, the irradiance of Eq. 14.
     irradiance: Rgb,
-    arrivals: Arrivals,
-    /// Irradiance from the direction of each arrival.
-    from: Vec<Radiance>,
+    viewing: Viewing,
+    incoming: Incoming,
 }
 
 impl LitRow {
@@ -169,17 +170,11 @@ impl LitRow {
         let lights = light.lights.iter().map(|(index, irradiance)| {
             let shape = &set.lights.lights[*index];
             let direction = shape.direction_from(point.position);
-            ((direction, shape.angle_from(point.position)), irradiance.map(|value| value as f32))
+            (direction, shape.angle_from(point.position), irradiance.map(|value| value as f32))
         });
-        let records = records.iter().map(|record| ((record.direction, 0.0), record.irradiance));
-        let (directions, from): (Vec<_>, Vec<Radiance>) = records.chain(lights).unzip();
-        let arrivals = Arrivals::new(viewing, directions.into_iter());
-        Some(Self { irradiance: light.irradiance, arrivals, from })
-    }
-
-    /// ∫ L π f/ρ_s cos θ dω.
-    fn mirrored(&self, gloss: Gloss) -> Rgb {
-        self.arrivals.reflected(gloss, self.from.iter())
+        let records = records.iter().map(Record::from_direction);
+        let incoming = Incoming::new(records.chain(lights));
+        Some(Self { irradiance: light.irradiance, viewing, incoming })
     }
 }
 
@@ -207,7 +202,8 @@ impl<'a> LitMaterial<'a> {
     /// The cost of its rows with its reflectances at their best.
     fn cost(&self, fitted: &Fitted, gloss: Gloss) -> Result<f64, Error> {
         let problem = &self.problem;
-        let specular: Vec<Rgb> = self.light.iter().map(|light| light.mirrored(gloss)).collect();
+        let mirrored = |light: &LitRow| light.incoming.reflected(light.viewing, gloss);
+        let specular: Vec<Rgb> = self.light.iter().map(mirrored).collect();
         let rows = self.light.len();
         let design = Design {
             diffuse: Mat::zeros(rows, 0).into(),

@@ -1,6 +1,8 @@
 //! The light that glossy surfaces reflect towards the samples. It differs from the radiance in the
 //! photographs, which is what they reflect towards the cameras.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -24,10 +26,16 @@ const RATIO: (f64, f64) = (0.5, 2.0);
 /// Cosine between the normals of a point and of the nearest sample that are of one face.
 const SAME_SIDE: f32 = 0.9;
 
-/// A ray from a sample that met a photographed glossy surface.
-pub struct Reflection {
-    /// The nearest sample of the same surface.
+/// The rays from samples that met a photographed glossy surface near one of its samples.
+pub struct Reflections {
+    /// The sample of the glossy surface.
     near: usize,
+    rays: Vec<Reflection>,
+}
+
+/// A ray from a sample that met a photographed glossy surface.
+struct Reflection {
+    sample: usize,
     /// Unit direction of the ray.
     direction: Vec3,
     radiance: Radiance,
@@ -40,46 +48,56 @@ pub struct Reflection {
 pub fn correct(
     problem: &Problem,
     fitted: &Fitted,
-    reflections: &[Vec<Reflection>],
+    reflections: &[Reflections],
     photographed: &[Vec<Rgb>],
     sums: &mut [Rgb],
 ) {
     let set = fitted.model.set();
-    let shining = GlossySample::all(problem, fitted, &set);
+    let first_row = first_rows(problem);
     let weight = std::f64::consts::PI / (GLOSSY_SIDE * GLOSSY_SIDE) as f64;
-    let of_sample = sums.par_iter_mut().zip(reflections).zip(photographed);
-    of_sample.for_each(|((sum, reflections), photographed)| {
-        for (reflection, &photographed) in reflections.iter().zip(photographed) {
-            let Some(near) = &shining[reflection.near] else { continue };
-            let sent = near.towards(problem, fitted, &set, (-reflection.direction, photographed));
-            for c in 0..CHANNELS {
+    let changes = |(seen, photographed): (&Reflections, &Vec<Rgb>)| -> Option<Vec<Rgb>> {
+        let near = GlossySample::at(problem, fitted, &set, first_row[seen.near]?)?;
+        let change = |(ray, &photographed): (&Reflection, &Rgb)| -> Rgb {
+            let sent = near.towards(problem, fitted, &set, (-ray.direction, photographed));
+            std::array::from_fn(|c| {
                 let ratio = sent[c] / near.seen[c].max(f64::MIN_POSITIVE);
                 let ratio = ratio.clamp(RATIO.0, RATIO.1);
-                sum[c] += weight * f64::from(reflection.radiance[c]) * (ratio - 1.0);
-            }
+                weight * f64::from(ray.radiance[c]) * (ratio - 1.0)
+            })
+        };
+        Some(seen.rays.iter().zip(photographed).map(change).collect())
+    };
+    let changes: Vec<Option<Vec<Rgb>>> =
+        reflections.par_iter().zip(photographed).map(changes).collect();
+    for (seen, changes) in reflections.iter().zip(changes) {
+        for (ray, change) in seen.rays.iter().zip(changes.iter().flatten()) {
+            sums[ray.sample].iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
         }
-    });
+    }
 }
 
-/// Per reflection the light of photographed surfaces that the lobe of the surface there sends to the
+/// Per ray the light of photographed surfaces that the lobe of the surface there sends to the
 /// sample, π L/ρ_s.
 pub fn photographed(
     problem: &Problem,
     gloss: &[Option<Gloss>],
-    reflections: &[Vec<Reflection>],
+    reflections: &[Reflections],
 ) -> Vec<Vec<Rgb>> {
     let Data { cloud, transport, .. } = problem.data;
-    let of = |reflection: &Reflection| {
-        let near = &cloud.samples[reflection.near];
-        let viewing = Viewing::from(-reflection.direction, near.normal);
-        gloss[near.material]
-            .map_or([0.0; CHANNELS], |gloss| transport.reflected(reflection.near, viewing, gloss))
+    let of = |seen: &Reflections| -> Vec<Rgb> {
+        let near = &cloud.samples[seen.near];
+        let Some(gloss) = gloss[near.material] else {
+            return vec![[0.0; CHANNELS]; seen.rays.len()];
+        };
+        let incoming = transport.incoming(seen.near);
+        let viewing = |ray: &Reflection| Viewing::from(-ray.direction, near.normal);
+        seen.rays.iter().map(|ray| incoming.reflected(viewing(ray), gloss)).collect()
     };
-    reflections.par_iter().map(|seen| seen.iter().map(of).collect()).collect()
+    reflections.par_iter().map(of).collect()
 }
 
-/// For every sample of the cloud, its rays that meet glossy surfaces.
-pub fn reflections(problem: &Problem) -> Result<Vec<Vec<Reflection>>, Cancelled> {
+/// The rays from every sample of the cloud that meet glossy surfaces, by where they meet them.
+pub fn reflections(problem: &Problem) -> Result<Vec<Reflections>, Cancelled> {
     let (views, cloud) = (problem.data.views, problem.data.cloud);
     let mut glossy: Vec<usize> = (0..problem.rows.sample.len())
         .filter(|&row| problem.rows.glossy[row].is_some())
@@ -88,11 +106,11 @@ pub fn reflections(problem: &Problem) -> Result<Vec<Vec<Reflection>>, Cancelled>
     glossy.dedup();
     let positions: Vec<Vec3> = glossy.iter().map(|&s| cloud.samples[s].position).collect();
     let Some(nearest) = Nearest::new(&positions) else {
-        return Ok(cloud.samples.iter().map(|_| Vec::new()).collect());
+        return Ok(Vec::new());
     };
     let capture = views.capture;
     let seed = problem.data.options.general.seed as u64;
-    let seen = |index: usize, sample: &Sample| {
+    let seen = |(index, sample): (usize, &Sample)| -> Result<Vec<(usize, Reflection)>, Cancelled> {
         problem.watch().check()?;
         let mut random = Random::new(seed, Stream::Relook as u64, index as u64);
         let frame = Frame::about(sample.normal);
@@ -112,12 +130,18 @@ pub fn reflections(problem: &Problem) -> Result<Vec<Vec<Reflection>>, Cancelled>
             let sample = &cloud.samples[near];
             let is_near =
                 sample.material == material && sample.normal.dot(point.normal) >= SAME_SIDE;
-            is_near.then_some(Reflection { near, direction, radiance })
+            is_near.then_some((near, Reflection { sample: index, direction, radiance }))
         };
         let squares: Vec<_> = stratified(GLOSSY_SIDE, &mut random).collect();
         Ok(squares.into_iter().filter_map(meets).collect())
     };
-    cloud.samples.par_iter().enumerate().map(|(index, sample)| seen(index, sample)).collect()
+    let seen: Vec<Vec<(usize, Reflection)>> =
+        cloud.samples.par_iter().enumerate().map(seen).collect::<Result<_, Cancelled>>()?;
+    let mut met: BTreeMap<usize, Vec<Reflection>> = BTreeMap::new();
+    for (near, ray) in seen.into_iter().flatten() {
+        met.entry(near).or_default().push(ray);
+    }
+    Ok(met.into_iter().map(|(near, rays)| Reflections { near, rays }).collect())
 }
 
 /// The light on the sample of a row, by where it comes from.
@@ -177,38 +201,38 @@ struct GlossySample {
     seen: Rgb,
 }
 
+/// Per sample of the cloud the first of its rows, which are one after the other; `None` without rows.
+fn first_rows(problem: &Problem) -> Vec<Option<usize>> {
+    let mut first = vec![None; problem.data.cloud.samples.len()];
+    for (row, &sample) in problem.rows.sample.iter().enumerate().rev() {
+        first[sample] = Some(row);
+    }
+    first
+}
+
 impl GlossySample {
-    /// By sample of the cloud; `None` for those that are not glossy in the fit's model.
-    fn all(problem: &Problem, fitted: &Fitted, set: &LightSet) -> Vec<Option<Self>> {
+    /// The sample whose first row is given; `None` if it is not glossy in the fit's model.
+    fn at(problem: &Problem, fitted: &Fitted, set: &LightSet, row: usize) -> Option<Self> {
         let rows = &problem.rows;
-        let mut found: Vec<Option<Self>> = Vec::new();
-        found.resize_with(problem.data.cloud.samples.len(), || None);
-        let mut row = 0;
-        while row < rows.sample.len() {
-            let sample = rows.sample[row];
-            let end = (row..rows.sample.len()).find(|&r| rows.sample[r] != sample);
-            let range = row..end.unwrap_or(rows.sample.len());
-            let material = rows.material[row];
-            if let Some(gloss) = fitted.model.gloss[material] {
-                let computed = |r: usize| -> Rgb {
-                    std::array::from_fn(|c| {
-                        (rows.log_radiance[c][r] + fitted.channels[c].residuals[r]).exp()
-                    })
-                };
-                // In the photographs from which the reflected radiance was taken.
-                let brightness =
-                    range.clone().map(|r| rows.log_radiance.iter().map(|log| log[r].exp()).sum());
-                let asked = range.clone().zip(agreeing(brightness)).filter(|(_, is_near)| *is_near);
-                let asked: Vec<Rgb> = asked.map(|(r, _)| computed(r)).collect();
-                let seen = std::array::from_fn(|c| {
-                    asked.iter().map(|rgb| rgb[c]).sum::<f64>() / asked.len() as f64
-                });
-                let light = LightOnRow::of(fitted, set, row);
-                found[sample] = Some(Self { material, gloss, row, light, seen });
-            }
-            row = range.end;
-        }
-        found
+        let material = rows.material[row];
+        let gloss = fitted.model.gloss[material]?;
+        let count = rows.sample[row..].iter().take_while(|&&s| s == rows.sample[row]).count();
+        let range = row..row + count;
+        let computed = |r: usize| -> Rgb {
+            std::array::from_fn(|c| {
+                (rows.log_radiance[c][r] + fitted.channels[c].residuals[r]).exp()
+            })
+        };
+        // In the photographs from which the reflected radiance was taken.
+        let brightness =
+            range.clone().map(|r| rows.log_radiance.iter().map(|log| log[r].exp()).sum());
+        let asked = range.clone().zip(agreeing(brightness)).filter(|(_, is_near)| *is_near);
+        let asked: Vec<Rgb> = asked.map(|(r, _)| computed(r)).collect();
+        let seen = std::array::from_fn(|c| {
+            asked.iter().map(|rgb| rgb[c]).sum::<f64>() / asked.len() as f64
+        });
+        let light = LightOnRow::of(fitted, set, row);
+        Some(Self { material, gloss, row, light, seen })
     }
 
     /// π L̂ in a direction away from the surface, with what [`photographed`] gives for it.

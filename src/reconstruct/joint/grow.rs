@@ -40,7 +40,8 @@ pub fn grow(
     (places.report)(problem, &step.best.fitted);
     let mut ahead: Option<Validated> = None;
     'growing: loop {
-        let from = &ahead.as_ref().unwrap_or(&step.best).fitted;
+        let before = ahead.as_ref().unwrap_or(&step.best);
+        let from = &before.fitted;
         let lamps = from.model.lamps();
         let falls_by = |fitted: &Fitted| from.cost() - fitted.cost();
         let mut lamp = if lamps < most { with_lamp(problem, places, from)? } else { None };
@@ -67,7 +68,8 @@ pub fn grow(
                 _ => lamp.take(),
             };
             let Some(proposal) = proposal else { continue };
-            let proposal = validate(problem, settle(problem, places, proposal)?)?;
+            let proposal = settle(problem, places, proposal)?;
+            let proposal = validate(problem, proposal, Some(before))?;
             let mut cv = compare(problem, &step.best, &proposal);
             if part == TrialPart::Sun && cv.is_better() {
                 // Its direction was found with the blocks that have judged it.
@@ -132,7 +134,8 @@ pub fn prune(problem: &Problem, mut step: Step) -> Result<Step, Error> {
     let all = step.best.clone();
     for slot in slots {
         let model = step.best.fitted.model.without(slot);
-        let without = validate(problem, fit(problem, &model, Some(&step.best.fitted), ROUGH)?)?;
+        let without = fit(problem, &model, Some(&step.best.fitted), ROUGH)?;
+        let without = validate(problem, without, Some(&step.best))?;
         if !compare(problem, &without, &all).is_better() {
             step.best = without;
         }

@@ -10,8 +10,11 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
+use crate::reconstruct::joint::rows::Run;
 use crate::reconstruct::joint::system::Channel;
-use crate::solve::kernels::{column_of, column_of_mut, dot, dot_single, vectorised};
+use crate::solve::kernels::{
+    TOGETHER, column_of, column_of_mut, dot, dots_single, groups, vectorised,
+};
 
 /// Jᵀ J, J being the Jacobian of the weighted residuals with the slopes of some state, over as
 /// many columns of emission as were asked for.
@@ -120,6 +123,11 @@ impl Hessian {
         }
     }
 
+    /// Whether a column of emission is among those asked for.
+    pub fn has(&self, column: usize) -> bool {
+        self.place[column] != OUTSIDE
+    }
+
     /// Adds the parts of some rows times a factor.
     fn add(&mut self, channel: &Channel, rows: &[usize], factor: f64) {
         let rows = self.row_scales.lit(channel, rows);
@@ -137,7 +145,7 @@ impl Hessian {
 
     /// Takes in those of the columns of emission that it has not.
     pub fn extend(&mut self, channel: &Channel, columns: &[usize]) {
-        let is_fresh = |column: &&usize| self.place[**column] == OUTSIDE;
+        let is_fresh = |column: &&usize| !self.has(**column);
         let fresh: Vec<usize> = columns.iter().filter(is_fresh).copied().collect();
         if fresh.is_empty() {
             return;
@@ -198,10 +206,7 @@ impl Hessian {
         jacobian: &ByReflectances,
     ) -> Mat<f64> {
         let (lit, materials) = (columns.len(), channel.rows.materials);
-        let mut place_of = vec![None; 2 * materials];
-        for (position, &index) in reflectances.iter().enumerate() {
-            place_of[index] = Some(lit + position);
-        }
+        let place_of = places(channel, reflectances, lit);
         let mut over = Mat::zeros(lit + reflectances.len(), lit + reflectances.len());
         let inner: Vec<usize> = columns.iter().map(|&column| self.place[column]).collect();
         for (j, &of) in inner.iter().enumerate() {
@@ -213,40 +218,106 @@ impl Hessian {
         let by_specular = self
             .row_scales
             .weighted(channel, |_, glossy| glossy.map_or(0.0, |glossy| jacobian.specular[glossy]));
-        for run in channel.rows.runs() {
-            let slots = [place_of[run.material], place_of[materials + run.material]];
-            for (slot, weighted) in slots.into_iter().zip([&by_diffuse, &by_specular]) {
-                let Some(slot) = slot else { continue };
-                let glossy = run.glossy.clone();
-                for (j, &column) in columns.iter().enumerate() {
-                    let diffuse = channel.design.diffuse_of(column);
-                    let mut sum = vectorised(|| {
-                        dot_single(&diffuse[run.rows.clone()], &weighted.diffuse[run.rows.clone()])
-                    });
-                    if let Some(glossy) = glossy.clone() {
-                        let specular = channel.design.specular_of(column);
-                        sum += vectorised(|| {
-                            dot_single(&specular[glossy.clone()], &weighted.specular[glossy])
-                        });
+        let runs: Vec<(Run, [Option<usize>; 2])> = channel
+            .rows
+            .runs()
+            .map(|run| (place_of[run.material], place_of[materials + run.material], run))
+            .filter(|(diffuse, specular, _)| diffuse.is_some() || specular.is_some())
+            .map(|(diffuse, specular, run)| (run, [diffuse, specular]))
+            .collect();
+        let mut sums = vec![[[0.0; 2]; TOGETHER]; runs.len()];
+        for (group, columns) in groups(columns).enumerate() {
+            let diffuse = columns.map(|column| channel.design.diffuse_of(column));
+            let specular = columns.map(|column| channel.design.specular_of(column));
+            vectorised!({
+                for (sums, (run, _)) in sums.iter_mut().zip(&runs) {
+                    let rows = run.rows.clone();
+                    let diffuse = diffuse.map(|column| &column[rows.clone()]);
+                    let weights = [&by_diffuse.diffuse[rows.clone()], &by_specular.diffuse[rows]];
+                    let Some(glossy) = run.glossy.clone() else {
+                        *sums = dots_single(diffuse, [weights[0]]).map(|[sum]| [sum, 0.0]);
+                        continue;
+                    };
+                    *sums = dots_single(diffuse, weights);
+                    let specular = specular.map(|column| &column[glossy.clone()]);
+                    let weights =
+                        [&by_diffuse.specular[glossy.clone()], &by_specular.specular[glossy]];
+                    let more = dots_single(specular, weights);
+                    for (sums, more) in sums.iter_mut().zip(more) {
+                        sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
                     }
-                    over[(slot, j)] += sum;
                 }
-            }
-            let diffuse = &jacobian.diffuse[run.rows.clone()];
-            let specular = run.glossy.clone().map(|glossy| &jacobian.specular[glossy]);
-            let [of_diffuse, of_specular] = slots;
-            if let Some(d) = of_diffuse {
-                over[(d, d)] += dot(diffuse, diffuse);
-            }
-            if let (Some(s), Some(specular)) = (of_specular, specular) {
-                over[(s, s)] += dot(specular, specular);
-                if let Some(d) = of_diffuse {
-                    over[(s, d)] += dot(diffuse, specular);
+            });
+            let first = group * TOGETHER;
+            for ((_, slots), sums) in runs.iter().zip(&sums) {
+                for (j, sums) in (first..lit).zip(sums) {
+                    for (slot, sum) in slots.iter().zip(sums) {
+                        slot.iter().for_each(|&slot| over[(slot, j)] += sum);
+                    }
                 }
             }
         }
+        for (run, slots) in runs {
+            jacobian.add_squares(&mut over, run, slots);
+        }
         mirror(&mut over);
         over
+    }
+
+    /// The diagonal of [`Self::over`]. The rest is of no use.
+    pub fn diagonal_over(
+        &self,
+        channel: &Channel,
+        columns: &[usize],
+        reflectances: &[usize],
+        jacobian: &ByReflectances,
+    ) -> Mat<f64> {
+        let count = columns.len() + reflectances.len();
+        let mut over = Mat::zeros(count, count);
+        for (position, &column) in columns.iter().enumerate() {
+            let place = self.place[column];
+            over[(position, position)] = self.products[(place, place)];
+        }
+        let place_of = places(channel, reflectances, columns.len());
+        for run in channel.rows.runs() {
+            let of_specular = place_of[channel.rows.materials + run.material];
+            let slots = [place_of[run.material], of_specular];
+            jacobian.add_squares(&mut over, run, slots);
+        }
+        over
+    }
+}
+
+/// Of log ρ_d and ρ_s of every material the position among the unknowns after `lit` emissions, if it is one
+/// of `reflectances`.
+fn places(channel: &Channel, reflectances: &[usize], lit: usize) -> Vec<Option<usize>> {
+    let mut places = vec![None; 2 * channel.rows.materials];
+    for (position, &index) in reflectances.iter().enumerate() {
+        places[index] = Some(lit + position);
+    }
+    places
+}
+
+impl ByReflectances {
+    /// Adds the products of the columns of one material's reflectances over some of its rows, at the places
+    /// of log ρ_d and ρ_s among the unknowns.
+    fn add_squares(
+        &self,
+        products: &mut Mat<f64>,
+        run: Run,
+        [of_diffuse, of_specular]: [Option<usize>; 2],
+    ) {
+        let diffuse = &self.diffuse[run.rows];
+        if let Some(d) = of_diffuse {
+            products[(d, d)] += dot(diffuse, diffuse);
+        }
+        if let (Some(s), Some(glossy)) = (of_specular, run.glossy) {
+            let specular = &self.specular[glossy];
+            products[(s, s)] += dot(specular, specular);
+            if let Some(d) = of_diffuse {
+                products[(s, d)] += dot(diffuse, specular);
+            }
+        }
     }
 }
 

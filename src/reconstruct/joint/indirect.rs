@@ -20,7 +20,7 @@ use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::Random;
 use crate::reconstruct::hemisphere::{Gathered, UnphotographedHit, hemisphere};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
-use crate::reconstruct::joint::glossy::{self, Reflection};
+use crate::reconstruct::joint::glossy::{self, Reflections};
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
 use crate::reconstruct::transport::{self, PatchRadiosity, TransportOptions};
@@ -43,8 +43,8 @@ const LEAST_REFLECTED: f64 = 1e-4;
 /// The rays from the samples to patches and to glossy surfaces.
 pub struct Indirect {
     patches: Option<Patches>,
-    /// For each sample its rays that meet glossy surfaces.
-    glossy: Vec<Vec<Reflection>>,
+    /// The rays that meet glossy surfaces.
+    glossy: Vec<Reflections>,
 }
 
 /// Patches of known surfaces that no photograph shows.
@@ -93,8 +93,7 @@ impl Indirect {
 
     /// Whether I_s depends on a fit at all.
     fn is_fixed(&self, fitted: &Fitted) -> bool {
-        self.patches.is_none()
-            && (!fitted.model.is_glossy() || self.glossy.iter().all(Vec::is_empty))
+        self.patches.is_none() && (!fitted.model.is_glossy() || self.glossy.is_empty())
     }
 
     /// Fits a model and computes I_s from its light, in turn, until I_s converges.

@@ -58,7 +58,7 @@ impl Scaled {
     /// Adds to the gain of each column by how much the column alone lowers the sum of squared
     /// residuals; nothing if the basis already spans it.
     pub fn add_gains(&self, residue: &Residue, gains: &mut [f32]) {
-        vectorised(|| {
+        vectorised!({
             for (k, gain) in gains.iter_mut().enumerate() {
                 let (column, parts) = (self.column(k), self.parts(k));
                 let square = dot(column, column);
@@ -77,7 +77,7 @@ impl Scaled {
         let count = self.parts.ncols();
         let mut gram = Mat::zeros(count, count);
         let mut linear = vec![0.0; count];
-        vectorised(|| {
+        vectorised!({
             for i in 0..count {
                 linear[i] = -f64::from(dot(self.column(i), &residue.residual));
                 for j in 0..=i {

@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use crate::geometry::bvh::Blocker;
 use crate::math::sampling::{Random, fibonacci, square_to_disc, stratified};
 use crate::reconstruct::Stream;
 use crate::reconstruct::joint::background::LightSet;
@@ -358,7 +359,9 @@ impl Candidates {
             return known.clone();
         }
         let light = VirtualLight::lamp(lamp.position, lamp.radius_m);
-        let visible = |point, discs| light.visible_part(problem.data.views, point, discs);
+        let visible = |point, discs: &Vec<Vec2>| {
+            light.visible_part(problem.data.views, point, discs, &mut Blocker::default())
+        };
         let points = self.points.iter().zip(&self.discs);
         let coupling: Vec<f32> =
             points.map(|(&point, discs)| arriving(lamp, point, || visible(point, discs))).collect();

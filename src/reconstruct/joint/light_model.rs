@@ -310,7 +310,7 @@ impl LightModel {
                 }
                 Some((gloss, None)) => {
                     let sample = problem.rows.sample[rows[place]];
-                    problem.data.transport.reflected(sample, viewing(place), gloss)
+                    problem.data.transport.incoming(sample).reflected(viewing(place), gloss)
                 }
             }
         };

@@ -73,7 +73,7 @@ impl Residue {
         // Gram–Schmidt, twice for each column; what depends on earlier ones is left out.
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let project = |values: &mut [f64], basis: &[Vec<f64>]| {
-            vectorised(|| {
+            vectorised!({
                 for _ in 0..2 {
                     for direction in basis {
                         let part = dot(values, direction);

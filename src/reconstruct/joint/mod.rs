@@ -22,6 +22,7 @@ mod average;
 mod background;
 pub(super) mod blocks;
 mod compare;
+mod design;
 mod diagnose;
 mod fit;
 mod gloss;
@@ -237,7 +238,7 @@ fn finer_light(found: &Found, posterior: &Posterior) -> Result<Option<Finer>, Er
     }
     let coarse = fit(&problem, &found.best.fitted.model, Some(&found.best.fitted), ROUGH)?;
     let with = fit(&problem, &coarse.model.with(part.clone()), Some(&coarse), ROUGH)?;
-    let (coarse, with) = (validate(&problem, coarse)?, validate(&problem, with)?);
+    let (coarse, with) = (validate(&problem, coarse, None)?, validate(&problem, with, None)?);
     let trial = compare(&problem, &coarse, &with).trial(TrialPart::Beside(part.columns()));
     Ok(Some(Finer { part, trial }))
 }

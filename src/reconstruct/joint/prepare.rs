@@ -100,7 +100,8 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error>
     let validated = |problem: &Problem| -> Result<Validated, Error> {
         let lit = |world| {
             let layout = Layout::new(problem, world, Density::Coarse, false);
-            validate(problem, fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?)
+            let fitted = fit(problem, &LightModel::new(problem, &layout)?, None, EXACT)?;
+            validate(problem, fitted, None)
         };
         let (room, open) = (lit(World::Room)?, lit(World::Open)?);
         Ok(if compare(problem, &room, &open).change < 0.0 { open } else { room })
@@ -123,7 +124,8 @@ fn reflecting_or_shining<'a>(
     let reflecting = fit(search, &LightModel::new(search, &room(false))?, None, EXACT)?;
     let Settled { problem, fitted: reflecting, .. } = indirect.settle(search, reflecting)?;
     let shining = fit(search, &LightModel::new(search, &room(true))?, None, EXACT)?;
-    let (reflecting, shining) = (validate(&problem, reflecting)?, validate(search, shining)?);
+    let reflecting = validate(&problem, reflecting, None)?;
+    let shining = validate(search, shining, None)?;
     let shines = compare(search, &reflecting, &shining).is_better_beyond(DOUBTLESS);
     Ok((if shines { search.clone() } else { problem }, shines))
 }

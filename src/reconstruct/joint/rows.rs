@@ -46,6 +46,25 @@ impl Rows {
     }
 }
 
+/// Values that are one after the other in both of two arrays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stretch {
+    pub places: Range<usize>,
+    pub from: Range<usize>,
+}
+
+/// Pairs of a place in one array and one in another, in as few stretches as there are.
+pub fn stretches(pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Stretch> {
+    let mut found: Vec<Stretch> = Vec::new();
+    for (place, from) in pairs {
+        match found.last_mut().filter(|last| last.places.end == place && last.from.end == from) {
+            Some(last) => (last.places.end, last.from.end) = (place + 1, from + 1),
+            None => found.push(Stretch { places: place..place + 1, from: from..from + 1 }),
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,5 +85,12 @@ mod tests {
         ];
         assert_eq!(rows.runs().collect::<Vec<_>>(), expected);
         assert_eq!(Rows::default().runs().count(), 0);
+    }
+    #[test]
+    fn stretches_end_where_either_place_jumps() {
+        let pairs = [(0, 4), (1, 5), (2, 7), (4, 8), (5, 9)];
+        let stretch = |places, from| Stretch { places, from };
+        let expected = [stretch(0..2, 4..6), stretch(2..3, 7..8), stretch(4..6, 8..10)];
+        assert_eq!(stretches(pairs.into_iter()), expected);
     }
 }

@@ -108,8 +108,8 @@ pub fn search<'a>(
     let Step { mut best, trials } = step;
     let mut sharpness = Vec::new();
     if best.fitted.model.is_glossy() {
-        let (sharp, found) = sharpen(&problem, best.fitted)?;
-        (best, sharpness) = (validate(&problem, sharp)?, found);
+        let (sharp, found) = sharpen(&problem, best.fitted.clone())?;
+        (best, sharpness) = (validate(&problem, sharp, Some(&best))?, found);
     }
     Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
 }
@@ -169,7 +169,8 @@ fn lights<'a>(
     known: Option<(Unknown, Option<Part>)>,
 ) -> Result<Lit<'a>, Error> {
     let start = |problem: &Problem, model: &LightModel| -> Result<Step, Error> {
-        Ok(Step::new(validate(problem, fit(problem, model, Some(worlds.from), ROUGH)?)?))
+        let fitted = fit(problem, model, Some(worlds.from), ROUGH)?;
+        Ok(Step::new(validate(problem, fitted, None)?))
     };
     let grown = |problem: &Problem, start: Step| -> Result<Step, Error> {
         prune(problem, grow(problem, places, start, problem.options().max_lamps)?)
@@ -278,7 +279,8 @@ fn with_lights(
     let Some((part, layout)) = model.background().zip(model.layout()) else { return Ok(None) };
     let background = Part::background(problem, &layout.with_lights(factor))?;
     let model = model.replacing(part.slot, background);
-    Ok(Some(validate(problem, fit(problem, &model, Some(fitted), ROUGH)?)?))
+    let fitted = fit(problem, &model, Some(fitted), ROUGH)?;
+    Ok(Some(validate(problem, fitted, None)?))
 }
 
 /// Half as many lights of the background where the other half does not predict better, and fine
@@ -301,7 +303,7 @@ fn choose_density(
     if problem.capture().environment != Environment::Open && fine.model.columns() > 0 {
         let mut model = fine.model.clone();
         model.gloss.clone_from(&step.best.fitted.model.gloss);
-        let fine = validate(problem, fit(problem, &model, Some(&fine), ROUGH)?)?;
+        let fine = validate(problem, fit(problem, &model, Some(&fine), ROUGH)?, None)?;
         let cv = compare(problem, &step.best, &fine);
         step.trials.push(cv.trial(TrialPart::FineLobes));
         if cv.is_better() {

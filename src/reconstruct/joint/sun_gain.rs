@@ -327,7 +327,7 @@ impl Residuals {
     /// The sum of the losses with `change` added to the logarithm of every computed radiance. The
     /// residuals fill whole lanes.
     fn losses(&self, change: f64) -> f64 {
-        vectorised(|| {
+        vectorised!({
             let mut sums = [0.0; LANES];
             for [residual, inverse, of_log, of_square] in self.lanes() {
                 for lane in 0..LANES {
@@ -345,7 +345,7 @@ impl Residuals {
     /// radiance. `slope` is the radiance that a sun of strength 1 adds, divided by the computed one.
     /// Returns the sum of the changes, weighted by the influences.
     fn brighten(&self, slope: &[f64], strength: f64, changes: &mut [f64]) -> f64 {
-        vectorised(|| {
+        vectorised!({
             let mut sums = [0.0; LANES];
             let changes = changes.as_chunks_mut::<LANES>().0;
             let given = lanes(slope).zip(lanes(&self.influence));
@@ -361,7 +361,7 @@ impl Residuals {
 
     /// The sum of the losses with all light dimmed, minus the same with `changes` added.
     fn falls(&self, changes: &[f64], dimming: f64) -> f64 {
-        vectorised(|| {
+        vectorised!({
             let mut sums = [0.0; LANES];
             let all = self.lanes().zip(lanes(changes));
             for ([residual, inverse, of_log, of_square], changes) in all {

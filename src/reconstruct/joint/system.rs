@@ -18,44 +18,15 @@ use crate::reconstruct::joint::hessian::{ByReflectances, Hessian, RowScales};
 use crate::reconstruct::joint::terms::{Ridge, curvature, influence, loss};
 use crate::solve::bounded::{BoundedError, bounded_quadratic};
 use crate::solve::kernels::{
-    self, add_all_scaled, add_scaled, dot, dot_single, slice_of, vectorised, weighted_square,
+    self, TOGETHER, add_all_scaled, add_scaled, dot, dots_single, groups, slice_of, vectorised,
+    weighted_square,
 };
 use crate::watch::Watch;
 
+pub use crate::reconstruct::joint::design::Design;
 pub use crate::reconstruct::joint::rows::Rows;
-use crate::reconstruct::joint::rows::Run;
+use crate::reconstruct::joint::rows::{Run, Stretch, stretches};
 pub use crate::reconstruct::joint::terms::{Anchor, Objective, Pair, Terms};
-
-/// How the light reaches the rows. Single precision is what rays give; sums over it are of double
-/// precision.
-#[derive(Clone, Debug)]
-pub struct Design {
-    /// k_ij, rows × columns.
-    pub diffuse: Arc<Mat<f32>>,
-    /// Irradiance per channel that is no unknown: I_s and lights of known emission.
-    pub base: [Vec<f64>; 3],
-    /// (n+2)/2 cosⁿγ k_ij, glossy rows × columns.
-    pub specular: Arc<Mat<f32>>,
-    /// The same part of `base`, per channel and glossy row.
-    pub specular_base: [Vec<f64>; 3],
-}
-
-impl Design {
-    /// Number of emissions.
-    pub fn columns(&self) -> usize {
-        self.diffuse.ncols()
-    }
-
-    /// k_ij of one column.
-    pub fn diffuse_of(&self, column: usize) -> &[f32] {
-        kernels::column_of((*self.diffuse).as_ref(), column)
-    }
-
-    /// (n+2)/2 cosⁿγ k_ij of one column, per glossy row.
-    pub fn specular_of(&self, column: usize) -> &[f32] {
-        kernels::column_of((*self.specular).as_ref(), column)
-    }
-}
 
 /// Unknowns of one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,8 +67,7 @@ const KKT_TOLERANCE: f64 = 1e-6;
 pub struct Channel<'a> {
     /// What was measured.
     pub rows: &'a Rows,
-    /// How the light reaches the rows. Single precision is what rays give; sums over it are of double
-    /// precision.
+    /// How the light reaches the rows.
     pub design: &'a Design,
     /// 0, 1 or 2 for red, green and blue.
     pub channel: usize,
@@ -124,7 +94,7 @@ impl Channel<'_> {
                 (emission, kernels::column_of(design.as_ref(), column))
             };
             let terms: Vec<(f64, &[f32])> = lit().map(of_column).collect();
-            vectorised(|| add_all_scaled(sums, &terms));
+            vectorised!(add_all_scaled(sums, &terms));
         };
         add_to(&mut diffuse, &design.diffuse);
         if !specular.is_empty() {
@@ -177,7 +147,7 @@ impl Channel<'_> {
             .collect();
         let norm = |column: usize| {
             let values = self.design.diffuse_of(column);
-            vectorised(|| weighted_square(values, &scale)).sqrt()
+            vectorised!(weighted_square(values, &scale)).sqrt()
         };
         (0..self.design.columns()).map(norm).collect()
     }
@@ -218,24 +188,32 @@ impl Channel<'_> {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
             let gradient = self.gradient(terms, &ridge, &state, &computed, &linear);
-            let lit = working(&state, &gradient, &norms, terms.held);
+            let mut lit = working(&state, &gradient, &norms, terms.held);
             let row_scales = self.row_scales(&state, linear.scale.clone());
+            let is_last = settled || iterations == MAX_ITERATIONS;
             let (mut hessian, is_exact) = match earlier.take() {
+                // Nothing is solved with it any more.
+                Some(hessian) if is_last => (hessian, false),
                 Some(mut hessian) => {
                     let is_exact = hessian.refresh(self, row_scales);
                     (hessian, is_exact)
                 }
                 None => (Hessian::new(row_scales, columns), true),
             };
-            hessian.extend(self, &lit);
             let jacobian = self.by_reflectances(&hessian.row_scales, &computed);
-            let products = hessian.over(self, &lit, &reflectances, &jacobian);
+            let products = if is_last {
+                lit.retain(|&column| hessian.has(column));
+                hessian.diagonal_over(self, &lit, &reflectances, &jacobian)
+            } else {
+                hessian.extend(self, &lit);
+                hessian.over(self, &lit, &reflectances, &jacobian)
+            };
             let outside = largest_outside(terms, &state, &gradient, &norms, &linear, &lit);
             let working: Vec<usize> =
                 lit.into_iter().chain(reflectances.iter().map(|index| columns + index)).collect();
             let quadratic = self.quadratic(terms, &ridge, &state, &working, &gradient, products);
             let kkt_residual = quadratic.kkt_residual(&linear).max(outside);
-            if kkt_residual <= KKT_TOLERANCE || settled || iterations == MAX_ITERATIONS {
+            if kkt_residual <= KKT_TOLERANCE || is_last {
                 break (kkt_residual, hessian);
             }
             iterations += 1;
@@ -342,16 +320,16 @@ impl Channel<'_> {
             }
         }
         let of_ridge = ridge.gradient(&state.emission);
-        let of_emission = |column: usize| {
-            let diffuse = self.design.diffuse_of(column);
-            let mut sum = vectorised(|| dot_single(diffuse, &by_diffuse));
-            if !by_specular.is_empty() {
-                let specular = self.design.specular_of(column);
-                sum += vectorised(|| dot_single(specular, &by_specular));
-            }
-            -sum - of_ridge[column]
+        let columns: Vec<usize> = (0..self.design.columns()).collect();
+        let of_group = |columns: [usize; TOGETHER]| {
+            let diffuse = columns.map(|column| self.design.diffuse_of(column));
+            let specular = columns.map(|column| self.design.specular_of(column));
+            let sums = vectorised!(dots_single(diffuse, [&by_diffuse]));
+            let of_lobes = vectorised!(dots_single(specular, [&by_specular]));
+            std::array::from_fn::<f64, TOGETHER, _>(|k| -sums[k][0] - of_lobes[k][0])
         };
-        (0..self.design.columns()).map(of_emission).chain(of_reflectances).collect()
+        let of_light = groups(&columns).flat_map(of_group).zip(of_ridge);
+        of_light.map(|(sum, ridge)| sum - ridge).chain(of_reflectances).collect()
     }
 
     /// What the columns of the Jacobian of the weighted residuals are made with.
@@ -376,23 +354,29 @@ impl Channel<'_> {
         columns: &[usize],
         mut out: MatMut<'_, f64>,
     ) {
-        let factors: Vec<f64> = rows.iter().map(|&row| row_scales.diffuse[row]).collect();
-        let glossy = |(place, &row): (usize, &usize)| {
-            self.rows.glossy[row].map(|glossy| (place, glossy, row_scales.specular[glossy]))
-        };
-        let glossy: Vec<(usize, usize, f64)> = rows.iter().enumerate().filter_map(glossy).collect();
+        let glossy = rows.iter().enumerate();
+        let glossy = glossy.filter_map(|(place, &row)| Some((place, self.rows.glossy[row]?)));
+        let (diffuse, specular) = (stretches(rows.iter().copied().enumerate()), stretches(glossy));
         for (position, &column) in columns.iter().enumerate() {
-            let diffuse = self.design.diffuse_of(column);
             let out = slice_of(out.as_mut(), position);
-            for ((out, factor), &row) in out.iter_mut().zip(&factors).zip(rows) {
-                *out = factor * f64::from(diffuse[row]);
-            }
-            if !glossy.is_empty() {
-                let specular = self.design.specular_of(column);
-                for &(place, glossy, factor) in &glossy {
-                    out[place] += factor * f64::from(specular[glossy]);
+            let (of_rows, of_lobes) =
+                (self.design.diffuse_of(column), self.design.specular_of(column));
+            vectorised!({
+                for Stretch { places, from } in &diffuse {
+                    let factors = &row_scales.diffuse[from.clone()];
+                    let values = factors.iter().zip(&of_rows[from.clone()]);
+                    for (out, (factor, &k)) in out[places.clone()].iter_mut().zip(values) {
+                        *out = factor * f64::from(k);
+                    }
                 }
-            }
+                for Stretch { places, from } in &specular {
+                    let factors = &row_scales.specular[from.clone()];
+                    let values = factors.iter().zip(&of_lobes[from.clone()]);
+                    for (out, (factor, &k)) in out[places.clone()].iter_mut().zip(values) {
+                        *out += factor * f64::from(k);
+                    }
+                }
+            });
         }
     }
 
@@ -575,6 +559,18 @@ impl State {
             Some(material) if material < materials => &mut self.log_diffuse[material],
             Some(index) => &mut self.specular[index - materials],
         }
+    }
+
+    /// Adds the difference of two states, as far as light and ρ_s stay at 0 or above.
+    pub fn shift(&mut self, from: &Self, to: &Self) {
+        let add = |own: &mut [f64], from: &[f64], to: &[f64], least: f64| {
+            for ((own, from), to) in own.iter_mut().zip(from).zip(to) {
+                *own = (*own + to - from).max(least);
+            }
+        };
+        add(&mut self.emission, &from.emission, &to.emission, 0.0);
+        add(&mut self.log_diffuse, &from.log_diffuse, &to.log_diffuse, DARKEST);
+        add(&mut self.specular, &from.specular, &to.specular, 0.0);
     }
 
     fn towards(&self, target: &Self, part: f64) -> Self {

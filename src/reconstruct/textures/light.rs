@@ -7,12 +7,13 @@ use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
 use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::hemisphere::{Record, hemisphere};
+use crate::reconstruct::lights::VisibilityRays;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::textures::cells::{Grid, Sum};
 use crate::reconstruct::textures::{Place, TextureOptions};
 use crate::reconstruct::transport::arriving;
-use crate::scene::{Arrivals, Gloss, SurfacePoint, Viewing, Views};
+use crate::scene::{Gloss, Incoming, SurfacePoint, Viewing, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// The light at texels: the recovered lights and the light from photographed surfaces.
@@ -100,8 +101,7 @@ impl<'a> Light<'a> {
             &self.recovered.lights.lights[light],
             &self.recovered.lobes.lobes[range.clone()],
             point,
-            grid_side(options.disc_rays),
-            &mut self.random(),
+            &mut VisibilityRays::new(grid_side(options.disc_rays), self.random()),
             &mut values,
         );
         let mut irradiance = [0.0; CHANNELS];
@@ -136,9 +136,10 @@ impl<'a> Light<'a> {
     ) -> Incident {
         let side = grid_side(options.rays);
         let records = hemisphere(views, &self.bright, point, side, &mut self.random()).records;
+        let photographed = Incoming::new(records.iter().map(Record::from_direction));
         let single = |rgb: Rgb| rgb.map(|value| value as f32);
         let lights = self.lights_apart(views, point, options).into_iter();
-        Incident { records, lights: lights.map(|(light, rgb)| (light, single(rgb))).collect() }
+        Incident { photographed, lights: lights.map(|(light, rgb)| (light, single(rgb))).collect() }
     }
 
     /// Radiance that a specular lobe of a strength per channel reflects from a surface point.
@@ -149,21 +150,19 @@ impl<'a> Light<'a> {
         viewing: Viewing,
         (gloss, strength): (Gloss, Rgb),
     ) -> Rgb {
-        let records = incident.records.iter().map(|record| (record.direction, 0.0));
-        let lights = incident.lights.iter().map(|(index, _)| {
+        let lights = incident.lights.iter().map(|(index, irradiance)| {
             let light = &self.recovered.lights.lights[*index];
-            (light.direction_from(point.position), light.angle_from(point.position))
+            (light.direction_from(point.position), light.angle_from(point.position), *irradiance)
         });
-        let irradiance = incident.records.iter().map(|record| &record.irradiance);
-        let irradiance = irradiance.chain(incident.lights.iter().map(|(_, irradiance)| irradiance));
-        let total = Arrivals::new(viewing, records.chain(lights)).reflected(gloss, irradiance);
-        std::array::from_fn(|c| strength[c] * total[c] / PI)
+        let lights = Incoming::new(lights).reflected(viewing, gloss);
+        let photographed = incident.photographed.reflected(viewing, gloss);
+        std::array::from_fn(|c| strength[c] * (photographed[c] + lights[c]) / PI)
     }
 }
 
 /// The light at a surface point by direction.
 pub(super) struct Incident {
-    records: Vec<Record>,
+    photographed: Incoming,
     /// Irradiance from each light, with its index.
     lights: Vec<(usize, Radiance)>,
 }

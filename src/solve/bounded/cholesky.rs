@@ -40,7 +40,7 @@ impl ActiveCholesky {
     /// with itself. Refuses (false, nothing changed) when what is left of the square beyond
     /// the earlier columns is at most `threshold · square`: the column depends on those.
     pub fn append(&mut self, mut products: Vec<f64>, square: f64, threshold: f64) -> bool {
-        vectorised(|| self.forward(&mut products));
+        vectorised!(self.forward(&mut products));
         let pivot = square - dot(&products, &products);
         if pivot.is_nan() || pivot <= threshold * square {
             return false;
@@ -79,7 +79,7 @@ impl ActiveCholesky {
 
     /// Solves L Lᵀ z = `right` in place.
     pub fn solve(&self, right: &mut [f64]) {
-        vectorised(|| {
+        vectorised!({
             self.forward(right);
             for (i, row) in self.rows.iter().enumerate().rev() {
                 let value = right[i] / row[i];

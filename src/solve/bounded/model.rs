@@ -125,7 +125,7 @@ impl Model for GramModel<'_> {
     }
 
     fn advance(&mut self, step: &[f64]) {
-        vectorised(|| {
+        vectorised!({
             for (&column, &step) in self.free.iter().zip(step) {
                 if step != 0.0 {
                     add_scaled(&mut self.gradient, -step, column_of(self.gram, column));

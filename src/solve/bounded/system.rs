@@ -80,7 +80,7 @@ impl<'a> System<'a> {
         let mut sums = vec![(0.0, 0.0); columns];
         system.for_each_column(&mut sums, |j, sum| {
             let column = system.column(j);
-            *sum = vectorised(|| dot_and_square(column, &weighted, system.weights));
+            *sum = vectorised!(dot_and_square(column, &weighted, system.weights));
         });
         for (j, &(_, square)) in sums.iter().enumerate() {
             if !square.is_finite() {
@@ -148,7 +148,7 @@ impl<'a> System<'a> {
         point.residual = self.residual(&x);
         let weighted = self.weighted(&point.residual);
         let price = |j: usize| {
-            let product = vectorised(|| dot(self.column(j), &weighted));
+            let product = vectorised!(dot(self.column(j), &weighted));
             self.scaled_gradient(j, product, point.y[j])
         };
         match columns {
@@ -186,7 +186,7 @@ impl<'a> System<'a> {
         let mut residual = self.target.to_vec();
         let block = |(index, part): (usize, &mut [f64])| {
             let rows = index * ROW_BLOCK..index * ROW_BLOCK + part.len();
-            vectorised(|| {
+            vectorised!({
                 for &j in &support {
                     add_scaled(part, -x[j], &self.column(j)[rows.clone()]);
                 }

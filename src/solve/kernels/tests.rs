@@ -5,7 +5,7 @@ use super::*;
 fn the_inlined_logarithm_is_that_of_the_library() {
     let mut worst = 0.0f64;
     let mut compare = |x: f64| {
-        let (own, library) = (vectorised(|| ln(x)), x.ln());
+        let (own, library) = (vectorised!(ln(x)), x.ln());
         let error = (own - library).abs() / library.abs().max(f64::MIN_POSITIVE);
         worst = worst.max(if own == library { 0.0 } else { error });
     };
@@ -27,7 +27,7 @@ fn the_inlined_logarithm_is_that_of_the_library() {
 fn the_logarithm_in_single_precision_is_that_of_the_library() {
     let mut worst = 0.0f64;
     let mut compare = |x: f32| {
-        let (own, library) = (f64::from(vectorised(|| log2(x))), f64::from(x).log2());
+        let (own, library) = (f64::from(vectorised!(log2(x))), f64::from(x).log2());
         let error = (own - library).abs() / library.abs().max(f64::MIN_POSITIVE);
         worst = worst.max(if own == library { 0.0 } else { error });
     };
@@ -53,8 +53,33 @@ fn columns_added_together_are_those_added_one_after_the_other() {
         let terms: Vec<(f64, &[f64])> =
             columns.iter().enumerate().map(|(j, x)| (0.3 + j as f64, &x[..])).collect();
         let (mut together, mut each) = (column(0), column(0));
-        vectorised(|| add_all_scaled(&mut together, &terms));
+        vectorised!(add_all_scaled(&mut together, &terms));
         terms.iter().for_each(|(factor, x)| add_scaled(&mut each, *factor, x));
         assert_eq!(together, each, "{count}");
+    }
+}
+
+#[test]
+fn columns_that_are_multiplied_together_are_multiplied_as_one_by_one() {
+    let mut random = crate::math::sampling::Random::new(5, 0, 0);
+    for rows in [0, 1, 7, 64, 101] {
+        let columns: Vec<Vec<f32>> =
+            (0..6).map(|_| (0..rows).map(|_| random.uniform() - 0.5).collect()).collect();
+        let weights: [Vec<f64>; 2] =
+            std::array::from_fn(|_| (0..rows).map(|_| f64::from(random.uniform()) - 0.5).collect());
+        let all: Vec<usize> = (0..columns.len()).collect();
+        let mut found = Vec::new();
+        for group in groups(&all) {
+            let of = group.map(|column| columns[column].as_slice());
+            found.extend(vectorised!(dots_single(of, [&weights[0][..], &weights[1]])));
+        }
+        assert_eq!(found.len(), 8, "two of the last group are repeated");
+        for (column, found) in columns.iter().zip(found) {
+            for (weights, found) in weights.iter().zip(found) {
+                let expected: f64 =
+                    column.iter().zip(weights).map(|(&a, b)| f64::from(a) * b).sum();
+                assert!((found - expected).abs() < 1e-13, "{rows}: {found} {expected}");
+            }
+        }
     }
 }
