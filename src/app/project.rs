@@ -12,7 +12,7 @@ use super::given::GivenLight;
 use super::products::{Products, Run};
 use super::relight::Added;
 use super::undo::History;
-use super::viewport;
+use super::viewport::{self, MaterialColors};
 use crate::io::project::ProjectFile;
 use crate::io::results::Results;
 use crate::reconstruct::{Reconstruction, StageCache, Update};
@@ -305,6 +305,21 @@ impl Project {
         self.products.of.as_ref().map_or(&self.capture, |(_, capture)| capture)
     }
 
+    /// The colours of the materials of the capture.
+    pub fn colors(&self) -> MaterialColors {
+        MaterialColors { listed: self.edit.listed() }
+    }
+
+    /// Those of the results: as the list has materials of these names now, or had them then.
+    pub fn result_colors(&self) -> MaterialColors {
+        let Some((edit, capture)) = &self.products.of else { return self.colors() };
+        let now = |name: &str| self.edit.materials.iter().position(|own| own.name == name);
+        let then = edit.listed();
+        let names = capture.materials.iter().map(|own| own.name.as_str()).enumerate();
+        let place = |(index, name)| now(name).or(then.get(index).copied()).unwrap_or(index);
+        MaterialColors { listed: names.map(place).collect() }
+    }
+
     /// The material of the results that one of the list was found as. Names and order may have
     /// been edited since: what counts is where most surfaces of either went.
     pub fn found_as(&self, material: usize) -> Option<usize> {
@@ -359,6 +374,8 @@ impl Project {
         viewport::Content {
             capture: Some(self.capture.clone()),
             result_capture: self.products.of.as_ref().map(|(_, capture)| capture.clone()),
+            colors: self.colors(),
+            result_colors: self.result_colors(),
             samples: self.products.samples.clone(),
             lights: self.products.lights.clone(),
             solution: self.products.solution.clone(),
