@@ -205,7 +205,12 @@ impl Project {
     }
 
     pub fn mark_saved(&mut self) {
-        self.saved = Some(self.edit.clone());
+        self.mark_saved_as(self.edit.clone());
+    }
+
+    /// A state is in the project's file, which may be an earlier one.
+    pub fn mark_saved_as(&mut self, edit: Arc<Edit>) {
+        self.saved = Some(edit);
     }
 
     pub fn mark_unsaved(&mut self) {
@@ -264,18 +269,21 @@ impl Project {
     }
 
     /// Results are with the project's file, or on their way there.
-    pub fn mark_results_saved(&mut self) {
-        match &mut self.run {
-            Some(run) => run.previous.stored = true,
-            None => self.products.stored = true,
-        }
+    pub fn mark_results_saved(&mut self, whole: &Arc<Reconstruction>) {
+        self.mark_results(whole, true);
     }
 
     /// They could not be written.
     pub fn mark_results_unsaved(&mut self, whole: &Arc<Reconstruction>) {
+        self.mark_results(whole, false);
+    }
+
+    fn mark_results(&mut self, whole: &Arc<Reconstruction>, stored: bool) {
         let run = self.run.as_mut().map(|run| &mut run.previous);
         for products in std::iter::once(&mut self.products).chain(run) {
-            products.stored &= products.whole.as_ref().is_none_or(|own| !Arc::ptr_eq(own, whole));
+            if products.whole.as_ref().is_some_and(|own| Arc::ptr_eq(own, whole)) {
+                products.stored = stored;
+            }
         }
     }
 
