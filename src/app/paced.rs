@@ -39,13 +39,15 @@ enum Kind {
 impl Paced {
     /// Leaves in the input what one frame takes; says whether anything waits for the next.
     pub fn take(&mut self, input: &mut RawInput, is_typing: bool) -> bool {
-        let is_behind = self.before.is_some() || !self.waiting.is_empty();
         for event in input.events.drain(..) {
             match event {
                 Event::Key { key, pressed: true, .. } => {
                     let is_repeated = !self.down.insert(key);
-                    // A key that is held must not go on when it is no longer held.
-                    if !(is_repeated && is_behind) {
+                    let is_behind = self.before.is_some() || !self.waiting.is_empty();
+                    // A key that is held must not go on when it is no longer held; letters all count.
+                    let is_dropped =
+                        is_repeated && is_behind && kind(&event, is_typing) == Kind::Key;
+                    if !is_dropped {
                         self.waiting.push_back(event);
                     }
                 }
