@@ -236,8 +236,8 @@ impl Walk {
         let surface = SURFACES[self.one_of(SURFACES.len())];
         self.tag();
         let window = self.window();
-        let nodes = window.harness.query_all_by_label(surface);
-        let row = nodes.filter(|node| node.rect().right() < OUTLINER_ENDS).last();
+        let is_in_outliner = |node: &egui_kittest::Node| node.rect().right() < OUTLINER_ENDS;
+        let row = window.harness.query_all_by_label(surface).rfind(is_in_outliner);
         row.expect("the surface is in the outliner").click();
         window.step();
         window.key(NONE, Key::N);
@@ -311,7 +311,7 @@ impl Walk {
         }
         let value = self.one_of(400);
         let window = self.window();
-        if value % 4 == 0 {
+        if value.is_multiple_of(4) {
             // The hand gives a drag up.
             let place = window.node("Position, x").rect().center();
             window.harness.hover_at(place);
@@ -440,8 +440,8 @@ fn right_of(window: &Window, part: &str) -> Vec<String> {
 /// Clicks what has that label in the panels on the right.
 fn click_right(window: &mut Window, label: &str) {
     window.harness.run_steps(2);
-    let nodes = window.harness.query_all_by_label(label);
-    let found = nodes.filter(|node| node.rect().left() > PANELS_BEGIN).last();
+    let is_right = |node: &egui_kittest::Node| node.rect().left() > PANELS_BEGIN;
+    let found = window.harness.query_all_by_label(label).rfind(is_right);
     found.unwrap_or_else(|| panic!("nothing on the right is labelled \"{label}\"")).click();
     window.step();
 }
