@@ -9,8 +9,7 @@
 #
 # WALK_SCREEN=1600x900 and WALK_SCALE=2 give another screen and size of text; `all` goes through both
 # themes at 1280x720 and 1600x900, at 100 % and 200 %. HOUR_SAMPLES=150 opens a project of the example with
-# so many samples, whose run takes seconds. HOUR_WAIT=3 waits so many seconds more at each step, on a machine
-# that has other work. Needs what walk.sh needs.
+# so many samples, whose run takes seconds. Needs what walk.sh needs.
 if [ "${1:-}" = all ]; then
     failed=0
     for screen in 1280x720 1600x900; do
@@ -27,40 +26,27 @@ fi
 walk=hour
 . "$(dirname "$0")/window.sh"
 
-width=${WALK_SCREEN%x*} height=${WALK_SCREEN#*x} scale=$WALK_SCALE wait=${HOUR_WAIT:-0}
-text() { xdotool type --delay 15 -- "$1"; sleep 0.7; }
-# One key a frame: of two within a frame the second would be lost to whoever has the focus then.
-press() { for key in "$@"; do keys "$key"; [ "$wait" = 0 ] || sleep 0.6; done; }
-# Places in pixels of 100 %, from the left of the window or of the 3D view.
-click() { xdotool mousemove "$1" "$2" mousemove "$(($1 + 2))" "$2"; sleep 0.5; xdotool click 1; sleep 0.9; }
+width=${WALK_SCREEN%x*} height=${WALK_SCREEN#*x} scale=$WALK_SCALE
+text() { xdotool type --delay 15 -- "$1"; }
+press() { xdotool key --delay 20 "$@"; }
+# As many fields back, with Shift held from before the first to after the last.
+back() { settle; xdotool keydown shift; settle; for _ in $(seq "$1"); do press Tab; settle; done; xdotool keyup shift; settle; }
+# Places in pixels of 100 %, from the left of the window or of the 3D view. What is to be clicked stands still.
+click() { settle; xdotool mousemove "$1" "$2"; settle; xdotool click 1; settle; }
 click_left() { click $((scale * $1)) $((scale * $2)); }
 click_view() { click $((185 * width / 1000 + scale * $1)) $((scale * $2)); }
-over_view() { xdotool mousemove $((46 * width / 100)) $((height / 2)); sleep 0.5; }
-aside() { xdotool mousemove $((width / 2)) $((height - 4)); sleep 0.3; }
-# What a command is called in the palette finds it: the same at every size.
-command_() { press ctrl+p; sleep "$wait"; text "$1"; sleep "$wait"; press Return; sleep "$wait"; }
+over_view() { xdotool mousemove $((46 * width / 100)) $((height / 2)); settle; }
+aside() { xdotool mousemove $((width / 2)) $((height - 4)); settle; }
+# What a command is called in the palette finds it: the same at every size. The window takes keys in their
+# order, however many come during a frame.
+command_() { press ctrl+p; text "$1"; press Return; settle; }
 # The lower left corner, where the window says what it does; "Ready" at rest.
 state() { import -window root -crop "$((45 * scale))x$((20 * scale))+0+$((height - 23 * scale))" +repage "$1"; }
-is_ready() {
-    state "$work/now.png"
-    [ "$(compare -metric AE "$work/ready.png" "$work/now.png" null: 2>&1)" = 0 ]
-}
+is_ready() { state "$work/now.png"; differ_by "$work/ready.png" "$work/now.png" 0; }
 wait_ready() {
     aside
     for _ in $(seq "${1:-900}"); do is_ready && return; sleep 0.5; done
     fail "the window did not come to rest"
-}
-# A picture once nothing moves any more, or as far as it has come by then.
-picture() {
-    aside
-    import -window root "$work/before.png"
-    for _ in $(seq "${2:-20}"); do
-        sleep 1
-        import -window root "$work/after.png"
-        [ "$(compare -metric AE "$work/before.png" "$work/after.png" null: 2>&1)" = 0 ] && break
-        mv "$work/after.png" "$work/before.png"
-    done
-    still "$1"
 }
 # Waits for a file, which is there whole or not at all.
 wait_file() {
@@ -68,7 +54,7 @@ wait_file() {
     fail "$1 was not written"
 }
 # A path into the field that has the focus.
-path() { sleep "$((2 + wait))"; press ctrl+a; text "$1"; sleep "$wait"; }
+path() { press ctrl+a; text "$1"; settle; }
 leave() {
     press ctrl+q
     for _ in $(seq 240); do kill -0 "$window" 2>/dev/null || break; sleep 0.25; done
@@ -110,7 +96,7 @@ JSON
 else
     command_ "open example"
 fi
-sleep 2
+settle
 wait_ready
 picture 02-open
 press F2
@@ -120,7 +106,7 @@ picture 03-tag
 press F3
 picture 04-reconstruct
 press ctrl+r
-sleep 2
+settle 3
 still 05-running
 wait_ready 3600
 picture 06-done
@@ -131,11 +117,10 @@ picture 07-worst-sample
 command_ "select strongest light"
 picture 08-strongest-light
 command_ "show compare"
-sleep 3
 picture 09-compare
 
 press F5
-sleep 2
+settle
 # The exposure, since three lights more are brighter; in a narrow view it stands in the second row.
 if [ $((545 * width / 1000 / scale)) -lt 430 ]; then click_view 40 98; else click_view 254 73; fi
 press ctrl+a
@@ -154,7 +139,7 @@ picture 11-moved
 command_ "add object"
 path "$work/block.obj"
 press Return
-sleep 1
+settle
 picture 12-object
 # Through a photograph what was added is set into it.
 over_view
@@ -164,11 +149,13 @@ over_view
 press 0
 
 press F12
+settle
 still 14-render
 path "$work/pictures"
-press shift+Tab shift+Tab shift+Tab shift+Tab shift+Tab   # up to the paths a pixel
+back 5   # up to the paths a pixel
 text "8"
 press Tab Tab Tab Tab Tab
+settle
 still 15-render-chosen
 press Return
 wait_file "$work/pictures/005-composite.exr" 3600
@@ -186,11 +173,13 @@ wait_ready
 press F5
 picture 18-reopened
 press ctrl+shift+e
-sleep 1
+settle
 still 19-export
 path "$work/scene"
-press shift+Tab shift+Tab shift+Tab shift+Tab shift+Tab space   # up to Blender
+back 5   # up to Blender
+press space
 press Tab Tab Tab Tab Tab Tab Tab Tab                         # and past its light probe to the folder
+settle
 still 20-blender
 press Return
 wait_file "$work/scene/blender/open_in_blender.py" 3600
@@ -209,6 +198,7 @@ checks = {
     "three lights": len(edits["lights"]) == 3,
     "the spot was moved": any(abs(light.get("position", [0, 0, 0])[2] - 1.95) < 0.02
                               for light in edits["lights"]),
+    "the exposure of the view": project["view"]["exposure_ev"] == -2,
     "an object": len(edits["objects"]) == 1,
     "results beside the project": bool(os.listdir(f"{work}/hour.lobelia-data")),
     "six pictures and six composites": len([name for name in os.listdir(f"{work}/pictures")

@@ -23,7 +23,7 @@ export DBUS_SESSION_BUS_ADDRESS=unix:path=$work/none
 mkdir -p "$XDG_CONFIG_HOME/lobelia" "$XDG_RUNTIME_DIR"
 chmod 700 "$XDG_RUNTIME_DIR"
 echo "{\"theme\": \"$theme\", \"scale\": $WALK_SCALE, \"window\": [${WALK_SCREEN/x/, }]}" >"$XDG_CONFIG_HOME/lobelia/studio.json"
-Xvfb "$DISPLAY" -screen 0 "${WALK_SCREEN}x24" >/dev/null 2>&1 &
+Xvfb "$DISPLAY" -screen 0 "${WALK_SCREEN}x24" -noreset >/dev/null 2>&1 &
 server=$!
 window=
 trap 'kill $window $server 2>/dev/null || true; rm -rf "$work"' EXIT
@@ -68,6 +68,29 @@ picture() {
         mv "$work/after.png" "$work/before.png"
     done
     still "$1"
+}
+# Waits until the window has done all that it was told: its own thread, and those that draw for it, sleep.
+# A job in another thread may go on. As many seconds at most.
+settle() {
+    sleep 0.1
+    python3 - "$window" "${1:-10}" <<'PY'
+import os, sys, time
+
+process, until, quiet = sys.argv[1], time.monotonic() + float(sys.argv[2]), 0
+while time.monotonic() < until and quiet < 12:
+    runs = False
+    try:
+        for thread in os.listdir(f"/proc/{process}/task"):
+            head, _, tail = open(f"/proc/{process}/task/{thread}/stat").read().rpartition(")")
+            name = head.split("(", 1)[1]
+            draws = thread == process or name.startswith(("llvmpipe", "vk"))
+            runs |= draws and tail.split()[0] != "S"
+    except (FileNotFoundError, ProcessLookupError):
+        if not os.path.exists(f"/proc/{process}"):
+            break
+    quiet = 0 if runs else quiet + 1
+    time.sleep(0.02)
+PY
 }
 still() { import -window root -colors 256 "PNG8:$out/$1.png"; echo "$1"; }
 

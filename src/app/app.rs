@@ -6,27 +6,41 @@ use eframe::egui;
 
 use super::actions::Action;
 use super::gesture::Gesture;
+use super::paced::Paced;
+use super::pending::Pending;
 use super::state::State;
 use super::{
-    Launch, asking, commands, dispatch, dropping, entry, file_dialog, files, import, jobs, keeping,
-    modelling, panels,
+    Launch, asking, commands, dispatch, dropping, entry, errands, file_dialog, files, import, jobs,
+    keeping, modelling, panels, saving,
 };
 use crate::io::engines::Search;
 
 /// The window.
 pub struct Studio {
     state: State,
+    input: Paced,
 }
 
 impl Studio {
     pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
         let path = launch.path.clone();
+        let own_dialogs = launch.own_dialogs;
         let mut state = State::new(cc, launch)?;
+        if !own_dialogs {
+            let look = Pending::start("file dialogs", &state.ctx, file_dialog::exist);
+            state.dialogs.looking_for_system = Some(look);
+        }
+        // A button that is held for long and then released was clicked: on a busy machine a quick click
+        // takes as long.
+        let forever = |options: &mut egui::Options| {
+            options.input_options.max_click_duration = f64::INFINITY;
+        };
+        state.ctx.options_mut(forever);
         files::look_for_recent(&mut state);
         if let Some(path) = path {
             files::open_unprompted(&mut state, &path);
         }
-        Ok(Self { state })
+        Ok(Self { state, input: Paced::default() })
     }
 
     /// Keeps unsaved work for recovery now rather than at the next half minute.
@@ -47,17 +61,32 @@ impl Studio {
         self.state.viewport.is_ready()
     }
 
+    /// Whether files are looked for, or saved.
+    pub fn waits_for_disk(&self) -> bool {
+        self.state.saves.are_under_way()
+            || !self.state.errands.is_empty()
+            || self.state.jobs.looking_into.is_some()
+    }
+
     /// Whether a job of any kind is under way.
     pub fn is_busy(&self) -> bool {
         let page = self.state.import.as_ref();
         self.state.jobs.is_busy()
             || self.state.is_running()
+            || self.waits_for_disk()
             || page.is_some_and(|page| page.is_busy() || page.is_checking())
             || self.state.modelling.as_ref().is_some_and(|page| page.is_busy())
     }
 }
 
 impl eframe::App for Studio {
+    /// Keys and clicks are done one after the other, however many a slow frame has let come.
+    fn raw_input_hook(&mut self, ctx: &egui::Context, input: &mut egui::RawInput) {
+        if self.input.take(input, ctx.text_edit_focused()) {
+            ctx.request_repaint();
+        }
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let began = Instant::now();
         let state = &mut self.state;
@@ -78,7 +107,9 @@ impl eframe::App for Studio {
         keeping::autosave(state);
         files::found_recent(state);
         files::follow_reading(state);
-        dropping::take(&ctx, state, &mut actions);
+        saving::follow(state);
+        errands::follow(state, &mut actions);
+        dropping::take(&ctx, state);
         // What is being typed comes before what is then done with it.
         let mut last = Vec::new();
         close_requested(&ctx, state, &mut last);

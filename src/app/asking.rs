@@ -8,10 +8,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::actions::{Action, NewAction, PathRequest};
+use super::actions::{Action, NewAction, Outcome, PathRequest};
 use super::dialogs::PathField;
+use super::errands;
 use super::jobs::studies::Kind;
-use super::pending::Answer;
+use super::pending::{Answer, Pending};
 use super::state::State;
 use crate::io::project::{EXTENSION, is_project};
 
@@ -42,6 +43,9 @@ pub fn ask_path(state: &mut State, asked: PathRequest) {
 
 /// Takes the answer of the system's dialog, once it is there.
 pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
+    if Pending::take(&mut state.dialogs.looking_for_system) == Some(true) {
+        state.dialogs.own_only = false;
+    }
     let Some(picking) = &state.dialogs.picking else { return };
     let asked = picking.asked;
     let (answer, took) = match picking.answer.answer() {
@@ -66,6 +70,16 @@ pub fn poll(state: &mut State, actions: &mut Vec<Action>) {
         }
         [] => {}
     }
+}
+
+/// Goes on with a path; where something is there already, only with leave to replace it.
+pub fn ask_before_replacing(state: &mut State, asked: PathRequest, path: PathBuf, there: PathBuf) {
+    errands::start(state, move || {
+        vec![match there.exists() {
+            true => Outcome::AskToReplace(asked, path),
+            false => Outcome::Do(asked.action(path, true)),
+        }]
+    });
 }
 
 fn show_field(state: &mut State, asked: PathRequest, notice: Option<&'static str>) {

@@ -64,8 +64,11 @@ pub struct Dialogs {
     pub report: Option<String>,
     /// Which material the selected surfaces go to.
     pub assign: bool,
-    /// Tests have no dialogs of the system.
+    /// Paths are asked for in the window only: there are no dialogs of the system, as in tests, or
+    /// none is known of yet.
     pub own_only: bool,
+    /// Whether the system has dialogs, once that is known.
+    pub(super) looking_for_system: Option<Pending<bool>>,
     /// A path that the system's dialog is to be asked for in this frame.
     pub(super) wanted: Option<PathRequest>,
     pub(super) picking: Option<Picking>,

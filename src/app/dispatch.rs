@@ -11,7 +11,7 @@ use super::gesture::Gesture;
 use super::import;
 use super::jobs::studies::Kind;
 use super::keeping;
-use super::leaving::{leave, once_saved, proceed};
+use super::leaving::{leave, proceed};
 use super::lighting;
 use super::masking;
 use super::modelling::{self, begin};
@@ -20,6 +20,7 @@ use super::plots;
 use super::project::Selection;
 use super::relighting;
 use super::report;
+use super::saving;
 use super::scene_export;
 use super::selecting::select;
 use super::state::State;
@@ -40,20 +41,14 @@ pub fn apply(state: &mut State, action: Action) {
         Action::CancelOpening => state.jobs.cancel_opening(),
         Action::TakeAsSrgb => state.jobs.take_as_srgb(state.project.as_ref()),
         Action::Locate(folder) => files::located(state, &folder),
-        Action::Save if state.is_modelling() => drop(modelling::keeping::save(state)),
-        Action::Save => drop(files::save(state)),
-        Action::SaveTo { file, replace } => {
-            if files::save_to(state, &file, replace)
-                && let Some(then) = state.dialogs.unsaved.take()
-            {
-                once_saved(state, then);
-            }
-        }
+        Action::Save => saving::save(state),
+        Action::SaveTo { file, replace } => saving::save_where_asked(state, &file, replace),
         Action::ExportTo { folder, replace } => {
             if let Some(project) = &state.project {
                 let is_own = project.solution.as_ref() == Some(&folder);
-                if !replace && !is_own && folder.join("solution.json").exists() {
-                    state.dialogs.replace = Some((PathRequest::Export, folder));
+                if !replace && !is_own {
+                    let results = folder.join("solution.json");
+                    asking::ask_before_replacing(state, PathRequest::Export, folder, results);
                 } else {
                     state.jobs.export(project, folder);
                 }
@@ -72,14 +67,10 @@ pub fn apply(state: &mut State, action: Action) {
         Action::Close => leave(state, AfterPrompt::Close),
         Action::Quit => leave(state, AfterPrompt::Quit),
         Action::Unsaved { save } => {
-            if !save {
-                if let Some(then) = state.dialogs.unsaved.take() {
-                    proceed(state, then);
-                }
-            } else if files::save_all(state)
-                && let Some(then) = state.dialogs.unsaved.take()
-            {
-                once_saved(state, then);
+            if save {
+                saving::save_and_leave(state);
+            } else if let Some(then) = state.dialogs.unsaved.take() {
+                proceed(state, then);
             }
         }
         Action::Recover(file) => leave(state, AfterPrompt::Recover(file)),

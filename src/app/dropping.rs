@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui;
 
-use super::actions::{Action, Field, ImportAction, NewAction, Relight};
+use super::actions::{Action, Field, ImportAction, NewAction, Outcome, Relight};
+use super::errands;
 use super::state::State;
 use super::workspaces::Workspace;
 use crate::io::import::{is_foreign, is_photograph};
@@ -22,10 +23,13 @@ enum Place {
     Import,
 }
 
-/// Takes what was dropped in this frame.
-pub fn take(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
+/// Takes what was dropped in this frame; what it is, a thread looks up.
+pub fn take(ctx: &egui::Context, state: &mut State) {
     let paths: Vec<PathBuf> = ctx
         .input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
+    if paths.is_empty() {
+        return;
+    }
     let is_relit = state.project.is_some() && state.layout.current == Workspace::Relight;
     let place = match is_relit {
         _ if state.is_importing() => Place::Import,
@@ -33,19 +37,25 @@ pub fn take(ctx: &egui::Context, state: &mut State, actions: &mut Vec<Action>) {
         false if state.project.is_none() && state.modelling.is_none() => Place::Start,
         false => Place::Window,
     };
+    errands::start(state, move || meanings(&paths, place));
+}
+
+fn meanings(paths: &[PathBuf], place: Place) -> Vec<Outcome> {
     let mut meant: Vec<Action> = Vec::new();
+    let mut outcomes = Vec::new();
     for path in paths {
-        match meaning(&path, place) {
+        match meaning(path, place) {
             // Of many photographs one names their folder.
             Ok(more) if more.iter().all(|action| meant.contains(action)) => {}
             Ok(more) => meant.extend(more),
             Err(problem) => {
                 let text = format!("{}: {problem}", path.display());
-                state.messages.error("This cannot be used here", text);
+                outcomes.push(Outcome::Error("This cannot be used here", text));
             }
         }
     }
-    actions.extend(meant);
+    outcomes.extend(meant.into_iter().map(Outcome::Do));
+    outcomes
 }
 
 fn meaning(path: &Path, place: Place) -> Result<Vec<Action>, &'static str> {

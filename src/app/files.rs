@@ -1,28 +1,25 @@
-//! Opens, saves and closes projects. `io` reads and writes the files.
+//! Opens and closes projects. `io` reads the files; `saving` has them written.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::actions::PathRequest;
-use super::asking::ask_path;
 use super::dialogs::Locate;
 use super::edit::Edit;
 use super::given::GivenLight;
 use super::keeping;
 use super::masking;
 use super::modelling::keeping as model_keeping;
-use super::opening::{AfterPrompt, Opening, ProjectOnDisk, ReadingProject};
+use super::opening::{AfterPrompt, LookingInto, OnDisk, Opening};
 use super::pending::{Answer, Pending};
 use super::project::Project;
-use super::project_file::file_of;
 use super::reopening;
 use super::solo::Alone;
 use super::state::State;
 use super::view_file;
 use crate::io::edits::{StoredEdits, Unread};
+use crate::io::project;
 use crate::io::tags::StoredLights;
-use crate::io::{project, results};
 use crate::scene::{Capture, Environment};
 
 /// Opens a capture's folder or a project file.
@@ -30,19 +27,8 @@ pub fn open_unprompted(state: &mut State, path: &Path) {
     if project::is_project(path) {
         open_project(state, path, false);
     } else {
-        let folder = capture_folder(path);
-        state.jobs.open(Opening {
-            path: folder.clone(),
-            folder,
-            project: None,
-            edits: None,
-            lights: None,
-            file: None,
-            recovered: None,
-            is_reopened: false,
-            agreed: state.unsaved_work(false),
-            began: Instant::now(),
-        });
+        let asked = path.to_owned();
+        read(state, path, false, move || Ok(OnDisk::Capture(capture_folder(&asked))));
     }
 }
 
@@ -59,52 +45,77 @@ fn capture_folder(path: &Path) -> PathBuf {
 
 /// Reads a project's file on a thread: a drive may take its time, and masks are large.
 fn open_project(state: &mut State, path: &Path, is_recovered: bool) {
-    state.jobs.cancel_opening();
     let asked = path.to_owned();
-    let read = move || {
+    read(state, path, is_recovered, move || {
         // A recovered project names its file for windows that run elsewhere.
         let path = dunce::canonicalize(&asked).unwrap_or(asked);
         let file = project::read(&path).map_err(|error| error.to_string())?;
         let has_capture = file.capture.is_dir();
-        Ok(ProjectOnDisk { path, file, has_capture })
-    };
-    state.jobs.reading_project = Some(ReadingProject {
+        Ok(OnDisk::Project { path, file: Box::new(file), has_capture })
+    });
+}
+
+/// Looks at what was asked for, on a thread.
+fn read(
+    state: &mut State,
+    path: &Path,
+    is_recovered: bool,
+    look: impl FnOnce() -> Result<OnDisk, String> + Send + 'static,
+) {
+    state.jobs.cancel_opening();
+    state.jobs.looking_into = Some(LookingInto {
         path: path.to_owned(),
         is_recovered,
         agreed: state.unsaved_work(false),
         began: Instant::now(),
-        answer: Pending::start("project", &state.ctx, read),
+        answer: Pending::start("open", &state.ctx, look),
     });
 }
 
-/// Goes on with a project whose file has been read.
+/// Goes on with what was found where something is to be opened.
 pub fn follow_reading(state: &mut State) {
-    let Some(reading) = &state.jobs.reading_project else { return };
-    let answer = match reading.answer.answer() {
+    let Some(looking) = &state.jobs.looking_into else { return };
+    let answer = match looking.answer.answer() {
         Answer::Waiting => return,
         Answer::Ready(answer) => answer,
         Answer::Lost => Err("Reading it failed; the log has more.".to_owned()),
     };
-    let Some(reading) = state.jobs.reading_project.take() else { return };
-    let ProjectOnDisk { path, file: read, has_capture } = match answer {
-        Ok(read) => read,
+    let Some(looking) = state.jobs.looking_into.take() else { return };
+    let found = match answer {
+        Ok(found) => found,
         Err(text) => {
             state.messages.error("This project cannot be opened", text);
             return;
         }
     };
-    let file = if reading.is_recovered { read.original.clone() } else { Some(path.clone()) };
-    let opening = Opening {
-        folder: read.capture.clone(),
-        project: Some(Box::new(read)),
+    let mut opening = Opening {
+        path: PathBuf::new(),
+        folder: PathBuf::new(),
+        project: None,
         edits: None,
         lights: None,
-        file,
-        recovered: reading.is_recovered.then_some(reading.path),
+        file: None,
+        recovered: None,
         is_reopened: false,
-        agreed: reading.agreed,
-        began: reading.began,
-        path,
+        agreed: looking.agreed,
+        began: looking.began,
+    };
+    let has_capture = match found {
+        OnDisk::Capture(folder) => {
+            opening = Opening { path: folder.clone(), folder, ..opening };
+            true
+        }
+        OnDisk::Project { path, file, has_capture } => {
+            opening = Opening {
+                folder: file.capture.clone(),
+                file: if looking.is_recovered { file.original.clone() } else { Some(path.clone()) },
+                project: Some(file),
+                recovered: looking.is_recovered.then_some(looking.path),
+                path,
+                ..opening
+            };
+            has_capture
+        }
     };
     if has_capture {
         state.jobs.open(opening);
@@ -281,74 +292,6 @@ pub fn close_unprompted(state: &mut State) {
     state.viewport.clear();
     state.dialogs.forget_project();
     keeping::forget_kept(state);
-}
-
-/// Saves the model and the project, as far as they have changed; says whether that worked.
-pub fn save_all(state: &mut State) -> bool {
-    let is_changed =
-        |project: &Project| project.is_changed() || project.unsaved_results().is_some();
-    let is_drawn_on = state.modelling.as_ref().is_some_and(|page| page.is_changed());
-    (!is_drawn_on || model_keeping::save(state))
-        && (!state.project.as_ref().is_some_and(is_changed) || save(state))
-}
-
-/// Saves to the project's file; says whether that worked. Without a file it asks for one.
-pub fn save(state: &mut State) -> bool {
-    match state.project.as_ref().map(|project| project.file.clone()) {
-        Some(Some(file)) => save_to(state, &file, true),
-        Some(None) => {
-            ask_path(state, PathRequest::SaveAs);
-            false
-        }
-        None => false,
-    }
-}
-
-/// Saves to a file; one that is there already, and not the project's own, is replaced only when
-/// that was agreed to.
-pub fn save_to(state: &mut State, file: &Path, replace: bool) -> bool {
-    let Some(project) = &state.project else { return false };
-    let file = if project::is_project(file) {
-        file.to_owned()
-    } else {
-        file.with_added_extension(project::EXTENSION)
-    };
-    let is_own = || dunce::canonicalize(&file).ok().as_ref() == project.file.as_ref();
-    if !replace && file.exists() && !is_own() {
-        state.dialogs.replace = Some((PathRequest::SaveAs, file));
-        return false;
-    }
-    let mut stored = file_of(state, project);
-    let folder = results::folder_of(&file);
-    // Results that are with another file, or nowhere yet, come along.
-    let storing = match project.unsaved_results() {
-        None if project.results.as_ref() == Some(&folder) => None,
-        _ => project.storing(folder),
-    };
-    if let Some(storing) = &storing {
-        stored.results = Some(storing.folder.clone());
-    }
-    if let Err(error) = project::write_over(&file, &stored) {
-        state.messages.error("The project cannot be saved", error.to_string());
-        return false;
-    }
-    let file = dunce::canonicalize(&file).unwrap_or(file);
-    if let Some(project) = &mut state.project {
-        project.file = Some(file.clone());
-        project.results = stored.results;
-        project.mark_saved();
-        if let Some(storing) = storing {
-            project.mark_results_saved();
-            state.jobs.store_results(storing);
-        }
-    }
-    if !state.jobs.is_storing() {
-        keeping::forget_kept(state);
-    }
-    state.settings.remember(&file);
-    save_settings(state);
-    state.messages.notice(format!("Saved {}", file.display()));
-    true
 }
 
 /// Looks for what was open recently, on a thread: a drive may take its time to answer.

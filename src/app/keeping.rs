@@ -1,7 +1,7 @@
 //! Stores unsaved work for recovery: every half minute, tags, options, edits and results are
 //! written into the user's folder, where the next window finds them after a crash.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -114,6 +114,18 @@ pub fn discard(state: &mut State, file: &Path) {
 /// Offers unsaved work no more until the next start.
 pub fn not_now(state: &mut State, file: &Path) {
     state.left_behind.retain(|other| other.file != file);
+}
+
+/// The results that a project points to were read, or cannot be.
+pub fn solved(state: &mut State, folder: PathBuf, event: JobEvent) {
+    match (event, &mut state.project) {
+        (JobEvent::Solved(solved), Some(project)) => {
+            state.messages.info(format!("Results read from {}", folder.display()));
+            project.restore_solved(solved, folder);
+        }
+        (JobEvent::Failed(text), _) => state.messages.warning(text),
+        _ => {}
+    }
 }
 
 /// The results of a project were read, or cannot be.

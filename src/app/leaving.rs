@@ -11,7 +11,10 @@ use super::state::State;
 
 /// Leaves the project, after asking where something would be lost.
 pub fn leave(state: &mut State, then: AfterPrompt) {
-    if state.unsaved_work(matches!(then, AfterPrompt::Quit)).is_nothing() {
+    if state.saves.are_under_way() {
+        // Nobody is asked about what is being saved.
+        state.saves.then = Some(then);
+    } else if state.unsaved_work(matches!(then, AfterPrompt::Quit)).is_nothing() {
         once_saved(state, then);
     } else {
         state.dialogs.unsaved = Some(then);

@@ -17,6 +17,7 @@ mod dispatch;
 mod dropping;
 mod edit;
 mod entry;
+mod errands;
 mod export_question;
 mod file_dialog;
 mod files;
@@ -37,6 +38,7 @@ mod messages;
 mod modelling;
 mod new_capture;
 mod opening;
+mod paced;
 mod panels;
 mod panes;
 mod pending;
@@ -50,6 +52,7 @@ mod relight;
 mod relighting;
 mod reopening;
 mod report;
+mod saving;
 mod scene_export;
 mod selecting;
 mod solo;
@@ -95,8 +98,7 @@ pub fn open(path: Option<PathBuf>) -> Result<(), String> {
     let home = crate::io::settings::home();
     let settings = home.as_deref().map(Settings::read).unwrap_or_default();
     let [width, height] = settings.window.unwrap_or([1280.0, 720.0]);
-    let own_dialogs = !file_dialog::exist();
-    let launch = Launch { path, home, own_dialogs, began: Some(began) };
+    let launch = Launch { path, home, own_dialogs: false, began: Some(began) };
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Lobelia")

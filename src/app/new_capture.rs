@@ -29,15 +29,10 @@ impl NewCapture {
         }
     }
 
-    /// Adds photographs that are not there yet, by name; a folder's are those in it.
-    pub fn add(&mut self, paths: &[PathBuf]) {
+    /// Adds photographs that are not there yet, by what was named: themselves, or their folder.
+    pub fn add(&mut self, found: Vec<(PathBuf, Vec<PathBuf>)>) {
         self.problem = None;
-        for path in paths {
-            let mut files = match path.is_dir() {
-                true => photographs_in(path),
-                // Others are refused when the capture is made, with the reason.
-                false => vec![path.clone()],
-            };
+        for (path, mut files) in found {
             if files.is_empty() {
                 self.problem = Some(format!("{}: there is no photograph in it.", path.display()));
             }
@@ -51,6 +46,19 @@ impl NewCapture {
             self.folder = folder.with_file_name(format!("{name}-capture")).display().to_string();
         }
     }
+}
+
+/// The photographs that are named, or that are in the folders that are named.
+pub fn photographs_of(paths: Vec<PathBuf>) -> Vec<(PathBuf, Vec<PathBuf>)> {
+    let look = |path: PathBuf| {
+        let files = match path.is_dir() {
+            true => photographs_in(&path),
+            // Others are refused when the capture is made, with the reason.
+            false => vec![path.clone()],
+        };
+        (path, files)
+    };
+    paths.into_iter().map(look).collect()
 }
 
 fn photographs_in(folder: &Path) -> Vec<PathBuf> {

@@ -34,8 +34,8 @@ pub struct Opening {
     pub began: Instant,
 }
 
-/// A project's file that is being read, before its capture is.
-pub struct ReadingProject {
+/// What is looked at before a capture is read: a file or folder that was asked for.
+pub struct LookingInto {
     /// What was asked for.
     pub path: PathBuf,
     /// It is unsaved work that a crash left.
@@ -43,15 +43,20 @@ pub struct ReadingProject {
     /// What the user agreed to lose for it.
     pub agreed: UnsavedWork,
     pub began: Instant,
-    pub answer: Pending<Result<ProjectOnDisk, String>>,
+    pub answer: Pending<Result<OnDisk, String>>,
 }
 
-/// What a project's file holds, and whether its capture is where it was.
-pub struct ProjectOnDisk {
-    /// The file's place without links or relative parts.
-    pub path: PathBuf,
-    pub file: ProjectFile,
-    pub has_capture: bool,
+/// What is there.
+pub enum OnDisk {
+    /// The folder of a capture.
+    Capture(PathBuf),
+    /// What a project's file holds, and whether its capture is where it was.
+    Project {
+        /// The file's place without links or relative parts.
+        path: PathBuf,
+        file: Box<ProjectFile>,
+        has_capture: bool,
+    },
 }
 
 /// Results of a project that are being read.

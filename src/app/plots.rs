@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::actions::{PathRequest, PlotFile, Plotted};
+use super::asking;
 use super::derived::Derived;
 use super::project::Project;
 use super::state::State;
@@ -16,8 +17,13 @@ use crate::study::chart::{self, Chart, Panel, Point, Scale, Series};
 /// Writes a plot; a file that is there is replaced only when that was agreed to.
 pub fn save(state: &mut State, plotted: Plotted, kind: PlotFile, path: PathBuf, replace: bool) {
     let path = if kind.is_end_of(&path) { path } else { path.with_added_extension(kind.end()) };
-    if !replace && path.exists() {
-        state.dialogs.replace = Some((PathRequest::SavePlot(plotted, kind), path));
+    if !replace {
+        asking::ask_before_replacing(
+            state,
+            PathRequest::SavePlot(plotted, kind),
+            path.clone(),
+            path,
+        );
         return;
     }
     let Some(project) = &state.project else { return };

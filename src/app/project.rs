@@ -12,7 +12,7 @@ use super::given::GivenLight;
 use super::products::{Products, Run};
 use super::relight::Added;
 use super::undo::History;
-use super::viewport;
+use super::viewport::{self, MaterialColors};
 use crate::io::project::ProjectFile;
 use crate::io::results::Results;
 use crate::reconstruct::{Reconstruction, StageCache, Update};
@@ -205,7 +205,12 @@ impl Project {
     }
 
     pub fn mark_saved(&mut self) {
-        self.saved = Some(self.edit.clone());
+        self.mark_saved_as(self.edit.clone());
+    }
+
+    /// A state is in the project's file, which may be an earlier one.
+    pub fn mark_saved_as(&mut self, edit: Arc<Edit>) {
+        self.saved = Some(edit);
     }
 
     pub fn mark_unsaved(&mut self) {
@@ -264,18 +269,21 @@ impl Project {
     }
 
     /// Results are with the project's file, or on their way there.
-    pub fn mark_results_saved(&mut self) {
-        match &mut self.run {
-            Some(run) => run.previous.stored = true,
-            None => self.products.stored = true,
-        }
+    pub fn mark_results_saved(&mut self, whole: &Arc<Reconstruction>) {
+        self.mark_results(whole, true);
     }
 
     /// They could not be written.
     pub fn mark_results_unsaved(&mut self, whole: &Arc<Reconstruction>) {
+        self.mark_results(whole, false);
+    }
+
+    fn mark_results(&mut self, whole: &Arc<Reconstruction>, stored: bool) {
         let run = self.run.as_mut().map(|run| &mut run.previous);
         for products in std::iter::once(&mut self.products).chain(run) {
-            products.stored &= products.whole.as_ref().is_none_or(|own| !Arc::ptr_eq(own, whole));
+            if products.whole.as_ref().is_some_and(|own| Arc::ptr_eq(own, whole)) {
+                products.stored = stored;
+            }
         }
     }
 
@@ -303,6 +311,21 @@ impl Project {
     /// The capture that indices in the products refer to.
     pub fn result_capture(&self) -> &Arc<Capture> {
         self.products.of.as_ref().map_or(&self.capture, |(_, capture)| capture)
+    }
+
+    /// The colours of the materials of the capture.
+    pub fn colors(&self) -> MaterialColors {
+        MaterialColors { listed: self.edit.listed() }
+    }
+
+    /// Those of the results: as the list has materials of these names now, or had them then.
+    pub fn result_colors(&self) -> MaterialColors {
+        let Some((edit, capture)) = &self.products.of else { return self.colors() };
+        let now = |name: &str| self.edit.materials.iter().position(|own| own.name == name);
+        let then = edit.listed();
+        let names = capture.materials.iter().map(|own| own.name.as_str()).enumerate();
+        let place = |(index, name)| now(name).or(then.get(index).copied()).unwrap_or(index);
+        MaterialColors { listed: names.map(place).collect() }
     }
 
     /// The material of the results that one of the list was found as. Names and order may have
@@ -359,6 +382,8 @@ impl Project {
         viewport::Content {
             capture: Some(self.capture.clone()),
             result_capture: self.products.of.as_ref().map(|(_, capture)| capture.clone()),
+            colors: self.colors(),
+            result_colors: self.result_colors(),
             samples: self.products.samples.clone(),
             lights: self.products.lights.clone(),
             solution: self.products.solution.clone(),

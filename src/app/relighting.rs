@@ -5,10 +5,11 @@ use std::sync::Arc;
 use glam::Vec3;
 use serde_json::json;
 
-use super::actions::{PathRequest, Relight, Select};
+use super::actions::{Outcome, PathRequest, Relight, Select};
 use super::asking::beside;
 use super::change::Change;
 use super::changing;
+use super::errands;
 use super::jobs::Reading;
 use super::lighting;
 use super::relight::{self, Added, Motion};
@@ -48,16 +49,15 @@ pub fn apply(state: &mut State, what: Relight) {
         }
         Relight::Save(path, replace) => {
             let path = if path.extension().is_some() { path } else { path.with_extension("json") };
-            if !replace && path.exists() {
-                state.dialogs.replace = Some((PathRequest::SaveEdits, path));
-                return;
-            }
-            match edits::write(&path, &edits) {
-                Ok(()) => state.messages.notice(format!("Edits written to {}", path.display())),
-                Err(error) => {
-                    state.messages.error("The edits cannot be written", error.to_string());
+            errands::start(state, move || {
+                if !replace && path.exists() {
+                    return vec![Outcome::AskToReplace(PathRequest::SaveEdits, path)];
                 }
-            }
+                vec![match edits::write(&path, &edits) {
+                    Ok(()) => Outcome::Notice(format!("Edits written to {}", path.display())),
+                    Err(error) => Outcome::Error("The edits cannot be written", error.to_string()),
+                }]
+            });
         }
         Relight::Remove => {
             if let Some(Added::Known(index)) = selected {

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::actions::ExportAction;
+use super::actions::{Action, ExportAction, Outcome};
 use super::asking::beside;
+use super::errands;
 use super::export_question::ExportQuestion;
 use super::state::State;
 use crate::io::export::elsewhere::{Format, Plan};
@@ -20,7 +21,13 @@ pub fn apply(state: &mut State, what: ExportAction) {
                 own.problem = None;
             }
         }
-        ExportAction::Start => start(state),
+        ExportAction::Start => check(state),
+        ExportAction::Write => start(state),
+        ExportAction::Refuse(problem) => {
+            if let Some(own) = &mut state.dialogs.scene_export {
+                own.problem = Some(problem);
+            }
+        }
         ExportAction::Stop => state.jobs.stop_scene_export(),
         ExportAction::Leave => state.dialogs.scene_export = None,
     }
@@ -45,16 +52,25 @@ fn show(state: &mut State) {
     });
 }
 
+/// Looks whether the folder can be written to, before anything is computed.
+fn check(state: &mut State) {
+    let Some(own) = &state.dialogs.scene_export else { return };
+    let folder = PathBuf::from(own.folder.trim());
+    errands::start(state, move || {
+        let next = match check_folder(&folder) {
+            Ok(()) => ExportAction::Write,
+            Err(error) => ExportAction::Refuse(error.to_string()),
+        };
+        vec![Outcome::Do(Action::ExportScene(next))]
+    });
+}
+
 fn start(state: &mut State) {
-    let (Some(own), Some(project)) = (&mut state.dialogs.scene_export, &state.project) else {
+    let (Some(own), Some(project)) = (&state.dialogs.scene_export, &state.project) else {
         return;
     };
     let Some(solved) = project.products.solved.clone() else { return };
     let folder = PathBuf::from(own.folder.trim());
-    if let Err(error) = check_folder(&folder) {
-        own.problem = Some(error.to_string());
-        return;
-    }
     let capture = project.result_capture().clone();
     let samples = project.products.whole.as_ref().zip(project.products.of.as_ref());
     let samples = samples

@@ -1,6 +1,6 @@
 //! The whole state of the window.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use std::time::Instant;
 use eframe::{egui, egui_wgpu};
 
 use super::Launch;
-use super::actions::{Action, Relight};
+use super::actions::{Action, Outcome, Relight};
 use super::dialogs::Dialogs;
 use super::gesture::Hand;
 use super::import::ImportPage;
@@ -22,7 +22,7 @@ use super::pending::Pending;
 use super::probe::{Probe, Start};
 use super::project::Project;
 use super::theme;
-use super::unsaved::{Kept, UnsavedWork};
+use super::unsaved::{Kept, Saves, UnsavedWork};
 use super::viewport::Viewport;
 use super::workspaces::Workspace;
 use super::writer::Writer;
@@ -44,9 +44,12 @@ pub struct State {
     pub missing: BTreeSet<PathBuf>,
     pub looking: Option<Pending<BTreeSet<PathBuf>>>,
     pub writer: Writer,
+    /// Looks at the disk that are under way.
+    pub errands: VecDeque<Pending<Vec<Outcome>>>,
     pub autosaved: Instant,
     /// What was last kept for recovery.
     pub kept: Option<Kept>,
+    pub saves: Saves,
     pub dialogs: Dialogs,
     pub layout: Layout,
     pub panels: PanelState,
@@ -103,9 +106,11 @@ impl State {
             missing: BTreeSet::new(),
             looking: None,
             writer,
+            errands: VecDeque::new(),
             autosaved: Instant::now(),
             kept: None,
-            dialogs: Dialogs { own_only: launch.own_dialogs, ..Dialogs::default() },
+            saves: Saves::default(),
+            dialogs: Dialogs { own_only: true, ..Dialogs::default() },
             layout,
             panels: PanelState::default(),
             viewport: Viewport::new(render),
@@ -157,13 +162,12 @@ impl State {
         let Some(project) = &self.project else {
             return UnsavedWork { model, ..UnsavedWork::default() };
         };
-        let exporting = self.jobs.exporting.as_ref();
         UnsavedWork {
             edit: project.is_changed().then(|| project.edit().clone()),
             run: project.run.as_ref().map(|run| run.job),
             results: project.unsaved_results().cloned(),
             // An export outlives its project, but not the program.
-            export: exporting.map(|(job, _)| *job).filter(|_| quitting),
+            export: self.jobs.exporting().filter(|_| quitting),
             study: self.jobs.studies.at_stake(),
             model,
         }

@@ -6,7 +6,27 @@ use super::{Error, atomic};
 
 /// Writes codes of sRGB, three a pixel, row by row from the top.
 pub(super) fn write(file: &Path, width: usize, height: usize, codes: &[u8]) -> Result<(), Error> {
-    let encoded = encode(width, height, codes)
+    write_as(::png::ColorType::Rgb, file, width, height, codes)
+}
+
+/// The same with a fourth code, of opacity; colours are not multiplied by it.
+pub(super) fn write_with_alpha(
+    file: &Path,
+    width: usize,
+    height: usize,
+    codes: &[u8],
+) -> Result<(), Error> {
+    write_as(::png::ColorType::Rgba, file, width, height, codes)
+}
+
+fn write_as(
+    color: ::png::ColorType,
+    file: &Path,
+    width: usize,
+    height: usize,
+    codes: &[u8],
+) -> Result<(), Error> {
+    let encoded = encode_as(color, width, height, codes)
         .map_err(|source| Error::Write { file: file.to_owned(), source })?;
     atomic::write_bytes(file, &encoded)
 }
@@ -14,9 +34,18 @@ pub(super) fn write(file: &Path, width: usize, height: usize, codes: &[u8]) -> R
 /// The same as the bytes of a file. It states sRGB, with gamma and chromaticities for readers that
 /// do not know the tag.
 pub(super) fn encode(width: usize, height: usize, codes: &[u8]) -> std::io::Result<Vec<u8>> {
+    encode_as(::png::ColorType::Rgb, width, height, codes)
+}
+
+fn encode_as(
+    color: ::png::ColorType,
+    width: usize,
+    height: usize,
+    codes: &[u8],
+) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut bytes, width as u32, height as u32);
-    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_color(color);
     encoder.set_depth(::png::BitDepth::Eight);
     encoder.set_compression(::png::Compression::Fast);
     encoder.set_source_srgb(::png::SrgbRenderingIntent::RelativeColorimetric);

@@ -174,8 +174,9 @@ impl Inputs {
         Step::ALL.map(|step| Arc::new(Self::of(step, capture, options)))
     }
 
-    /// Whether these are the same inputs. Mesh and images are compared by their address, not by
-    /// their contents: read again from a file they count as others.
+    /// Whether these are the same inputs. Mesh and pixels of images are compared by their address,
+    /// not by their contents: read again from a file they count as others. Masks are compared by
+    /// what they leave out: one that is drawn and taken back is the one before.
     pub(super) fn same_as(&self, other: &Self) -> bool {
         // Destructured, so that a field that is added cannot be forgotten here.
         let Capture { name, mesh, surfaces, photographs, materials, lights, environment, warnings } =
@@ -183,7 +184,7 @@ impl Inputs {
         let capture = &other.capture;
         let same_photograph = |(a, b): (&crate::scene::Photograph, &crate::scene::Photograph)| {
             let same_image = match (&a.image, &b.image) {
-                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                (Some(a), Some(b)) => Arc::ptr_eq(a, b) || a.has_pixels_of(b) && a == b,
                 (None, None) => true,
                 _ => false,
             };

@@ -66,12 +66,14 @@ pub struct Mix<'a> {
     pub coverage: &'a [f32],
     /// Part of every pixel that objects cover.
     pub object: &'a [f32],
+    /// A recovered sky is seen beyond them: the picture has no empty places.
+    pub shows_sky: bool,
     pub photograph: Option<&'a Image>,
     /// Factor on all of the recovered light.
     pub light: f32,
 }
 
-/// Radiance, and the part of the pixel that the scene covers.
+/// Radiance, and the part of the pixel that the scene or a sky covers.
 pub type Pixels = Vec<(Radiance, f32)>;
 
 /// Pixels that one task mixes.
@@ -107,18 +109,19 @@ impl Mix<'_> {
         let with = mixed(&self.after, range.clone());
         let without = self.before.as_ref().map(|layers| mixed(layers, range));
         let without = without.unwrap_or_default();
+        let filled = |pixel: usize| if self.shows_sky { 1.0 } else { self.coverage[pixel] };
         let measured = |pixel: usize| self.photograph?.radiance(pixel % width, pixel / width);
         for (k, result) in result.iter_mut().enumerate() {
             let pixel = first + k;
-            *result = (with[k], self.coverage[pixel]);
+            *result = (with[k], filled(pixel));
             if let (Some(_), Some(without)) = (self.photograph, without.get(k)) {
                 let (seen, object) = (measured(pixel), self.object[pixel]);
                 result.0 = compose_pixel(with[k], *without, seen, object, self.light).0;
-                result.1 = if seen.is_some() { 1.0 } else { self.coverage[pixel] };
+                result.1 = if seen.is_some() { 1.0 } else { filled(pixel) };
             }
         }
         for (k, former) in former.iter_mut().enumerate() {
-            let plain = || (without[k], self.coverage[first + k]);
+            let plain = || (without[k], filled(first + k));
             *former = measured(first + k).map_or_else(plain, |seen| (seen, 1.0));
         }
     }

@@ -392,6 +392,7 @@ impl<'a> Preview<'a> {
             before: wants_before.then_some(before),
             coverage: &surfaces.coverage,
             object: &surfaces.object,
+            shows_sky: self.solved.shows_sky(),
             photograph: photograph.as_deref(),
             light: asked.edits.original_light as f32,
         };

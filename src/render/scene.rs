@@ -32,6 +32,13 @@ pub struct Solved {
     pub certainty: Vec<Option<MaterialCertainty>>,
 }
 
+impl Solved {
+    /// Whether a sky is seen where no surface is.
+    pub fn shows_sky(&self) -> bool {
+        self.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
+    }
+}
+
 impl From<&Reconstruction> for Solved {
     fn from(whole: &Reconstruction) -> Self {
         let certainty = whole.solution.certainty.as_ref();

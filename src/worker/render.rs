@@ -105,6 +105,7 @@ pub(super) fn perform(
             name: &pictures::name(&frame.name, &mut taken),
             film: &film,
             lights: &lights,
+            shows_sky: solved.shows_sky(),
             has_layers: files.layers,
             png: files.png.as_ref(),
             composite: without

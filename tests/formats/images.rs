@@ -297,7 +297,7 @@ fn written_pictures_state_srgb() {
     let pixels = [[0.0, 0.5, 1.0], [0.2; 3]];
     let codes = |pixel: [f32; 3]| pixel.map(|v| (255.0 * v).round() as u8);
     let development = Development::By(std::sync::Arc::new(codes));
-    write_png(&file, 2, 1, &pixels, &development).unwrap();
+    write_png(&file, 2, 1, &pixels, None, &development).unwrap();
     let bytes = std::fs::read(&file).unwrap();
     // Chunks before the pixels: relative colorimetric (1), 1/2.2 and the chromaticities of Rec. 709.
     let chunk = |name: &[u8]| {

@@ -174,3 +174,20 @@ fn undo_waits_for_a_move_to_end() {
     window.key(NONE, egui::Key::Escape);
     assert_eq!(x(&mut window, &file), 1.1, "the move before is kept");
 }
+
+#[test]
+fn a_slow_click_is_a_click() {
+    let mut window = Window::new();
+    window.step();
+    let place = window.node("Open example").rect().center();
+    window.harness.hover_at(place);
+    window.harness.run_steps(1);
+    for pressed in [true, false] {
+        let (button, modifiers) = (egui::PointerButton::Primary, NONE);
+        let event = egui::Event::PointerButton { pos: place, button, pressed, modifiers };
+        window.harness.event(event);
+        // Two seconds of the window's own time.
+        window.harness.run_steps(60);
+    }
+    window.wait_for("Photographs (6)");
+}

@@ -29,6 +29,7 @@ mod studies; // speed and stability of the open capture
 mod tagging; // materials, undo and redo
 mod tones; // tone mapping in the 3D view
 mod viewport; // the 3D view: what is drawn and named
+mod walk; // many actions in a row beside a plain model of them
 
 #[path = "../shared/box_of_points.rs"]
 mod box_of_points;
@@ -103,8 +104,16 @@ impl Window {
         window
     }
 
+    /// As long as a hand takes for one thing: some frames, and what is looked up on the disk.
     fn step(&mut self) {
-        self.harness.run_steps(3);
+        let limit = Instant::now() + Duration::from_secs(60);
+        let mut quiet = 0;
+        while quiet < 3 {
+            assert!(Instant::now() < limit, "the disk does not answer");
+            self.harness.run_steps(1);
+            quiet = if self.harness.state().waits_for_disk() { 0 } else { quiet + 1 };
+            std::thread::yield_now();
+        }
     }
 
     fn has(&self, label: &str) -> bool {

@@ -148,6 +148,23 @@ fn a_run_takes_the_masks_that_are_drawn() {
 }
 
 #[test]
+fn a_stroke_that_is_taken_back_costs_the_next_run_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = painting(folder.path());
+    window.key(Modifiers::COMMAND, Key::R);
+    window.wait("the end of the run", |window| !window.harness.state().is_busy());
+    window.key(NONE, Key::F3);
+    window.key(Modifiers::SHIFT, Key::P);
+    let keeps = |window: &Window| window.has_part("The next run keeps every stage");
+    assert!(keeps(&window));
+    stroke(&mut window, [0.4, 0.5], [0.6, 0.6], NONE);
+    assert!(masked(&window) > 0.2 && !keeps(&window), "another mask is another input");
+    window.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(masked(&window), 0.0);
+    assert!(keeps(&window));
+}
+
+#[test]
 fn suggested_masks_are_one_step() {
     let folder = tempfile::tempdir().unwrap();
     // A black square that the mesh does not have.

@@ -120,7 +120,7 @@ impl Window {
 
     pub fn save_model(&mut self) {
         self.key(Modifiers::COMMAND, Key::S);
-        assert!(self.has_part("Saved"));
+        assert!(self.has_part("Saved"), "{:?}", self.labels(" "));
     }
 }
 

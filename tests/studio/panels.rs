@@ -35,6 +35,11 @@ const STUDY: [&str; 2] = ["speed and accuracy", "stability"];
 /// Stored with the whole window, in `pictures.rs` and here.
 const OTHERS: [&str; 2] = ["outliner", "3D view"];
 
+/// What the names of pictures in the light theme end in.
+const LIGHT: &str = " light";
+/// Panels that are stored in the dark theme alone: their parts are those of others.
+const AS_IN_THE_DARK: [&str; 3] = ["samples", "materials", "log"];
+
 /// Lines of the log begin with seconds.
 const LINE_OF_LOG: &str = " s  ";
 
@@ -154,21 +159,27 @@ fn every_panel_is_as_it_was_stored() {
         pos2((0.185 * WIDTH).ceil(), lower_top),
         pos2((0.73 * WIDTH).floor(), bottom),
     );
+    let outliner = Rect::from_min_max(pos2(0.0, top), pos2((0.185 * WIDTH).floor(), bottom));
     window.submenu("View", "Panels", "Show samples");
     window.click("samples row 7");
-    for (names, place) in [(&RIGHT[..], right), (&LOWER, lower)] {
-        for name in names {
-            window.submenu("View", "Panels", &format!("Show {name}"));
-            if *name == "compare" {
-                window.wait("what a viewer sees", |window| window.has_part("FLIP 0."));
-            }
-            let picture = picture(&mut window, &[]);
-            differing.compare(&part(&picture, place), name);
+    for end in ["", LIGHT] {
+        if end == LIGHT {
+            window.menu("View", "Light theme");
         }
+        for (names, place) in [(&RIGHT[..], right), (&LOWER, lower)] {
+            for name in names.iter().filter(|name| end != LIGHT || !AS_IN_THE_DARK.contains(name)) {
+                window.submenu("View", "Panels", &format!("Show {name}"));
+                if *name == "compare" {
+                    window.wait("what a viewer sees", |window| window.has_part("FLIP 0."));
+                }
+                let picture = picture(&mut window, &[]);
+                differing.compare(&part(&picture, place), &format!("{name}{end}"));
+            }
+        }
+        let whole = picture(&mut window, &[]);
+        differing.compare(&part(&whole, outliner), &format!("outliner{end}"));
     }
-    let outliner = Rect::from_min_max(pos2(0.0, top), pos2((0.185 * WIDTH).floor(), bottom));
-    let whole = picture(&mut window, &[]);
-    differing.compare(&part(&whole, outliner), "outliner");
+    window.menu("View", "Dark theme");
     for name in STUDY {
         window.submenu("View", "Panels", &format!("Show {name}"));
         let picture = picture(&mut window, &[]);
@@ -192,7 +203,13 @@ fn every_page_and_dialog_is_as_it_was_stored() {
     window.step();
     let start = picture(&mut window, &[]);
     differing.compare(&start, "start");
+    window.menu("View", "Light theme");
+    let start = picture(&mut window, &[]);
+    differing.compare(&start, "start light");
     window.click("Import…");
+    let import = picture(&mut window, &[]);
+    differing.compare(&import, "import light");
+    window.menu("View", "Dark theme");
     let import = picture(&mut window, &[]);
     differing.compare(&import, "import");
     drop(window);
@@ -200,20 +217,30 @@ fn every_page_and_dialog_is_as_it_was_stored() {
     let mut window = with_results(home.path());
     let middle =
         Rect::from_center_size(pos2(0.5 * WIDTH, 0.5 * HEIGHT), egui::vec2(680.0, HEIGHT - 56.0));
-    for (menu, entry, name) in [
-        ("File", "Export scene…", "export"),
-        ("Relight", "Render to files…", "render"),
-        ("Edit", "Assign material…", "assign"),
-        ("Help", "Keyboard shortcuts", "shortcuts"),
-    ] {
-        window.menu(menu, entry);
-        let shown = picture(&mut window, &["Folder", "/coarse"]);
-        differing.compare(&part(&shown, middle), name);
+    for end in ["", LIGHT] {
+        if end == LIGHT {
+            window.menu("View", "Light theme");
+        }
+        for (menu, entry, name, title) in [
+            ("File", "Export scene…", "export", "Export scene"),
+            ("Relight", "Render to files…", "render", "Render pictures"),
+            ("Edit", "Assign material…", "assign", "Assign material"),
+            ("Help", "Keyboard shortcuts", "shortcuts", "Keyboard shortcuts"),
+        ] {
+            // Only surfaces that are selected can be assigned.
+            let selects = if name == "assign" { NONE } else { Modifiers::ALT };
+            window.key(selects, Key::A);
+            window.menu(menu, entry);
+            assert!(window.has(title), "{entry} opens nothing");
+            let shown = picture(&mut window, &["Folder", "/coarse"]);
+            differing.compare(&part(&shown, middle), &format!("{name}{end}"));
+            window.key(NONE, Key::Escape);
+        }
+        window.key(Modifiers::COMMAND, Key::P);
+        window.harness.event(egui::Event::Text("light".to_owned()));
+        let palette = picture(&mut window, &[]);
+        differing.compare(&part(&palette, middle), &format!("palette{end}"));
         window.key(NONE, Key::Escape);
     }
-    window.key(Modifiers::COMMAND, Key::P);
-    window.harness.event(egui::Event::Text("light".to_owned()));
-    let palette = picture(&mut window, &[]);
-    differing.compare(&part(&palette, middle), "palette");
     differing.tell();
 }

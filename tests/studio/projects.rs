@@ -157,10 +157,12 @@ fn work_done_while_another_capture_is_read_is_asked_about() {
     window.harness.hover_at(place);
     window.harness.event(button(true));
     window.step();
-    // Both in one frame: the capture cannot have been read by then.
-    let input = window.harness.input_mut();
-    input.dropped_files.push(Arc::new(Dropped(capture)));
-    input.events.push(button(false));
+    window.harness.input_mut().dropped_files.push(Arc::new(Dropped(capture)));
+    while !window.has_part("Opening") {
+        window.harness.run_steps(1);
+    }
+    // In the frame in which its reading is told: it has not come to its end.
+    window.harness.event(button(false));
     window.wait_for("Save changes?");
     window.click("Cancel");
     assert!(window.has("specular"), "the work is still there");

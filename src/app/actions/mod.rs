@@ -1,6 +1,7 @@
 //! Everything that a user can do, as data: panels, commands and what is dropped say what was asked
 //! for, and `dispatch` does it at the end of the frame. No file here knows the state of the window.
 
+mod outcome;
 mod path_request;
 mod plot_file;
 
@@ -23,6 +24,7 @@ use crate::model::from_points::Wanted;
 use crate::model::{self, Model};
 use crate::scene;
 
+pub use outcome::Outcome;
 pub use path_request::PathRequest;
 pub use plot_file::{PlotFile, Plotted};
 
@@ -253,6 +255,8 @@ pub enum NewAction {
     Show,
     /// Adds photographs, or those of a folder.
     Add(Vec<PathBuf>),
+    /// Photographs that were found, by the file or folder that was named.
+    Found(Vec<(PathBuf, Vec<PathBuf>)>),
     Remove(usize),
     /// The folder for the capture.
     Folder(PathBuf),
@@ -320,6 +324,10 @@ pub enum ExportAction {
     Show,
     Folder(PathBuf),
     Start,
+    /// The folder can be written to.
+    Write,
+    /// Why it cannot.
+    Refuse(String),
     Stop,
     Leave,
 }

@@ -298,7 +298,9 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
         if plain && is_of_page && !state.is_modelling() {
             continue;
         }
-        if plain && (typing || dialog || flying || at_work)
+        // They write nothing: a field keeps what was typed, and what they do is done.
+        let is_function = (Key::F1..=Key::F35).contains(&key.logical_key);
+        if plain && (typing && !is_function || dialog || flying || at_work)
             || dialog && command.action != Action::Quit
         {
             continue;

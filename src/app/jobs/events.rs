@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::studies::events as studies;
-use super::{PULSE, masks};
+use super::{Lane, PULSE, Reading, Task, masks, scene_export};
 use crate::app::files;
 use crate::app::keeping;
 use crate::app::leaving;
@@ -16,7 +16,7 @@ use crate::app::project::Project;
 use crate::app::relighting;
 use crate::app::reopening;
 use crate::app::state::State;
-use crate::reconstruct::Update;
+use crate::reconstruct::{Reconstruction, Update};
 use crate::worker::{Event, JobEvent};
 
 /// Takes all events since the last frame.
@@ -92,43 +92,11 @@ fn loader_event(state: &mut State, event: Event) {
         }
         return;
     }
-    if let Some((_, folder)) = state.jobs.restoring.take_if(|(job, _)| *job == event.job) {
-        match (event.what, &mut state.project) {
-            (JobEvent::Solved(solved), Some(project)) => {
-                state.messages.info(format!("Results read from {}", folder.display()));
-                project.restore_solved(solved, folder);
-            }
-            (JobEvent::Failed(text), _) => state.messages.warning(text),
-            (JobEvent::Started, _) => state.jobs.restoring = Some((event.job, folder)),
-            _ => {}
-        }
-        return;
-    }
     if !event.what.is_ending() {
         return;
     }
-    if let Some((_, restoring)) = state.jobs.project_results.take_if(|(job, _)| *job == event.job) {
-        keeping::restored(state, restoring, event.what);
-        return;
-    }
-    if let Some(index) = state.jobs.storing.iter().position(|(job, _)| *job == event.job) {
-        let (_, whole) = state.jobs.storing.remove(index);
-        if let Some(then) = keeping::stored(state, &whole, event.what) {
-            leaving::proceed(state, then);
-        }
-        return;
-    }
-    if let Some(index) = state.jobs.reading.iter().position(|(job, _)| *job == event.job) {
-        let (_, reading) = state.jobs.reading.remove(index);
-        match event.what {
-            JobEvent::Edits(edits, warnings) => {
-                relighting::edits_read(state, reading, edits, warnings);
-            }
-            JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
-            JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
-            JobEvent::Failed(text) => state.messages.error(reading.failed(), text),
-            _ => {}
-        }
+    if let Some(task) = state.jobs.take_ended(Lane::Loader, event.job) {
+        ended(state, task, event.what);
         return;
     }
     if state.dialogs.begin.as_ref().is_some_and(|own| own.job == Some(event.job)) {
@@ -163,6 +131,48 @@ fn loader_event(state: &mut State, event: Event) {
     }
 }
 
+/// A task has come to its answer.
+fn ended(state: &mut State, task: Task, what: JobEvent) {
+    match task {
+        Task::ReadSolved(folder) => keeping::solved(state, folder, what),
+        Task::ReadResults(restoring) => keeping::restored(state, restoring, what),
+        Task::StoreResults(whole) => {
+            if let Some(then) = keeping::stored(state, &whole, what) {
+                leaving::proceed(state, then);
+            }
+        }
+        Task::Read(reading) => read(state, reading, what),
+        Task::Export(whole) => exported(state, &whole, what),
+        Task::ExportScene => scene_export::ended(&mut state.messages, what),
+        Task::SuggestMasks(of) => masks::suggested(state, &of, &what),
+    }
+}
+
+fn read(state: &mut State, reading: Reading, what: JobEvent) {
+    match what {
+        JobEvent::Edits(edits, warnings) => relighting::edits_read(state, reading, edits, warnings),
+        JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
+        JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
+        JobEvent::Failed(text) => state.messages.error(reading.failed(), text),
+        _ => {}
+    }
+}
+
+fn exported(state: &mut State, whole: &Arc<Reconstruction>, what: JobEvent) {
+    match what {
+        JobEvent::Exported(folder) => {
+            if let Some(Project { products, solution, .. }) = &mut state.project
+                && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
+            {
+                *solution = Some(folder.clone());
+            }
+            state.messages.notice(format!("Results written to {}", folder.display()));
+        }
+        JobEvent::Failed(text) => state.messages.error("The results cannot be written", text),
+        _ => {}
+    }
+}
+
 /// Nobody may save a project before all that it holds has been read.
 fn read_on(state: &mut State, opening: Opening) {
     let Some(capture) = state.jobs.loaded.take() else { return };
@@ -183,8 +193,10 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
-    if state.jobs.scene_export == Some(event.job) {
-        state.jobs.scene_event(&event.what, &mut state.messages);
+    if event.what.is_ending()
+        && let Some(task) = state.jobs.take_ended(Lane::Renderer, event.job)
+    {
+        ended(state, task, event.what);
         return;
     }
     if state.jobs.rendering.as_ref().is_some_and(|own| own.job == event.job) {
@@ -207,26 +219,10 @@ fn render_event(state: &mut State, event: Event) {
 }
 
 fn runner_event(state: &mut State, event: Event) {
-    if masks::told(state, &event) {
-        return;
-    }
-    if let Some((_, exported)) = state.jobs.exporting.take_if(|(job, _)| *job == event.job) {
-        match event.what {
-            JobEvent::Exported(folder) => {
-                if let Some(Project { products, solution, .. }) = &mut state.project {
-                    let is_shown = |whole: &Arc<_>| Arc::ptr_eq(whole, &exported);
-                    if products.whole.as_ref().is_some_and(is_shown) {
-                        *solution = Some(folder.clone());
-                    }
-                }
-                state.messages.notice(format!("Results written to {}", folder.display()));
-            }
-            JobEvent::Failed(text) => {
-                state.messages.error("The results cannot be written", text);
-            }
-            JobEvent::Cancelled => {}
-            _ => state.jobs.exporting = Some((event.job, exported)),
-        }
+    if event.what.is_ending()
+        && let Some(task) = state.jobs.take_ended(Lane::Runner, event.job)
+    {
+        ended(state, task, event.what);
         return;
     }
     let Some(project) = &mut state.project else { return };

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::Jobs;
+use super::{Jobs, Lane, Task};
 use crate::app::masking;
 use crate::app::project::Project;
 use crate::app::state::State;
-use crate::scene::clutter;
+use crate::scene::{Capture, clutter};
 use crate::watch::Progress;
-use crate::worker::{Command, Event, JobEvent};
+use crate::worker::{Command, JobEvent};
 
 impl Jobs {
     /// Begins to suggest masks; a job that is under way is given up.
@@ -16,40 +16,36 @@ impl Jobs {
         self.stop_suggesting();
         let capture = project.capture.clone();
         let threshold = clutter::THRESHOLD;
-        let job = self.runner.send(Command::SuggestMasks { capture, threshold });
-        self.masks = Some((job, project.loaded.clone()));
+        let command = Command::SuggestMasks { capture, threshold };
+        self.begin_task(Lane::Runner, command, Task::SuggestMasks(project.loaded.clone()));
     }
 
     pub fn stop_suggesting(&mut self) {
-        if let Some((job, _)) = self.masks.take() {
-            self.runner.cancel(job);
-        }
+        self.cancel_tasks(is_of_masks);
+        self.forget_tasks(is_of_masks);
     }
 
     pub fn is_suggesting(&self) -> bool {
-        self.masks.is_some()
+        self.is_at(is_of_masks)
     }
 
     /// How far masks are that are being suggested.
     pub fn suggesting(&self) -> Option<Progress> {
-        self.runner.progress(self.masks.as_ref()?.0)
+        self.progress_of(is_of_masks)
     }
 }
 
-/// What the worker tells of masks; says whether the event was one.
-pub(super) fn told(state: &mut State, event: &Event) -> bool {
-    let Some((_, of)) = state.jobs.masks.take_if(|(job, _)| *job == event.job) else {
-        return false;
-    };
-    match &event.what {
-        JobEvent::MasksSuggested(suggestions) => {
-            masking::suggested(state, &Arc::clone(&of), suggestions);
-        }
+fn is_of_masks(task: &Task) -> bool {
+    matches!(task, Task::SuggestMasks(_))
+}
+
+/// Masks were suggested for a capture, or cannot be.
+pub(super) fn suggested(state: &mut State, of: &Arc<Capture>, what: &JobEvent) {
+    match what {
+        JobEvent::MasksSuggested(suggestions) => masking::suggested(state, of, suggestions),
         JobEvent::Failed(text) => {
             state.messages.error("Masks cannot be suggested", text.clone());
         }
-        what if !what.is_ending() => state.jobs.masks = Some((event.job, of)),
         _ => {}
     }
-    true
 }

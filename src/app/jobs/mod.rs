@@ -10,6 +10,7 @@ mod reading;
 mod rendering;
 mod scene_export;
 pub mod studies;
+mod tasks;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +19,7 @@ use std::time::Duration;
 use eframe::egui;
 
 use super::derived::Derived;
-use super::opening::{Opening, ReadingProject, Restoring};
+use super::opening::{LookingInto, Opening, Restoring};
 use super::pending::Pending;
 use super::products::{Products, Run};
 use super::project::Project;
@@ -78,6 +79,7 @@ const COMPARED: usize = 800;
 pub use reading::Reading;
 use rendering::PicturesJob;
 use studies::Studies;
+use tasks::{Lane, Running, Task};
 
 pub struct Jobs {
     loader: Worker,
@@ -86,17 +88,8 @@ pub struct Jobs {
     relighter: Worker,
     relight: Option<Relighter>,
     pub studies: Studies,
-    /// Results that are being read.
-    restoring: Option<(Job, PathBuf)>,
-    /// Results of the project that are being read, and those that are being written.
-    project_results: Option<(Job, Restoring)>,
-    storing: Vec<(Job, Arc<Reconstruction>)>,
-    /// Masks that are being suggested, and for which capture as it was loaded.
-    masks: Option<(Job, Arc<Capture>)>,
-    /// Edits that are being read.
-    reading: Vec<(Job, Reading)>,
-    /// The scene that is being written for other programs.
-    scene_export: Option<Job>,
+    /// Jobs that come to one answer.
+    tasks: Vec<Running>,
     /// Pictures that are being written.
     rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.
@@ -104,13 +97,11 @@ pub struct Jobs {
     /// What the lights see, where it was asked for.
     pub coverage: Option<Coverage>,
     ctx: egui::Context,
-    /// The project's file that is read first, where one is opened.
-    pub(in crate::app) reading_project: Option<ReadingProject>,
+    /// What is looked at first, where something is opened.
+    pub(in crate::app) looking_into: Option<LookingInto>,
     pub opening: Option<(Job, Opening)>,
     /// The capture of what is being opened, once it has been read.
     loaded: Option<Arc<Capture>>,
-    /// The export under way, and what it writes.
-    pub exporting: Option<(Job, Arc<Reconstruction>)>,
     /// Numbers that are being worked out, and of what.
     derived: Option<(Arc<Reconstruction>, Pending<Arc<Derived>>)>,
 }
@@ -128,20 +119,14 @@ impl Jobs {
             relighter: worker()?,
             relight: None,
             studies: Studies::new(worker()?),
-            restoring: None,
-            project_results: None,
-            storing: Vec::new(),
-            masks: None,
-            reading: Vec::new(),
-            scene_export: None,
+            tasks: Vec::new(),
             rendering: None,
             picture: None,
             coverage: None,
             ctx: ctx.clone(),
-            reading_project: None,
+            looking_into: None,
             opening: None,
             loaded: None,
-            exporting: None,
             derived: None,
         })
     }
@@ -169,7 +154,7 @@ impl Jobs {
 
     pub fn cancel_opening(&mut self) {
         self.loaded = None;
-        self.reading_project = None;
+        self.looking_into = None;
         if let Some((job, _)) = self.opening.take() {
             self.loader.cancel(job);
         }
@@ -209,14 +194,19 @@ impl Jobs {
         else {
             return;
         };
-        let job = self.runner.send(Command::Export {
+        let command = Command::Export {
             capture,
             options: Box::new(edit.run_options()),
             reconstruction: whole.clone(),
             load_secs: project.load_secs,
             folder,
-        });
-        self.exporting = Some((job, whole));
+        };
+        self.begin_task(Lane::Runner, command, Task::Export(whole));
+    }
+
+    /// The export under way.
+    pub fn exporting(&self) -> Option<Job> {
+        self.job_of(|task| matches!(task, Task::Export(_)))
     }
 
     /// Makes a photograph anew from the results.
@@ -267,44 +257,45 @@ impl Jobs {
     /// Reads the results that a project points to.
     pub fn read_solved(&mut self, project: &Project, folder: PathBuf) {
         let (capture, path) = (project.capture.clone(), folder.clone());
-        let job = self.loader.send(Command::ReadSolved { capture, folder: path });
-        self.restoring = Some((job, folder));
+        let command = Command::ReadSolved { capture, folder: path };
+        self.begin_task(Lane::Loader, command, Task::ReadSolved(folder));
     }
 
     /// Reads the results that belong to a project's file.
     pub fn read_results(&mut self, project: &Project, folder: PathBuf, recovered: Option<PathBuf>) {
         let (capture, path) = (project.loaded.clone(), folder.clone());
-        let job = self.loader.send(Command::ReadResults { capture, folder: path });
-        self.project_results = Some((job, Restoring { folder, recovered }));
+        let command = Command::ReadResults { capture, folder: path };
+        let task = Task::ReadResults(Restoring { folder, recovered });
+        self.begin_task(Lane::Loader, command, task);
     }
 
     /// What is being read belongs to a project that is no longer open.
     pub fn stop_restoring(&mut self) {
-        self.restoring = None;
-        self.project_results = None;
-        self.reading.clear();
+        self.forget_tasks(|task| {
+            matches!(task, Task::ReadSolved(_) | Task::ReadResults(_) | Task::Read(_))
+        });
     }
 
     pub fn is_restoring(&self) -> bool {
-        self.project_results.is_some()
+        self.is_at(|task| matches!(task, Task::ReadResults(_)))
     }
 
     /// Writes the results that belong to a project's file.
     pub fn store_results(&mut self, storing: StoreResults) {
         let whole = storing.reconstruction.clone();
-        let job = self.loader.send(Command::StoreResults(Box::new(storing)));
-        self.storing.push((job, whole));
+        let command = Command::StoreResults(Box::new(storing));
+        self.begin_task(Lane::Loader, command, Task::StoreResults(whole));
     }
 
     pub fn is_storing(&self) -> bool {
-        !self.storing.is_empty()
+        self.is_at(|task| matches!(task, Task::StoreResults(_)))
     }
 
     /// Reads edits for the open project.
     pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
         let Some(project) = project else { return };
         let capture = project.loaded.clone();
-        self.reading.push((self.loader.send(Command::ReadEdits { capture, source }), reading));
+        self.begin_task(Lane::Loader, Command::ReadEdits { capture, source }, Task::Read(reading));
     }
 
     /// Requests the viewport's relit picture; with `None`, where it is not shown, rendering stops.
@@ -375,22 +366,16 @@ impl Jobs {
 
     /// What is being opened.
     pub fn opens(&self) -> Option<&Path> {
-        let project = self.reading_project.as_ref().map(|own| own.path.as_path());
-        project.or(self.opening.as_ref().map(|(_, opening)| opening.folder.as_path()))
+        let looked = self.looking_into.as_ref().map(|own| own.path.as_path());
+        looked.or(self.opening.as_ref().map(|(_, opening)| opening.folder.as_path()))
     }
 
     pub fn is_busy(&self) -> bool {
         self.opens().is_some()
-            || self.exporting.is_some()
+            || !self.tasks.is_empty()
             || self.derived.is_some()
             || self.rendering.is_some()
-            || self.scene_export.is_some()
-            || !self.reading.is_empty()
-            || self.restoring.is_some()
-            || self.is_restoring()
-            || self.is_storing()
             || self.studies.is_busy()
-            || self.is_suggesting()
     }
 
     /// Whether something is computed beside a study that measures seconds.
@@ -400,6 +385,6 @@ impl Jobs {
             .relight
             .as_ref()
             .is_some_and(|own| own.relit.as_ref().is_none_or(|relit| !relit.is_done));
-        self.rendering.is_some() || self.scene_export.is_some() || is_painting || is_relighting
+        self.rendering.is_some() || self.is_exporting_scene() || is_painting || is_relighting
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::Jobs;
+use super::{Jobs, Lane, Task};
 use crate::app::opening::Opening;
 use crate::app::project::Project;
 use crate::io::project::Relight;
@@ -74,7 +74,7 @@ impl Jobs {
     pub fn take_as_srgb(&mut self, project: Option<&Project>) {
         let Some(project) = project else { return };
         let command = Command::TakeAsSrgb { folder: project.folder.clone() };
-        self.reading.push((self.loader.send(command), Reading::Cameras));
+        self.begin_task(Lane::Loader, command, Task::Read(Reading::Cameras));
     }
 
     /// Reads known lights for the open project.
@@ -82,6 +82,6 @@ impl Jobs {
         let Some(project) = project else { return };
         let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
         let command = Command::ReadStoredLights { capture, file, values };
-        self.reading.push((self.loader.send(command), reading));
+        self.begin_task(Lane::Loader, command, Task::Read(reading));
     }
 }

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::app::actions::NewAction;
+use crate::app::actions::{Action, NewAction, Outcome};
+use crate::app::errands;
 use crate::app::leaving::leave;
-use crate::app::new_capture::NewCapture;
+use crate::app::new_capture::{NewCapture, photographs_of};
 use crate::app::opening::AfterPrompt;
 use crate::app::state::State;
 
@@ -13,7 +14,17 @@ pub fn apply(state: &mut State, what: NewAction) {
     let begin = &mut state.dialogs.begin;
     match what {
         NewAction::Show => drop(begin.get_or_insert_default()),
-        NewAction::Add(paths) => begin.get_or_insert_default().add(&paths),
+        NewAction::Add(paths) => {
+            begin.get_or_insert_default();
+            let look = move || Outcome::Do(Action::New(NewAction::Found(photographs_of(paths))));
+            errands::start(state, move || vec![look()]);
+        }
+        NewAction::Found(found) => {
+            // Nothing, where the question was left meanwhile.
+            if let Some(own) = begin {
+                own.add(found);
+            }
+        }
         NewAction::Remove(index) => {
             if let Some(own) = begin.as_mut().filter(|own| index < own.photographs.len()) {
                 own.photographs.remove(index);

@@ -1,4 +1,4 @@
-//! Opens, saves and closes the Model page, and stores unsaved changes for recovery.
+//! Opens and closes the Model page, and stores unsaved changes for recovery.
 
 use std::path::{Path, PathBuf};
 
@@ -17,26 +17,8 @@ pub fn open(state: &mut State, folder: &Path) {
     }
 }
 
-/// Saves the model; says whether there is nothing unsaved afterwards.
-pub fn save(state: &mut State) -> bool {
-    let Some(page) = &mut state.modelling else { return true };
-    let Some(document) = &mut page.document else { return true };
-    document.commit();
-    if let Err(error) = model_files::save(&page.folder, document.model()) {
-        state.messages.error("The model cannot be saved", error.to_string());
-        return false;
-    }
-    let model = document.model().clone();
-    document.mark_saved(model);
-    let folder = page.folder.clone();
-    let file = folder.join(model_files::NAME);
-    state.messages.notice(format!("Saved {}", file.display()));
-    forget_kept(state, folder);
-    true
-}
-
 /// What was kept for recovery is saved, or not wanted.
-pub(super) fn forget_kept(state: &State, folder: PathBuf) {
+pub fn forget_kept(state: &State, folder: PathBuf) {
     state.writer.send(move || {
         model_files::forget(&folder);
         Ok(())

@@ -58,6 +58,9 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
+/// The least height of the pictures, in points.
+const LOWEST: f32 = 90.0;
+
 pub fn compare_ui(
     ui: &mut egui::Ui,
     project: &Project,
@@ -126,7 +129,14 @@ pub fn compare_ui(
     let CompareState { layout, split, pictures, exposure, .. } = state;
     pictures.follow(ui.ctx(), capture, picture, *exposure);
     match pictures.shown(results, chosen) {
-        Some(shown) => show(ui, *layout, split, shown),
+        // In a low panel the pictures are not smaller than can be seen, and are scrolled.
+        Some(shown) => {
+            let room = ui.available_size() - vec2(0.0, 20.0);
+            let room = vec2(room.x, room.y.max(LOWEST));
+            egui::ScrollArea::vertical()
+                .auto_shrink(false)
+                .show(ui, |ui| show(ui, *layout, split, shown, room));
+        }
         None => drop(ui.weak("The first paths are being traced…")),
     }
 }
@@ -148,10 +158,9 @@ fn scores_ui(ui: &mut egui::Ui, score: Option<&PictureScore>) {
     }
 }
 
-fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown) {
+fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown, room: egui::Vec2) {
     let [photograph, render, difference] = &shown.pictures;
     let columns = if layout == Layout::Beside { 3.0 } else { 1.0 };
-    let room = ui.available_size() - vec2(0.0, 20.0);
     let size = photograph.size_vec2();
     let scale = ((room.x - 8.0 * (columns - 1.0)) / columns / size.x).min(room.y / size.y);
     let size = size * scale.max(0.01);

@@ -125,7 +125,7 @@ pub fn convergence_ui(
         .legend(Legend::default().position(Corner::RightTop))
         .include_x(1.0)
         .include_x(4.0)
-        .x_axis_label("iteration")
+        .x_axis_label(if is_low { "" } else { "iteration" })
         .y_axis_label(if is_low { "" } else { state.what.axis() })
         .y_axis_formatter(move |mark, _| axis_value(value(mark.value), mark.step_size))
         .x_axis_formatter(|mark, _| {

@@ -71,7 +71,7 @@ pub fn light_ui(
     });
     for lobe in own.iter().take(40) {
         let direction = lobes.lobes[*lobe].direction;
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             swatch(ui, emission_color(emission(*lobe)));
             ui.label(rgb(emission(*lobe)));
             if is_unseen(*lobe) {

@@ -13,7 +13,7 @@ use super::numbers::{counted, exposed, rgb, short, swatch, triple};
 use crate::app::actions::{Action, Select};
 use crate::app::derived::{irradiance_of, kind_name};
 use crate::app::project::Project;
-use crate::app::viewport::{INVALID, material_color};
+use crate::app::viewport::INVALID;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::samples::{SampleCloud, View};
@@ -115,7 +115,7 @@ pub fn sample_ui(
     ui.heading(format!("Sample {index}"));
     let capture = project.result_capture();
     ui.horizontal(|ui| {
-        swatch(ui, material_color(sample.material));
+        swatch(ui, project.result_colors().of(sample.material));
         let material = capture.materials.get(sample.material);
         ui.label(material.map_or("", |material| material.name.as_str()));
         let surface = capture.surfaces.get(sample.surface);

@@ -95,7 +95,8 @@ pub fn emission_color(emission: Rgb) -> Color32 {
 
 /// The colour of a material of the edited list; grey for one that has no surfaces.
 pub fn list_color(project: &Project, material: usize) -> Color32 {
-    project.edit().reconstructed(material).map_or(Color32::from_gray(128), material_color)
+    let is_found = project.edit().reconstructed(material).is_some();
+    if is_found { material_color(material) } else { Color32::from_gray(128) }
 }
 
 /// A number with so many decimals, never as a negative zero.

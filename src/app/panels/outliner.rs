@@ -13,7 +13,7 @@ use crate::app::keys;
 use crate::app::panes::Pane;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
-use crate::app::viewport::{Viewport, material_color};
+use crate::app::viewport::Viewport;
 use crate::scene::{Photograph, Role};
 
 /// Longer lists are cut: the table below shows them whole.
@@ -131,7 +131,7 @@ fn surfaces(
     actions: &mut Vec<Action>,
 ) {
     let surfaces = &project.capture.surfaces;
-    let listed = project.edit().listed();
+    let (listed, colors) = (project.edit().listed(), project.colors());
     section(ui, "Surfaces", surfaces.len(), true, |ui| {
         let named = surfaces.iter().enumerate().filter(|(_, surface)| shown(&surface.name));
         for (index, surface) in named.take(LONGEST) {
@@ -139,7 +139,7 @@ fn surfaces(
                 let (color, tag) = match surface.role {
                     Role::Material(material) => {
                         let name = &project.edit().materials[listed[material]].name;
-                        (Some(material_color(material)), name.clone())
+                        (Some(colors.of(material)), name.clone())
                     }
                     Role::Luminaire(light) => {
                         (None, format!("visible light {}", project.capture.lights[light].name()))

@@ -32,6 +32,9 @@ pub struct RelightState {
     pub alone: Option<Alone>,
 }
 
+/// What stands beside the name of a part of the light: hue, switch, factor and Solo, in points.
+const BESIDE_NAME: f32 = 172.0;
+
 /// What a change is called, what it is of, and the edits as it makes them.
 pub type Proposal = (&'static str, Option<Added>, Edits);
 
@@ -161,19 +164,38 @@ fn recovered_ui(
             }
         });
     });
+    // In a narrow panel the controls have a row of their own, so that no name is cut.
+    let name_width = |group: &Group| {
+        let name = egui::WidgetText::from(group.name.as_str());
+        let extend = Some(egui::TextWrapMode::Extend);
+        name.into_galley(ui, extend, f32::INFINITY, egui::TextStyle::Button).size().x
+    };
+    let widest = groups.iter().map(name_width).fold(0.0, f32::max);
+    let is_narrow = ui.available_width() < widest + BESIDE_NAME;
     for group in groups {
+        let value = edits.groups.get(&group.name).copied().unwrap_or(1.0);
+        let mut set = |value: f64| {
+            let mut edits = edits.clone();
+            if value == 1.0 {
+                edits.groups.remove(&group.name);
+            } else {
+                edits.groups.insert(group.name.clone(), value);
+            }
+            proposal = Some(("group of lights", None, edits));
+        };
+        let solo = Solo::Recovered(group.name.clone());
+        let mut is_soloed = false;
+        let mut controls = |ui: &mut egui::Ui, set: &mut dyn FnMut(f64)| {
+            right(ui, |ui| {
+                let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
+                is_soloed = solo_ui(ui, &group.name, is_alone);
+                if let Some(value) = factor(ui, &group.name, value) {
+                    set(value);
+                }
+            });
+        };
         ui.horizontal(|ui| {
             swatch(ui, emission_color(group.emission)).on_hover_text("The hue of its light");
-            let value = edits.groups.get(&group.name).copied().unwrap_or(1.0);
-            let mut set = |value: f64| {
-                let mut edits = edits.clone();
-                if value == 1.0 {
-                    edits.groups.remove(&group.name);
-                } else {
-                    edits.groups.insert(group.name.clone(), value);
-                }
-                proposal = Some(("group of lights", None, edits));
-            };
             let mut is_on = value > 0.0;
             let help = match group.lights.len() {
                 1 => "One recovered light".to_owned(),
@@ -183,19 +205,16 @@ fn recovered_ui(
             if box_.on_hover_text(format!("{help}; off and on")).changed() {
                 set(if is_on { 1.0 } else { 0.0 });
             }
-            let solo = Solo::Recovered(group.name.clone());
-            let mut is_soloed = false;
-            right(ui, |ui| {
-                let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
-                is_soloed = solo_ui(ui, &group.name, is_alone);
-                if let Some(value) = factor(ui, &group.name, value) {
-                    set(value);
-                }
-            });
-            if is_soloed {
-                proposal = Some(("solo", None, toggled(edits, now, solo, parts)));
+            if !is_narrow {
+                controls(ui, &mut set);
             }
         });
+        if is_narrow {
+            ui.horizontal(|ui| controls(ui, &mut set));
+        }
+        if is_soloed {
+            proposal = Some(("solo", None, toggled(edits, now, solo, parts)));
+        }
     }
     proposal
 }

@@ -13,6 +13,9 @@ use crate::app::solo::{Alone, Solo, is_alone, toggled};
 use crate::io::edits::Unread;
 use crate::render::edits::Shape;
 
+/// Below this width, in points, a light takes two rows.
+const NARROW: f32 = 230.0;
+
 /// `parts` are the names of the recovered light's parts, `now` the light that is seen alone.
 pub fn list_ui(
     ui: &mut egui::Ui,
@@ -29,9 +32,33 @@ pub fn list_ui(
     let selected = project.selection.added.filter(|_| project.selection.focus == Focus::Added);
     let mut change = None;
     let mut soloed = None;
+    // In a narrow panel the switches of a light stand below its name.
+    let is_narrow = ui.available_width() < NARROW;
     let mut row = |ui: &mut egui::Ui, item, name: &str, kind: &str, color| {
-        ui.horizontal(|ui| {
-            swatch(ui, color);
+        let button_ui = |ui: &mut egui::Ui, actions: &mut Vec<Action>| {
+            let text = format!("{name}  ({kind})");
+            let width = ui.available_width();
+            let button = Button::selectable(selected == Some(item), left(text)).truncate();
+            let response = ui.add(button.min_size(egui::vec2(width, 0.0))).on_hover_text(
+                "Select it: G, R and S move, rotate and scale it; right-click for more",
+            );
+            if response.clicked() {
+                actions.push(Action::Select(Select::Added(item)));
+            }
+            response.context_menu(|ui| {
+                for (text, help, what) in [
+                    ("Duplicate", "Make a twin", Relight::Duplicate),
+                    ("Remove", "Take it away", Relight::Remove),
+                ] {
+                    if ui.button(text).on_hover_text(help).clicked() {
+                        actions.push(Action::Select(Select::Added(item)));
+                        actions.push(Action::Relight(what));
+                        ui.close();
+                    }
+                }
+            });
+        };
+        let mut switch_ui = |ui: &mut egui::Ui| {
             if let Added::Light(index) = item {
                 let mut is_on = edits.lights[index].is_on;
                 let switch = named(ui.checkbox(&mut is_on, ""), format!("{name} on"));
@@ -39,37 +66,35 @@ pub fn list_ui(
                     change = Some((index, is_on));
                 }
             }
+        };
+        let mut alone_ui = |ui: &mut egui::Ui| {
+            if let Added::Light(_) = item {
+                let solo = Solo::Added(name.to_owned());
+                let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
+                if solo_ui(ui, name, is_alone) {
+                    soloed = Some(solo);
+                }
+            }
+        };
+        ui.horizontal(|ui| {
+            swatch(ui, color);
+            if is_narrow {
+                button_ui(ui, actions);
+                return;
+            }
+            switch_ui(ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if let Added::Light(_) = item {
-                    let solo = Solo::Added(name.to_owned());
-                    let is_alone = is_alone(edits, now.as_ref(), &solo, parts);
-                    if solo_ui(ui, name, is_alone) {
-                        soloed = Some(solo);
-                    }
-                }
-                let text = format!("{name}  ({kind})");
-                let width = ui.available_width();
-                let button = Button::selectable(selected == Some(item), left(text)).truncate();
-                let response = ui.add(button.min_size(egui::vec2(width, 0.0))).on_hover_text(
-                    "Select it: G, R and S move, rotate and scale it; right-click for more",
-                );
-                if response.clicked() {
-                    actions.push(Action::Select(Select::Added(item)));
-                }
-                response.context_menu(|ui| {
-                    for (text, help, what) in [
-                        ("Duplicate", "Make a twin", Relight::Duplicate),
-                        ("Remove", "Take it away", Relight::Remove),
-                    ] {
-                        if ui.button(text).on_hover_text(help).clicked() {
-                            actions.push(Action::Select(Select::Added(item)));
-                            actions.push(Action::Relight(what));
-                            ui.close();
-                        }
-                    }
-                });
+                alone_ui(ui);
+                button_ui(ui, actions);
             });
         });
+        if is_narrow && matches!(item, Added::Light(_)) {
+            ui.horizontal(|ui| {
+                swatch(ui, Color32::TRANSPARENT);
+                switch_ui(ui);
+                alone_ui(ui);
+            });
+        }
     };
     for (index, light) in edits.lights.iter().enumerate() {
         let kind = match &light.shape {

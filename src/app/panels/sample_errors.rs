@@ -9,7 +9,6 @@ use super::numbers::{empty, outdated, short};
 use crate::app::actions::{Action, PathRequest, PlotFile, Plotted, Select};
 use crate::app::derived::Derived;
 use crate::app::project::Project;
-use crate::app::viewport::material_color;
 
 /// As many points a material are drawn at most; the worst are always among them.
 const DRAWN: usize = 4000;
@@ -68,11 +67,18 @@ pub fn sample_errors_ui(
     let before = project.products.before.as_ref().filter(|_| *show_before);
     let before = before.map(|before| made(earlier, before)).unwrap_or_default();
     let names = &project.result_capture().materials;
+    let colors = project.result_colors();
     let grey = ui.visuals().weak_text_color().gamma_multiply(0.6);
-    let plot = Plot::new("sample errors")
-        .legend(Legend::default())
-        .x_axis_label("sample, by material")
-        .y_axis_label("ln(computed / measured)")
+    // A low plot has no room for labels along its sides, nor for the names of colours.
+    let is_low = ui.available_height() < 130.0;
+    let mut plot = Plot::new("sample errors");
+    if !is_low {
+        plot = plot
+            .legend(Legend::default())
+            .x_axis_label("sample, by material")
+            .y_axis_label("ln(computed / measured)");
+    }
+    let plot = plot
         // Room for the legend.
         .include_x(1.16 * derived.samples.len() as f64)
         .allow_scroll(false)
@@ -91,7 +97,7 @@ pub fn sample_errors_ui(
                 let name = names.get(one.material).map_or("", |material| material.name.as_str());
                 plot.points(
                     Points::new(name, PlotPoints::Borrowed(&one.points))
-                        .color(material_color(one.material))
+                        .color(colors.of(one.material))
                         .radius(1.8)
                         .allow_hover(false),
                 );

@@ -8,7 +8,6 @@ use super::numbers::{count, empty, fixed, outdated, rgb, short, swatch};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
 use crate::app::project::Project;
-use crate::app::viewport::material_color;
 
 const HEADS: [Head; 9] = [
     head("#", 44.0, "The sample's number"),
@@ -75,6 +74,7 @@ pub fn samples_ui(
         selected: project.selection.sample,
         compare: &compare,
     };
+    let colors = project.result_colors();
     let clicked = table_ui(ui, "samples", state, &HEADS, &rows, |ui, index, column| {
         let sample = &samples[index];
         match column {
@@ -82,7 +82,7 @@ pub fn samples_ui(
                 ui.label(index.to_string());
             }
             1 => {
-                swatch(ui, material_color(sample.material));
+                swatch(ui, colors.of(sample.material));
                 ui.label(name(index));
             }
             2..=4 => {

@@ -26,7 +26,7 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                         ui.label(format!("Studying: {done} of {planned} runs"));
                     }
                 }
-                _ if state.jobs.exporting.is_some() => {
+                _ if state.jobs.exporting().is_some() => {
                     ui.spinner();
                     ui.label("Writing results");
                 }
@@ -41,6 +41,10 @@ pub fn status_ui(ui: &mut egui::Ui, state: &State, actions: &mut Vec<Action>) {
                 _ if state.jobs.opens().is_some() => {
                     ui.spinner();
                     ui.label("Opening");
+                }
+                _ if state.saves.take_long() => {
+                    ui.spinner();
+                    ui.label("Saving");
                 }
                 _ if state.jobs.is_exporting_scene() => {
                     ui.spinner();

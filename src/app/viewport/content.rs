@@ -9,6 +9,7 @@ use crate::app::derived::Derived;
 use crate::app::project::Focus;
 use crate::app::relight::Added;
 use crate::app::things::Things;
+use crate::app::viewport::palette::MaterialColors;
 use crate::math::rgb::{Radiance, Rgb};
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
@@ -24,6 +25,9 @@ pub struct Content {
     pub capture: Option<Arc<Capture>>,
     /// The capture whose materials samples and solution number: tags may have been edited since.
     pub result_capture: Option<Arc<Capture>>,
+    /// The colours of the materials of both.
+    pub colors: MaterialColors,
+    pub result_colors: MaterialColors,
     pub samples: Option<Arc<SampleCloud>>,
     pub lights: Option<(Arc<VirtualLights>, Arc<Lobes>)>,
     /// Emission per lobe (R, G, B), where a solution (or an iteration) has it.

@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use crate::app::derived::Derived;
 use crate::app::viewport::content::{Content, SampleColor};
+use crate::app::viewport::palette::MaterialColors;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
@@ -39,6 +40,7 @@ pub struct Surfaces {
     capture: Arc<Capture>,
     result_capture: Option<Arc<Capture>>,
     solved: Option<Arc<Solved>>,
+    colors: MaterialColors,
     selected: BTreeSet<usize>,
     hidden: BTreeSet<usize>,
 }
@@ -49,6 +51,7 @@ impl Surfaces {
             capture: capture.clone(),
             result_capture: content.result_capture.clone(),
             solved: content.solved.clone(),
+            colors: content.colors.clone(),
             selected: content.selected_surfaces.clone(),
             hidden: content.hidden_surfaces.clone(),
         }
@@ -58,6 +61,7 @@ impl Surfaces {
         Arc::ptr_eq(&self.capture, capture)
             && same(self.result_capture.as_ref(), content.result_capture.as_ref())
             && same(self.solved.as_ref(), content.solved.as_ref())
+            && self.colors == content.colors
             && self.selected == content.selected_surfaces
             && self.hidden == content.hidden_surfaces
     }
@@ -66,22 +70,21 @@ impl Surfaces {
 pub struct Samples {
     cloud: Arc<SampleCloud>,
     color: SampleColor,
+    materials: MaterialColors,
     derived: Option<Arc<Derived>>,
 }
 
 impl Samples {
-    pub fn of(
-        cloud: &Arc<SampleCloud>,
-        color: SampleColor,
-        derived: Option<&Arc<Derived>>,
-    ) -> Self {
-        Self { cloud: cloud.clone(), color, derived: derived.cloned() }
+    pub fn of(cloud: &Arc<SampleCloud>, color: SampleColor, content: &Content) -> Self {
+        let (materials, derived) = (content.result_colors.clone(), content.derived.clone());
+        Self { cloud: cloud.clone(), color, materials, derived }
     }
 
-    /// Only errors depend on what was worked out.
+    /// Only errors depend on what was worked out, and only materials on their colours.
     pub fn is_current(&self, now: &Self) -> bool {
         Arc::ptr_eq(&self.cloud, &now.cloud)
             && self.color == now.color
+            && (now.color != SampleColor::Material || self.materials == now.materials)
             && (now.color != SampleColor::Error
                 || same(self.derived.as_ref(), now.derived.as_ref()))
     }

@@ -6,7 +6,7 @@ use eframe::egui::{self, Color32, Galley, Painter, Pos2, Rect, TextStyle, Ui, po
 
 use crate::app::viewport::content::{Content, SampleColor, Shading, ToneMapping};
 use crate::app::viewport::neutral::neutral;
-use crate::app::viewport::{Viewport, palette};
+use crate::app::viewport::{MaterialColors, Viewport, palette};
 use crate::math::rgb::srgb_code;
 use crate::scene::{Capture, Role, Surface};
 
@@ -135,15 +135,17 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
     let shows_radiance = shows_photographs && is_measured
         || (shows_samples && settings.sample_color == SampleColor::Radiance);
     let patch = |name: &str, color| Entry::Patch { name: name.to_owned(), color };
-    let names = |capture: &Capture| -> Vec<String> {
-        capture.materials.iter().map(|material| material.name.clone()).collect()
+    let names = |capture: &Capture, colors: &MaterialColors| -> Vec<(String, Color32)> {
+        let materials = capture.materials.iter().enumerate();
+        materials.map(|(index, own)| (own.name.clone(), colors.of(index))).collect()
     };
-    let of_surfaces = (settings.shading == Shading::Material).then(|| names(capture));
+    let of_surfaces =
+        (settings.shading == Shading::Material).then(|| names(capture, &content.colors));
     // Samples keep the materials of their run, which the tags of now may number otherwise.
     let of_samples = content
         .of_results()
         .filter(|_| shows_samples && settings.sample_color == SampleColor::Material)
-        .map(|of| names(of))
+        .map(|of| names(of, &content.result_colors))
         .filter(|names| of_surfaces.as_ref() != Some(names));
     if let Some(names) = &of_surfaces {
         name_materials(&mut entries, names, most_names);
@@ -233,9 +235,9 @@ fn entries(view: &Viewport, content: &Content, most_names: usize) -> Vec<Entry> 
     entries
 }
 
-fn name_materials(entries: &mut Vec<Entry>, names: &[String], most: usize) {
-    for (index, name) in names.iter().take(most).enumerate() {
-        entries.push(Entry::Patch { name: name.clone(), color: palette::material_color(index) });
+fn name_materials(entries: &mut Vec<Entry>, names: &[(String, Color32)], most: usize) {
+    for (name, color) in names.iter().take(most) {
+        entries.push(Entry::Patch { name: name.clone(), color: *color });
     }
     match names.len().saturating_sub(most) {
         0 => {}

@@ -51,7 +51,7 @@ pub use content::{
 };
 pub use gizmo::Mode as GizmoMode;
 pub use masks::{RADII as MASK_RADII, Tool as MaskTool};
-pub use palette::{INVALID, material_color, signed};
+pub use palette::{INVALID, MaterialColors, material_color, signed};
 
 pub use crate::app::derived::Derived;
 pub use crate::app::project::Focus;

@@ -50,6 +50,20 @@ pub fn material_color(index: usize) -> Color32 {
     Color32::from_rgb(r, g, b).gamma_multiply_opaque(dim)
 }
 
+/// The colours of a capture's materials. Materials without surfaces are not part of a capture, but
+/// have their place in the list: the others keep their colours when one comes or goes there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MaterialColors {
+    /// The place in the list of each material of the capture; empty where both are the same.
+    pub listed: Vec<usize>,
+}
+
+impl MaterialColors {
+    pub fn of(&self, material: usize) -> Color32 {
+        material_color(self.listed.get(material).copied().unwrap_or(material))
+    }
+}
+
 /// Colour of a magnitude from 0 to 1.
 pub fn magnitude(t: f32) -> Color32 {
     along(&MAGNITUDE, t)

@@ -3,7 +3,7 @@
 use crate::app::derived::Derived;
 use crate::app::viewport::content::SampleColor;
 use crate::app::viewport::gpu::Point;
-use crate::app::viewport::palette;
+use crate::app::viewport::palette::{self, MaterialColors};
 use crate::math::rgb::CHANNELS;
 use crate::reconstruct::samples::SampleCloud;
 use eframe::egui;
@@ -29,6 +29,7 @@ impl Scale {
 /// The points to draw and, where their colours mean a number, its scale.
 pub fn points(
     cloud: &SampleCloud,
+    materials: &MaterialColors,
     derived: Option<&Derived>,
     color: SampleColor,
 ) -> (Vec<Point>, Option<Scale>) {
@@ -55,7 +56,7 @@ pub fn points(
         let shown = match (&values, &scale) {
             (Some(values), Some(scale)) => tint(scale.color(values[index])),
             (Some(_), None) => tint(palette::UNKNOWN),
-            _ if color == SampleColor::Material => tint(palette::material_color(sample.material)),
+            _ if color == SampleColor::Material => tint(materials.of(sample.material)),
             _ => sample.radiance,
         };
         Point {
@@ -125,12 +126,16 @@ mod tests {
         let numbers = |log_error| SampleNumbers { log_error, ..SampleNumbers::default() };
         let mut derived =
             Derived { samples: [-0.5, 0.0, 0.5].map(numbers).to_vec(), ..Derived::default() };
-        let (drawn, scale) = points(&cloud, Some(&derived), SampleColor::Error);
+        let (drawn, scale) =
+            points(&cloud, &MaterialColors::default(), Some(&derived), SampleColor::Error);
         let scale = scale.unwrap();
         assert_eq!((scale.low, scale.high), (-0.5, 0.5));
         let blue = |point: &Point| point.color[2] - point.color[0];
         assert!(blue(&drawn[0]) > 0.3 && blue(&drawn[1]) == 0.0 && blue(&drawn[2]) < -0.3);
         derived.samples.pop();
-        assert_eq!(points(&cloud, Some(&derived), SampleColor::Error).1, None);
+        assert_eq!(
+            points(&cloud, &MaterialColors::default(), Some(&derived), SampleColor::Error).1,
+            None
+        );
     }
 }

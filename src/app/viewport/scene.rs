@@ -11,6 +11,7 @@ use crate::app::viewport::content::{Content, Shading, ViewSettings};
 use crate::app::viewport::gpu::{Globals, Pipelines, bind, note_upload, upload, upload_mesh};
 use crate::app::viewport::known::{self, Look, UploadCache, bounds, is_same_world, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
+use crate::app::viewport::palette::MaterialColors;
 use crate::app::viewport::photographs::{self, Layers};
 use crate::app::viewport::samples::{self, Scale};
 use crate::app::viewport::{marks, surfaces, texels, thumbs};
@@ -67,8 +68,13 @@ impl Scene {
     fn empty(device: wgpu::Device, queue: wgpu::Queue, pipelines: Arc<Pipelines>) -> Self {
         let (globals_buffer, globals) = pipelines.globals(&device);
         let layers = Layers::new(&device, &Capture::default());
-        let surface_rows =
-            surfaces::rows(&Capture::default(), None, &BTreeSet::default(), &BTreeSet::default());
+        let surface_rows = surfaces::rows(
+            &Capture::default(),
+            &MaterialColors::default(),
+            None,
+            &BTreeSet::default(),
+            &BTreeSet::default(),
+        );
         let surface_texture = surfaces::texture(&device, &surface_rows);
         let mesh_group = mesh_group(&device, &pipelines, &surface_texture, &layers);
         Self {
@@ -210,6 +216,7 @@ impl Scene {
         }
         let rows = surfaces::rows(
             capture,
+            &content.colors,
             content.of_results().map(|of| &**of).zip(content.solved.as_deref()),
             &content.selected_surfaces,
             &content.hidden_surfaces,
@@ -239,11 +246,12 @@ impl Scene {
             return;
         };
         let color = settings.sample_color;
-        let now = known::Samples::of(cloud, color, content.derived.as_ref());
+        let now = known::Samples::of(cloud, color, content);
         if self.known.samples.as_ref().is_some_and(|known| known.is_current(&now)) {
             return;
         }
-        let (points, scale) = samples::points(cloud, content.derived.as_deref(), color);
+        let (points, scale) =
+            samples::points(cloud, &content.result_colors, content.derived.as_deref(), color);
         self.points = upload(&self.device, &points);
         self.sample_scale = scale;
         self.version += 1;

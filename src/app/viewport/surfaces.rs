@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use eframe::{egui, wgpu};
 
 use crate::app::viewport::gpu::note_upload;
-use crate::app::viewport::palette;
+use crate::app::viewport::palette::{self, MaterialColors};
 use crate::math::rgb::srgb_code;
 use crate::render::scene::Solved;
 use crate::scene::{Capture, Role};
@@ -23,6 +23,7 @@ pub const UNKNOWN_REFLECTANCE: u32 = 8;
 /// have been edited since.
 pub fn rows(
     capture: &Capture,
+    colors: &MaterialColors,
     found: Option<(&Capture, &Solved)>,
     selected: &BTreeSet<usize>,
     hidden: &BTreeSet<usize>,
@@ -35,7 +36,7 @@ pub fn rows(
             let mut flags = if selected.contains(&index) { SELECTED } else { 0 };
             flags |= if hidden.contains(&index) { HIDDEN } else { 0 };
             let color = match surface.role {
-                Role::Material(material) => palette::material_color(material),
+                Role::Material(material) => colors.of(material),
                 Role::Luminaire(_) => palette::LUMINAIRE,
                 Role::Untagged => {
                     flags |= UNASSIGNED;
@@ -116,11 +117,13 @@ mod tests {
         let run = capture([Role::Material(0), Role::Material(1)]);
         // The first material has lost its surface, so that the second is now the first.
         let edited = capture([Role::Untagged, Role::Material(0)]);
-        let before = rows(&run, Some((&run, &solved)), &none, &none);
-        let after = rows(&edited, Some((&run, &solved)), &none, &none);
+        let (both, second) = (MaterialColors::default(), MaterialColors { listed: vec![1] });
+        let before = rows(&run, &both, Some((&run, &solved)), &none, &none);
+        let after = rows(&edited, &second, Some((&run, &solved)), &none, &none);
+        assert_eq!(after[1][0], before[1][0], "it keeps its colour, too");
         assert_ne!(before[0][1], before[1][1]);
         assert_eq!([after[0][1], after[1][1]], [before[0][1], before[1][1]]);
         assert_eq!([after[0][2], after[1][2]], [UNASSIGNED, 0]);
-        assert_eq!(rows(&edited, None, &none, &none)[1][2], UNKNOWN_REFLECTANCE);
+        assert_eq!(rows(&edited, &second, None, &none, &none)[1][2], UNKNOWN_REFLECTANCE);
     }
 }

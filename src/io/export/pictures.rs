@@ -39,6 +39,8 @@ pub struct Written<'a> {
     pub film: &'a Film,
     /// Names of the added lights.
     pub lights: &'a [&'a str],
+    /// A recovered sky is seen beyond the surfaces, so that no place of the picture is empty.
+    pub shows_sky: bool,
     /// All layers of the radiance's file, not the coverage alone.
     pub has_layers: bool,
     /// Also a picture to look at.
@@ -59,7 +61,7 @@ pub fn name(file_path: &str, taken: &mut BTreeSet<String>) -> String {
 /// Writes `NAME.exr` with the layers direct, indirect, albedo, normal, Z (metres) and one per
 /// light, as far as they are wanted, and where asked for `NAME.png` and `NAME-composite.exr`.
 pub fn write(written: &Written) -> Result<(), Error> {
-    let Written { folder, name, film, lights, has_layers, png, composite } = written;
+    let Written { folder, name, film, lights, shows_sky, has_layers, png, composite } = written;
     let (width, height) = (film.width, film.height);
     let beauty = film.beauty();
     let direct = film.direct();
@@ -95,7 +97,9 @@ pub fn write(written: &Written) -> Result<(), Error> {
     exr::write_rgb_with(&folder.join(format!("{name}.exr")), width, height, &beauty, &layers)?;
     if let Some(development) = png {
         let file = folder.join(format!("{name}.png"));
-        write_png(&file, width, height, &beauty, development)?;
+        // Where the 3D view shows its background, the picture is transparent.
+        let coverage = (!shows_sky).then(|| film.coverage());
+        write_png(&file, width, height, &beauty, coverage.as_deref(), development)?;
     }
     if let Some((without, photograph, light)) = composite {
         let composed = compose(film, &without.beauty(), photograph, *light);
@@ -111,29 +115,47 @@ pub fn write(written: &Written) -> Result<(), Error> {
         exr::write_rgb_with(&file, width, height, &composed.picture, &further)?;
         if let Some(development) = png {
             let file = folder.join(format!("{name}-composite.png"));
-            write_png(&file, width, height, &composed.picture, development)?;
+            write_png(&file, width, height, &composed.picture, None, development)?;
         }
     }
     Ok(())
 }
 
-/// Radiance as a picture to look at.
+/// Radiance as a picture to look at; transparent as far as the scene does not cover its pixels.
 pub fn write_png(
     file: &Path,
     width: usize,
     height: usize,
     pixels: &[Radiance],
+    coverage: Option<&[f32]>,
     development: &Development,
 ) -> Result<(), Error> {
-    let bytes: Vec<u8> = match development {
+    let code: Box<dyn Fn(Radiance) -> [u8; CHANNELS]> = match development {
         Development::Automatic => {
             let white = percentile(pixels, 0.99).max(f32::MIN_POSITIVE);
-            pixels.iter().flatten().map(|value| srgb_code(value / white)).collect()
+            Box::new(move |pixel| pixel.map(|value| srgb_code(value / white)))
         }
-        Development::By(codes) => pixels.iter().flat_map(|pixel| codes(*pixel)).collect(),
+        Development::By(codes) => Box::new(move |pixel| codes(pixel)),
     };
-    png::write(file, width, height, &bytes)
+    let Some(coverage) = coverage.filter(|own| own.iter().any(|&part| part < FULL)) else {
+        let bytes: Vec<u8> = pixels.iter().flat_map(|&pixel| code(pixel)).collect();
+        return png::write(file, width, height, &bytes);
+    };
+    let transparent = |(&pixel, &part): (&Radiance, &f32)| {
+        let part = part.clamp(0.0, 1.0);
+        // What the scene sends through its part of the pixel.
+        let [r, g, b] = match part > 0.0 {
+            true => code(pixel.map(|value| value / part)),
+            false => [0; CHANNELS],
+        };
+        [r, g, b, (255.0 * part).round() as u8]
+    };
+    let bytes: Vec<u8> = pixels.iter().zip(coverage).flat_map(transparent).collect();
+    png::write_with_alpha(file, width, height, &bytes)
 }
+
+/// Pixels that are covered as far as this count as covered: sums of paths are rounded.
+const FULL: f32 = 0.999;
 
 /// The value below which a part of all channels of all pixels lies.
 pub fn percentile(pixels: &[Radiance], part: f64) -> f32 {
