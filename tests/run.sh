@@ -11,10 +11,21 @@ fail() { printf 'tests/run.sh: %s\n' "$*" >&2; exit 1; }
 
 step "Tools"
 assets/setup.sh
-cargo fmt --version >/dev/null 2>&1 ||
-    fail "rustfmt is missing. Add it with: rustup component add rustfmt"
-cargo clippy --version >/dev/null 2>&1 ||
-    fail "clippy is missing. Add it with: rustup component add clippy"
+missing=() packages=()
+cargo fmt --version >/dev/null 2>&1 || { missing+=(rustfmt) && packages+=(rustfmt-web); }
+cargo clippy --version >/dev/null 2>&1 || { missing+=(clippy) && packages+=(rust-web-clippy); }
+if [ "${#missing[@]}" -gt 0 ]; then
+    if command -v rustup >/dev/null; then
+        rustup component add "${missing[@]}"
+    elif [ "$(id -u)" = 0 ] && dpkg -s rustc-web >/dev/null 2>&1; then
+        # Debian has them in packages beside its compiler.
+        DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${packages[@]}"
+    else
+        fail "missing: ${missing[*]}. Add them with one of
+  rustup component add ${missing[*]}
+  sudo apt-get install ${packages[*]}      (where the compiler is Debian's rustc-web)"
+    fi
+fi
 rustc --version
 cargo --version
 
