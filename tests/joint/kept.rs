@@ -10,6 +10,7 @@ use lobelia::io::solution::Solution;
 use lobelia::options::{Declaration, Kind};
 use lobelia::reconstruct::options::{Method, Options};
 use lobelia::reconstruct::{Error, Reconstruction, Stage, StageCache, Update, run, run_cached};
+use lobelia::scene::image::Image;
 use lobelia::scene::{Capture, Emitter, Environment, KnownLight, MaterialKind, Role};
 use lobelia::watch::Watch;
 
@@ -439,8 +440,21 @@ fn nothing_is_copied_and_another_capture_finds_nothing() {
     let mut again = capture.clone();
     again.mesh = std::sync::Arc::new((*capture.mesh).clone());
     assert_eq!(stage_cache.stages(&again, &options), [false; 5]);
-    let mut again = capture.clone();
-    again.photographs[0].image =
-        again.photographs[0].image.as_deref().cloned().map(std::sync::Arc::new);
-    assert_eq!(stage_cache.stages(&again, &options), [false; 5]);
+    let with_image = |change: &dyn Fn(&mut Image)| {
+        let mut again = capture.clone();
+        let mut image = again.photographs[0].image.as_deref().unwrap().clone();
+        change(&mut image);
+        again.photographs[0].image = Some(std::sync::Arc::new(image));
+        stage_cache.stages(&again, &options)
+    };
+    assert_eq!(with_image(&|image| image.recolor(|radiance| radiance)), [false; 5]);
+    // A mask makes another image of it, until it is taken back.
+    let left_out = |x: usize, _: usize| x < 5;
+    assert_eq!(with_image(&|image| image.mask(left_out)), [false; 5]);
+    let taken_back = |image: &mut Image| {
+        let before = image.mask_pixels();
+        image.mask(left_out);
+        image.set_mask(&before);
+    };
+    assert_eq!(with_image(&taken_back), [true; 5]);
 }
