@@ -3,6 +3,11 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+#[cfg(unix)]
+use nix::sys::signal::{Signal, kill};
+#[cfg(unix)]
+use nix::unistd::Pid;
+
 use crate::{Copy, Run, coarse, coarse_by, example, files_below, lobelia};
 
 /// Starts a reconstruction that takes minutes and returns once it gathers rays.
@@ -22,14 +27,18 @@ fn start_long(out: &Path) -> (Child, BufReader<std::process::ChildStderr>) {
 }
 
 #[cfg(unix)]
+fn send(child: &Child, signal: Signal) {
+    kill(Pid::from_raw(child.id().try_into().unwrap()), signal).expect("the signal is sent");
+}
+
+#[cfg(unix)]
 #[test]
 fn an_interrupt_ends_with_130_and_leaves_nothing_behind() {
-    for signal in ["-INT", "-TERM"] {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let (child, mut lines) = start_long(&out);
-        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
+        send(&child, signal);
         let mut rest = String::new();
         lines.read_to_string(&mut rest).unwrap();
         let ended = child.wait_with_output().unwrap();
@@ -51,9 +60,7 @@ fn an_interrupt_leaves_an_earlier_solution_as_it_was() {
     };
     let before = contents();
     let (child, mut lines) = start_long(&copy.out());
-    assert!(
-        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success()
-    );
+    send(&child, Signal::SIGINT);
     lines.read_to_end(&mut Vec::new()).unwrap();
     assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
     assert!(before == contents());
