@@ -88,34 +88,27 @@ pub fn follow_reading(state: &mut State) {
             return;
         }
     };
-    let mut opening = Opening {
-        path: PathBuf::new(),
-        folder: PathBuf::new(),
-        project: None,
+    let (path, folder, project, has_capture) = match found {
+        OnDisk::Capture(folder) => (folder.clone(), folder, None, true),
+        OnDisk::Project { path, file, has_capture } => {
+            (path, file.capture.clone(), Some(file), has_capture)
+        }
+    };
+    let file = project.as_ref().and_then(|own| match looking.is_recovered {
+        true => own.original.clone(),
+        false => Some(path.clone()),
+    });
+    let opening = Opening {
+        path,
+        folder,
+        project,
         edits: None,
         lights: None,
-        file: None,
-        recovered: None,
+        file,
+        recovered: looking.is_recovered.then_some(looking.path),
         is_reopened: false,
         agreed: looking.agreed,
         began: looking.began,
-    };
-    let has_capture = match found {
-        OnDisk::Capture(folder) => {
-            opening = Opening { path: folder.clone(), folder, ..opening };
-            true
-        }
-        OnDisk::Project { path, file, has_capture } => {
-            opening = Opening {
-                folder: file.capture.clone(),
-                file: if looking.is_recovered { file.original.clone() } else { Some(path.clone()) },
-                project: Some(file),
-                recovered: looking.is_recovered.then_some(looking.path),
-                path,
-                ..opening
-            };
-            has_capture
-        }
     };
     if has_capture {
         state.jobs.open(opening);

@@ -60,7 +60,8 @@ pub fn forget_kept(state: &mut State) {
     }
 }
 
-fn is_unsaved(project: &Project) -> bool {
+/// Whether edits or results of a project are in no file yet.
+pub fn is_unsaved(project: &Project) -> bool {
     project.is_changed() || project.unsaved_results().is_some()
 }
 

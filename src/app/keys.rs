@@ -1,6 +1,11 @@
-//! Names of keys in texts, as they are labelled on keyboards of this system.
+//! Names of keys in texts, as they are labelled on keyboards of this system; and which keys are which.
 
 use eframe::egui;
+
+/// Whether it is one of F1 to F35, which write nothing into a field.
+pub fn is_function(key: egui::Key) -> bool {
+    (egui::Key::F1..=egui::Key::F35).contains(&key)
+}
 
 /// A text that names keys as Linux and Windows do; on macOS Ctrl is ⌘ (or Cmd, where no font has
 /// that), except in a terminal's Ctrl-C.

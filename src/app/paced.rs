@@ -1,4 +1,4 @@
-//! The order of what hand and keyboard do, where a frame takes long.
+//! Hands keys and clicks to the frames in their order, where frames take long.
 //!
 //! All that came since the last frame is handed to a frame at once, and what a key does is carried
 //! out at the frame's end. Of Ctrl+P and the letters typed after it in one frame, the letters would
@@ -9,6 +9,8 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use eframe::egui::{Event, Key, RawInput};
+
+use super::keys;
 
 #[cfg(test)]
 mod tests;
@@ -92,7 +94,7 @@ fn kind(event: &Event, is_typing: bool) -> Kind {
     match event {
         Event::Key { key, pressed: true, modifiers, .. } => {
             let leaves = matches!(key, Key::Tab | Key::Enter | Key::Escape);
-            let is_function = (Key::F1..=Key::F35).contains(key);
+            let is_function = keys::is_function(*key);
             if is_typing && !leaves && !is_function && !modifiers.command && !modifiers.alt {
                 Kind::Typed
             } else {

@@ -28,19 +28,15 @@ pub fn save(state: &mut State) {
 
 /// Saves the project to its file; says whether it has one. Without one it asks for it.
 fn save_project(state: &mut State) -> bool {
-    match state.project.as_ref().map(|project| project.file.clone()) {
-        Some(Some(file)) => save_to(state, &file, true),
-        Some(None) if let Some(file) = first_file(state) => save_to(state, &file, false),
-        Some(None) => match first_file(state) {
-            // It is the project's own only afterwards.
-            Some(file) => save_to(state, &file, false),
-            None => {
-                ask_path(state, PathRequest::SaveAs);
-                return false;
-            }
-        },
-        None => {}
-    }
+    let Some(project) = &state.project else { return true };
+    let own = project.file.clone();
+    let is_own = own.is_some();
+    // A file that is written for the first time is the project's own only afterwards.
+    let Some(file) = own.or_else(|| first_file(state)) else {
+        ask_path(state, PathRequest::SaveAs);
+        return false;
+    };
+    save_to(state, &file, is_own);
     true
 }
 
@@ -67,10 +63,7 @@ pub fn save_and_leave(state: &mut State) {
     if is_drawn_on {
         ask(state, SaveRequest::Model);
     }
-    let is_changed = state
-        .project
-        .as_ref()
-        .is_some_and(|project| project.is_changed() || project.unsaved_results().is_some());
+    let is_changed = state.project.as_ref().is_some_and(keeping::is_unsaved);
     if is_changed && !save_project(state) {
         // The question stays until there is a place to save to.
         return;

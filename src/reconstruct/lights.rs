@@ -211,8 +211,8 @@ impl VirtualLight {
     }
 }
 
-/// The rays that ask how much a surface point sees of one light after the other: `side`² jittered ones
-/// for each.
+/// The rays that measure which part of each light is visible from a surface point: `side`² jittered rays
+/// for each light, one light after the other.
 pub struct VisibilityRays {
     /// Rays along each side of the grid.
     pub side: usize,

@@ -189,7 +189,8 @@ impl<'a> Views<'a> {
         self.is_free_after(point, target, &mut Blocker::default())
     }
 
-    /// The same, looking first at what blocked a segment before ([`RayCaster::occluded_after`]).
+    /// The same, but the triangles that blocked an earlier segment are tested first
+    /// ([`RayCaster::occluded_after`]).
     pub fn is_free_after(&self, point: SurfacePoint, target: Vec3, last: &mut Blocker) -> bool {
         self.is_free_in(self.caster, point, target, last)
     }

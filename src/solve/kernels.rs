@@ -1,6 +1,6 @@
 //! Sums of products with a fixed order, written so that the compiler keeps them in vector
-//! registers, wide ones inside `vectorised!`. Lanes and order are the same in all of them, so the
-//! result depends neither on that nor on alignment or threads.
+//! registers, wide ones inside `vectorised!`. Each has a fixed number of lanes and a fixed order, so that its
+//! result depends neither on the width of the registers nor on alignment or threads.
 
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
@@ -30,18 +30,12 @@ pub(crate) use vectorised;
 /// the compiler may not inline.
 pub(crate) struct Once;
 
-/// What sums are made in.
-pub trait Number:
-    Copy + Default + AddAssign + Add<Output = Self> + Mul<Output = Self> + Sum
-{
-}
-
-impl Number for f32 {}
-impl Number for f64 {}
-
 /// Σ aᵢ bᵢ, in single or double precision.
 #[inline(always)]
-pub fn dot<T: Number>(a: &[T], b: &[T]) -> T {
+pub fn dot<T>(a: &[T], b: &[T]) -> T
+where
+    T: Copy + Default + AddAssign + Add<Output = T> + Mul<Output = T> + Sum,
+{
     let mut sums = [T::default(); LANES];
     let (a_blocks, b_blocks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest = a_blocks.remainder().iter().zip(b_blocks.remainder());
@@ -60,12 +54,12 @@ pub const TOGETHER: usize = 4;
 /// Σ aᵢ bᵢ of some columns `a` with each of `b`, all as long as the first of `b`, in double precision.
 #[inline(always)]
 pub fn dots_single<const B: usize>(a: [&[f32]; TOGETHER], b: [&[f64]; B]) -> [[f64; B]; TOGETHER] {
-    // As many lanes as leave all sums in registers.
-    const LANES: usize = 4;
+    // So few that all sums stay in registers.
+    const FEW: usize = 4;
     let rows = b[0].len();
-    let (a, b) = (a.map(|a| a[..rows].as_chunks::<LANES>()), b.map(|b| b.as_chunks::<LANES>()));
-    let mut sums = [[[0.0; LANES]; B]; TOGETHER];
-    let blocks = rows / LANES;
+    let (a, b) = (a.map(|a| a[..rows].as_chunks::<FEW>()), b.map(|b| b.as_chunks::<FEW>()));
+    let mut sums = [[[0.0; FEW]; B]; TOGETHER];
+    let blocks = rows / FEW;
     let (a_blocks, b_blocks) = (a.map(|(a, _)| &a[..blocks]), b.map(|(b, _)| &b[..blocks]));
     for block in 0..blocks {
         for (sums, a) in sums.iter_mut().zip(&a_blocks) {

@@ -103,8 +103,10 @@ struct Model {
 }
 
 impl Model {
-    fn step(&mut self, next: Plain) {
-        self.past.push(std::mem::replace(&mut self.now, next));
+    /// A step that can be undone.
+    fn change(&mut self, by: impl FnOnce(&mut Plain)) {
+        self.past.push(self.now.clone());
+        by(&mut self.now);
         if self.past.len() > DEEPEST {
             self.past.remove(0);
         }
@@ -241,21 +243,19 @@ impl Walk {
         row.expect("the surface is in the outliner").click();
         window.step();
         window.key(NONE, Key::N);
-        let mut next = self.model.now.clone();
-        next.take_away(surface);
-        let name = next.name_of_material();
-        let surfaces = BTreeSet::from([surface]);
-        next.materials.push(Material { name, is_specular: false, surfaces });
-        self.model.step(next);
+        self.model.change(|next| {
+            next.take_away(surface);
+            let name = next.name_of_material();
+            let surfaces = BTreeSet::from([surface]);
+            next.materials.push(Material { name, is_specular: false, surfaces });
+        });
     }
 
     fn change_kind(&mut self) {
         let Some(index) = self.choose_material() else { return };
-        let mut next = self.model.now.clone();
-        next.materials[index].is_specular ^= true;
-        let kind = if next.materials[index].is_specular { "Specular" } else { "Diffuse" };
-        click_right(self.window(), kind);
-        self.model.step(next);
+        let was_specular = self.model.now.materials[index].is_specular;
+        click_right(self.window(), if was_specular { "Diffuse" } else { "Specular" });
+        self.model.change(|next| next.materials[index].is_specular = !was_specular);
     }
 
     fn rename(&mut self) {
@@ -270,17 +270,13 @@ impl Walk {
             // What is being typed counts when something else is done.
             window.key(NONE, Key::F3);
         }
-        let mut next = self.model.now.clone();
-        next.materials[index].name = name;
-        self.model.step(next);
+        self.model.change(|next| next.materials[index].name = name);
     }
 
     fn delete(&mut self) {
         let Some(index) = self.choose_material() else { return };
         click_right(self.window(), "Delete");
-        let mut next = self.model.now.clone();
-        next.materials.remove(index);
-        self.model.step(next);
+        self.model.change(|next| drop(next.materials.remove(index)));
     }
 
     fn add_light(&mut self) {
@@ -291,17 +287,13 @@ impl Walk {
         let window = self.window();
         window.key(NONE, Key::F5);
         window.menu("Add light", name);
-        let mut next = self.model.now.clone();
-        next.lights.push((next.name_of_light(kind), kind, None));
-        self.model.step(next);
+        self.model.change(|next| next.lights.push((next.name_of_light(kind), kind, None)));
     }
 
     fn remove_light(&mut self) {
         let Some(index) = self.choose_light() else { return };
         click_right(self.window(), "Remove");
-        let mut next = self.model.now.clone();
-        next.lights.remove(index);
-        self.model.step(next);
+        self.model.change(|next| drop(next.lights.remove(index)));
     }
 
     fn move_light(&mut self) {
@@ -332,10 +324,8 @@ impl Walk {
         window.step();
         window.key(NONE, Key::Enter);
         let x = f64::from(value as u32) / 100.0;
-        let mut next = self.model.now.clone();
-        if next.lights[index].2 != Some(x) {
-            next.lights[index].2 = Some(x);
-            self.model.step(next);
+        if self.model.now.lights[index].2 != Some(x) {
+            self.model.change(|next| next.lights[index].2 = Some(x));
         }
     }
 

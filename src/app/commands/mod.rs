@@ -8,7 +8,7 @@ mod reasons;
 use eframe::egui::{self, Key, KeyboardShortcut};
 
 use super::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};
-use super::keys::named;
+use super::keys::{self, named};
 use super::masking;
 use super::modelling::ModelPage;
 use super::modelling::tool::Selected;
@@ -298,8 +298,8 @@ pub fn pressed(ctx: &egui::Context, state: &State, actions: &mut Vec<Action>) {
         if plain && is_of_page && !state.is_modelling() {
             continue;
         }
-        // They write nothing: a field keeps what was typed, and what they do is done.
-        let is_function = (Key::F1..=Key::F35).contains(&key.logical_key);
+        // A field that has the focus keeps what was typed.
+        let is_function = keys::is_function(key.logical_key);
         if plain && (typing && !is_function || dialog || flying || at_work)
             || dialog && command.action != Action::Quit
         {

@@ -117,8 +117,8 @@ impl RayCaster {
         self.occluded_after(ray, &mut Blocker::default())
     }
 
-    /// The same, looking first at what blocked the ray before, which is kept in `last`: it mostly blocks
-    /// rays beside it, too.
+    /// The same, but the triangles that blocked an earlier ray, which `last` keeps, are tested first: they
+    /// often block rays next to it, too.
     #[inline]
     pub fn occluded_after(&self, ray: &Ray, last: &mut Blocker) -> bool {
         if self.tree.stack_size > STACK {

@@ -147,7 +147,7 @@ impl Posterior {
 /// The model that was chosen with the background of one light set.
 fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
     if index == 0 {
-        return Ok(found.best.clone().last());
+        return Ok(found.best.clone().without_folds());
     }
     let (problem, fitted) = (&found.problem, &found.best.fitted);
     let mut model = fitted.model.clone();
@@ -158,7 +158,7 @@ fn light_set(found: &Found, index: usize) -> Result<Validated, Error> {
         }
     }
     model.ridge = problem.options().ridge * RIDGES[index % RIDGES.len()];
-    Ok(validate(problem, regrow(found, &model)?, None)?.last())
+    Ok(validate(problem, regrow(found, &model)?, None)?.without_folds())
 }
 
 /// The weight of each light set: exp(−z²/2), where z is by how many standard errors of the

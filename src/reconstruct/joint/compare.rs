@@ -36,8 +36,8 @@ pub struct Validated {
 }
 
 impl Validated {
-    /// The same for one that no later model starts from, without the memory that its folds take.
-    pub fn last(self) -> Self {
+    /// The same without the fits of the folds, which take memory, for a model that no later one starts from.
+    pub fn without_folds(self) -> Self {
         Self { folds: Vec::new(), ..self }
     }
 }
@@ -184,13 +184,13 @@ pub fn validate(
     validate_by(problem, fitted, |fitted, blind, fold| {
         let before = earlier.and_then(|earlier| Some((&earlier.fitted, earlier.folds.get(fold)?)));
         let starts = match before {
-            Some((whole, blind)) => starts_beside(problem, fitted, whole, blind),
+            Some((whole, part)) => starts_beside(problem, fitted, whole, part),
             None => fitted.starts(),
         };
-        let (model, design) = (&fitted.model, &fitted.design);
+        let Fitted { model, rows, design, .. } = fitted;
         let channels =
             descend(blind, model, design, &blind.weights, starts, ROUGH, |_| Vec::new())?;
-        Ok(Fitted { channels, ..fitted.clone() })
+        Ok(Fitted { model: model.clone(), rows: rows.clone(), design: design.clone(), channels })
     })
 }
 

@@ -205,8 +205,7 @@ impl Hessian {
         reflectances: &[usize],
         jacobian: &ByReflectances,
     ) -> Mat<f64> {
-        let (lit, materials) = (columns.len(), channel.rows.materials);
-        let place_of = places(channel, reflectances, lit);
+        let lit = columns.len();
         let mut over = Mat::zeros(lit + reflectances.len(), lit + reflectances.len());
         let inner: Vec<usize> = columns.iter().map(|&column| self.place[column]).collect();
         for (j, &of) in inner.iter().enumerate() {
@@ -218,13 +217,7 @@ impl Hessian {
         let by_specular = self
             .row_scales
             .weighted(channel, |_, glossy| glossy.map_or(0.0, |glossy| jacobian.specular[glossy]));
-        let runs: Vec<(Run, [Option<usize>; 2])> = channel
-            .rows
-            .runs()
-            .map(|run| (place_of[run.material], place_of[materials + run.material], run))
-            .filter(|(diffuse, specular, _)| diffuse.is_some() || specular.is_some())
-            .map(|(diffuse, specular, run)| (run, [diffuse, specular]))
-            .collect();
+        let runs = placed_runs(channel, reflectances, lit);
         let mut sums = vec![[[0.0; 2]; TOGETHER]; runs.len()];
         for (group, columns) in groups(columns).enumerate() {
             let diffuse = columns.map(|column| channel.design.diffuse_of(column));
@@ -264,7 +257,7 @@ impl Hessian {
         over
     }
 
-    /// The diagonal of [`Self::over`]. The rest is of no use.
+    /// A matrix with the diagonal of [`Self::over`]. Its other elements are not those of `over`.
     pub fn diagonal_over(
         &self,
         channel: &Channel,
@@ -278,24 +271,28 @@ impl Hessian {
             let place = self.place[column];
             over[(position, position)] = self.products[(place, place)];
         }
-        let place_of = places(channel, reflectances, columns.len());
-        for run in channel.rows.runs() {
-            let of_specular = place_of[channel.rows.materials + run.material];
-            let slots = [place_of[run.material], of_specular];
+        for (run, slots) in placed_runs(channel, reflectances, columns.len()) {
             jacobian.add_squares(&mut over, run, slots);
         }
         over
     }
 }
 
-/// Of log ρ_d and ρ_s of every material the position among the unknowns after `lit` emissions, if it is one
-/// of `reflectances`.
-fn places(channel: &Channel, reflectances: &[usize], lit: usize) -> Vec<Option<usize>> {
-    let mut places = vec![None; 2 * channel.rows.materials];
+/// The runs of rows whose material has log ρ_d or ρ_s among `reflectances`, with the positions of the two
+/// among the unknowns, which come after `lit` emissions.
+fn placed_runs(
+    channel: &Channel,
+    reflectances: &[usize],
+    lit: usize,
+) -> Vec<(Run, [Option<usize>; 2])> {
+    let materials = channel.rows.materials;
+    let mut place_of = vec![None; 2 * materials];
     for (position, &index) in reflectances.iter().enumerate() {
-        places[index] = Some(lit + position);
+        place_of[index] = Some(lit + position);
     }
-    places
+    let places = |run: &Run| [place_of[run.material], place_of[materials + run.material]];
+    let runs = channel.rows.runs().map(|run| (places(&run), run));
+    runs.filter(|(places, _)| *places != [None; 2]).map(|(places, run)| (run, places)).collect()
 }
 
 impl ByReflectances {

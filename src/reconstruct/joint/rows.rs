@@ -46,7 +46,7 @@ impl Rows {
     }
 }
 
-/// Values that are one after the other in both of two arrays.
+/// Values that stand one after the other in two arrays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
     pub places: Range<usize>,
