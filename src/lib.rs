@@ -29,14 +29,14 @@
 //! # The ladder
 //!
 //! Modules import only from those above them in this list: `watch`, `options`, `math` < `geometry`,
-//! `solve`, `exposures` < `scene` < `model` < `reconstruct` < `render` < `io` < `study` < `worker` < `app` <
-//! `cli`.
+//! `solve`, `exposures` < `scene` < `model` < `reconstruct` < `render` < `gpu` < `io` < `study` < `worker` <
+//! `app` < `cli`.
 //!
 //! # What always holds
 //!
 //! - From `math` to `render`: data in, data out. No files, no logging, no globals.
-//! - Only `io` opens files. Only `app` names the crates of the window, and it calls no stage: it
-//!   sends commands to `worker` and shows products. Every file is written whole or not at all.
+//! - Only `io` opens files. Only `app` names the crates of the window, and only `gpu` beside it those
+//!   of graphics cards. `app` calls no stage: it sends commands to `worker` and shows products. Every file is written whole or not at all.
 //! - The same capture, options and seed give the same bytes on any number of threads.
 //! - Types between stages carry no serde; `io` owns the structs of its files.
 //! - Every long loop ticks a [`watch::Watch`], which counts progress and can cancel it.
@@ -102,6 +102,8 @@ pub mod model;
 #[warn(missing_docs)]
 pub mod reconstruct;
 pub mod render;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 pub mod io;
 

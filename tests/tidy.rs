@@ -10,13 +10,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the bottom up: each imports only from those on lines above its own.
-const LADDER: [&[&str]; 12] = [
+const LADDER: [&[&str]; 13] = [
     &["watch", "options", "math"],
     &["geometry", "solve", "exposures"],
     &["scene"],
     &["model"],
     &["reconstruct"],
     &["render"],
+    &["gpu"],
     &["io"],
     &["study"],
     &["worker"],

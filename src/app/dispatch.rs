@@ -28,6 +28,7 @@ use super::studying;
 use super::theme;
 use super::viewport::Shading;
 use super::workspaces::Workspace;
+use crate::options::OptionValue;
 
 pub fn apply(state: &mut State, action: Action) {
     match action {
@@ -159,6 +160,11 @@ pub fn apply(state: &mut State, action: Action) {
         Action::Masking(what) => masking::apply(state, what),
         Action::ShowPane(pane) => state.layout.show(pane),
         Action::ResetLayout => state.layout.reset(),
+        Action::TraceOn(engine) => {
+            state.settings.engine = engine.text();
+            state.jobs.set_engine(engine);
+            files::save_settings(state);
+        }
         Action::Theme(theme) => {
             theme.clone_into(&mut state.settings.theme);
             theme::apply(&state.ctx, theme, state.settings.scale);

@@ -28,6 +28,8 @@ use super::workspaces::Workspace;
 use super::writer::Writer;
 use crate::io::engines::Search;
 use crate::io::settings::{self, LeftBehind, Recovery, Settings};
+use crate::options::OptionValue;
+use crate::render::Engine;
 
 pub struct State {
     pub ctx: egui::Context,
@@ -83,11 +85,12 @@ impl State {
         let ctx = &cc.egui_ctx;
         let render = cc.wgpu_render_state.as_ref().ok_or("no graphics adapter was found")?;
         let no_thread = |error| format!("no thread can be started: {error}");
-        let jobs = Jobs::start(ctx).map_err(no_thread)?;
+        let mut jobs = Jobs::start(ctx).map_err(no_thread)?;
         let writer = Writer::start().map_err(no_thread)?;
         let settings = launch.home.as_deref().map(Settings::read).unwrap_or_default();
         theme::install(ctx);
         theme::apply(ctx, &settings.theme, settings.scale);
+        jobs.set_engine(Engine::parse(&settings.engine).unwrap_or(Engine::Auto));
         let mut layout = Layout::default();
         layout.restore(&settings.layout);
         let left_behind = launch.home.as_deref().map(settings::left_behind).unwrap_or_default();

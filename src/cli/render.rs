@@ -2,17 +2,19 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::ArgMatches;
 
-use crate::cli::print::say_line;
+use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::recovered::{self, Recovered};
 use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::io::export::pictures::Development;
 use crate::io::transforms::{self, Images};
-use crate::render::RenderOptions;
+use crate::render::tracer::{Processor, Tracer};
+use crate::render::{Engine, RenderOptions};
+use crate::worker::engine::{self as engines, Chosen};
 use crate::worker::{Command, Files, Frame, Rendering, Worker};
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
@@ -21,6 +23,11 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     arguments::apply_render(matches, &mut options)?;
     io::export::check_folder(&folder)?;
     job::catch_interrupts()?;
+    let Chosen { tracer, reason } = engines::tracer(options.engine);
+    if let Some(reason) = reason {
+        return Err(anyhow!("--engine card: {reason}").into());
+    }
+    let engine = options.engine;
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
 
@@ -53,6 +60,14 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     display.stage("render");
     job::wait(&mut worker, Command::Render(Box::new(rendering)), &mut display)?;
     display.clear();
-    say_line!("{count} pictures in {}", folder.display());
+    if let Some(trouble) = tracer.trouble() {
+        note_line!("The graphics card failed, and the processor went on: {trouble}");
+    }
+    let by = match engine {
+        Engine::Processor => String::new(),
+        _ if tracer.name() == Processor.name() => String::new(),
+        _ => format!(", traced by {}", tracer.name()),
+    };
+    say_line!("{count} pictures in {}{by}", folder.display());
     Ok(())
 }

@@ -23,6 +23,8 @@ pub struct Settings {
     pub theme: String,
     /// 1 is the system's own scale.
     pub scale: f32,
+    /// What traces the paths of pictures: "auto" or "processor".
+    pub engine: String,
     /// Captures and project files, the latest first.
     pub recent: Vec<PathBuf>,
     /// Width and height of the window in points at 100 %; `None` before it was closed once.
@@ -38,6 +40,7 @@ impl Default for Settings {
         Self {
             theme: "dark".to_owned(),
             scale: 1.0,
+            engine: "auto".to_owned(),
             recent: Vec::new(),
             window: None,
             is_maximized: false,

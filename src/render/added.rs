@@ -21,6 +21,18 @@ enum Source {
     Dome(DomeTable),
 }
 
+/// A light that was added, with what its sampling needs.
+pub enum Packed<'a> {
+    Emitter(&'a Emitter),
+    /// With the cumulated probabilities of its cells, row by row.
+    Dome {
+        dome: &'a Dome,
+        columns: usize,
+        rows: usize,
+        cumulated: &'a [f32],
+    },
+}
+
 /// Part of the distance within which a light may lie on a surface.
 const FLUSH: f32 = 1e-3;
 
@@ -50,6 +62,16 @@ impl Added {
         match &self.source {
             Source::Emitter(emitter) => Some(*emitter),
             Source::Dome(_) => None,
+        }
+    }
+
+    /// For tracers that cannot follow references.
+    pub fn packed(&self) -> Packed<'_> {
+        match &self.source {
+            Source::Emitter(emitter) => Packed::Emitter(emitter),
+            Source::Dome(DomeTable { dome, columns, rows, cumulated }) => {
+                Packed::Dome { dome, columns: *columns, rows: *rows, cumulated }
+            }
         }
     }
 

@@ -180,6 +180,11 @@ impl SurfaceFilm {
         size_of_val(&*self.values) + size_of_val(&*self.paths)
     }
 
+    /// Paths per pixel, of each strip.
+    pub fn strips(&self) -> &[u32] {
+        &self.paths
+    }
+
     /// The strips with their numbers of paths, to be added to side by side.
     pub(super) fn strips_mut(&mut self) -> impl Iterator<Item = (&mut u32, &mut [f32])> {
         self.paths.iter_mut().zip(self.values.chunks_mut(STRIP * SURFACE))

@@ -15,10 +15,11 @@ use crate::scene::{SurfacePoint, Views};
 pub struct IrradianceGrid {
     /// Indices into the recovered lights of those that shine.
     pub shining: Vec<usize>,
-    low: Vec3,
-    cell_m: Vec3,
+    /// The corner of its box with the smallest coordinates.
+    pub low: Vec3,
+    pub cell_m: Vec3,
     /// Cells along each axis.
-    side: usize,
+    pub side: usize,
     /// Per bin, the sum over the channels for each shining light.
     irradiance: Vec<f32>,
 }

@@ -106,6 +106,20 @@ impl Recovered {
         &self.lights
     }
 
+    /// Per bin of the grid the lights' cumulated probabilities, and for each of as many equal parts of
+    /// [0, 1) as there are lights the light with which a search for its numbers begins.
+    pub fn choices(&self) -> (&[f32], &[u16]) {
+        (&self.cumulated, &self.starts)
+    }
+
+    pub fn grid(&self) -> &IrradianceGrid {
+        &self.grid
+    }
+
+    pub fn sky_cells(&self) -> &Sky {
+        &self.sky
+    }
+
     /// Radiance of the sky from a direction, and its layer.
     pub fn sky(&self, direction: Vec3) -> Option<(usize, Radiance)> {
         self.sky.radiance(direction)

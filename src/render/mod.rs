@@ -1,6 +1,7 @@
 //! Pictures of a recovered scene, as it is and with other light, materials and objects (Section 6).
 
 pub mod added;
+mod asked;
 pub mod composite;
 pub mod denoise;
 pub mod edits;
@@ -13,12 +14,15 @@ mod light;
 pub mod lights;
 pub mod looks;
 pub mod model;
+pub mod packed;
 pub mod path;
 pub mod preview;
 pub mod probe;
 mod scatter;
 pub mod scene;
 mod sky;
+pub mod tiles;
+pub mod tracer;
 pub mod view;
 
 use std::ops::Range;
@@ -29,13 +33,26 @@ use rayon::prelude::*;
 
 use crate::geometry::bvh::Ray;
 use crate::math::rgb::CHANNELS;
-use crate::options;
 use crate::scene::Camera;
 use crate::watch::{Cancelled, Watch};
+use crate::{choices, options};
 
 use film::{Buffer, Film, LightFilm, STRIP, SURFACE_STRIDE, SurfaceFilm};
 use path::{Sequence, Sought};
 use scene::Scene;
+use tracer::{Processor, Tracer};
+
+choices! {
+    /// What traces the paths of pictures.
+    Engine {
+        /// A graphics card where there is one, and else the processor.
+        Auto = "auto",
+        /// The same seed gives the same picture, to the byte.
+        Processor = "processor",
+        /// A graphics card; an error where there is none.
+        Card = "card",
+    }
+}
 
 options! {
     /// How pictures are made.
@@ -54,15 +71,30 @@ options! {
         denoise: bool = true, None, "";
         /// Seed of all random numbers.
         seed: usize = 1, Some((0.0, 1e15)), "";
+        /// What traces the paths: a graphics card (card), the processor, or a card where there is one
+        /// (auto). Pictures of a card have the same means, but are not the same to the byte.
+        engine: Engine = Engine::Auto, None, "";
     }
 }
 
 /// Paths per pixel between looks at clock and noise; even, see [`Film::noise`].
-const PASS: usize = 4;
+pub const PASS: usize = 4;
 
-/// Traces paths for every pixel of a camera. The same scene, options and seed give the same
-/// numbers on any number of threads. `on_pass` sees what there is after each pass.
+/// Traces paths for every pixel of a camera on this processor. The same scene, options and seed give
+/// the same numbers on any number of threads. `on_pass` sees what there is after each pass.
 pub fn render(
+    scene: &Scene,
+    camera: &Camera,
+    options: &RenderOptions,
+    watch: &Watch,
+    on_pass: &dyn Fn(&Film),
+) -> Result<Film, Cancelled> {
+    render_by(&Processor, scene, camera, options, watch, on_pass)
+}
+
+/// The same by a tracer.
+pub fn render_by(
+    tracer: &dyn Tracer,
     scene: &Scene,
     camera: &Camera,
     options: &RenderOptions,
@@ -75,10 +107,11 @@ pub fn render(
     watch.begin((passes * (camera.width * camera.height).div_ceil(STRIP)) as u64);
     let began = Instant::now();
     while film.paths < options.spp {
-        let upto = (film.paths + PASS).min(options.spp);
+        let more = tracer.paths_at_once(camera.width * camera.height);
+        let upto = (film.paths + more).min(options.spp);
         let all = Exposure { film: &mut film.light, layers: 0..scene.layers + 1 };
         let pass = Pass { scene, camera, options, sought: &sought, upto };
-        pass.trace(&mut film.surfaces, &mut [all], watch)?;
+        tracer.trace(&pass, &mut film.surfaces, &mut [all], watch)?;
         film.paths = upto;
         on_pass(&film);
         let is_late = options.time.is_some_and(|s| began.elapsed() >= Duration::from_secs_f64(s));

@@ -15,10 +15,13 @@ use crate::render::layers::{Source, most_layers, sources};
 use crate::render::lights::{IrradianceGrid, Recovered, Use};
 use crate::render::path::Sought;
 use crate::render::scene::{Geometry, Scene, Shell, Solved};
+use crate::render::tracer::{Processor, Tracer};
 use crate::render::view::View;
 use crate::render::{Pass, RenderOptions};
 use crate::scene::{Camera, Image, Views};
 use crate::watch::{Cancelled, Watch};
+
+pub use crate::render::asked::{Asked, Picture};
 
 /// Paths per pixel at which a picture is shown; between them it would hardly change.
 const SHOWN: [usize; 7] = [4, 8, 16, 32, 64, 128, 256];
@@ -32,35 +35,6 @@ const MOST_PIXELS: usize = 1 << 20;
 pub const MOST_BYTES: usize = 512 << 20;
 /// Lights are traced together whose part of the error is at least this part of the largest.
 const JOINED: f64 = 0.25;
-
-/// The picture of a scene, as far as it is refined.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    pub width: usize,
-    pub height: usize,
-    /// Radiance, and the part of the pixel that the scene covers.
-    pub after: Vec<(Radiance, f32)>,
-    /// The scene without edits, or the photograph.
-    pub before: Option<Vec<(Radiance, f32)>>,
-    /// Paths per pixel of the light that has fewest.
-    pub paths: usize,
-    /// No finer picture follows.
-    pub is_done: bool,
-    /// Paths that were traced for it since it was asked for.
-    pub traced: u64,
-}
-
-/// The request for a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
-    pub edits: Arc<Edits>,
-    /// Its size is that of the finest picture.
-    pub camera: Camera,
-    /// Index of the photograph, taken from the same place, that the edits are composited into.
-    pub photograph: Option<usize>,
-    /// Also the scene without edits.
-    pub before: bool,
-}
 
 /// Paths that are to be traced next.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +51,7 @@ pub struct Plan {
 
 /// A recovered scene with its layers.
 pub struct Preview<'a> {
+    tracer: Arc<dyn Tracer>,
     views: &'a Views<'a>,
     solved: &'a Solved,
     groups: Vec<Group>,
@@ -100,9 +75,15 @@ pub struct Preview<'a> {
 }
 
 impl<'a> Preview<'a> {
+    /// Traced by this processor.
     pub fn new(views: &'a Views<'a>, solved: &'a Solved) -> Self {
+        Self::by(Arc::new(Processor), views, solved)
+    }
+
+    pub fn by(tracer: Arc<dyn Tracer>, views: &'a Views<'a>, solved: &'a Solved) -> Self {
         let bare_geometry = Arc::new(Geometry::new(views.capture, solved, &Edits::default()));
         Self {
+            tracer,
             views,
             solved,
             groups: groups::groups(views.capture, solved),
@@ -337,7 +318,8 @@ impl<'a> Preview<'a> {
             sought: &sought,
             upto: plan.upto,
         };
-        let (traced, ended) = view.trace(&pass, plan.step, &plan.units, &ranges, watch);
+        let tracer = self.tracer.clone();
+        let (traced, ended) = view.trace(&*tracer, &pass, plan.step, &plan.units, &ranges, watch);
         self.traced += traced;
         ended
     }
@@ -405,6 +387,7 @@ impl<'a> Preview<'a> {
             paths,
             is_done: paths >= SHOWN[SHOWN.len() - 1],
             traced: self.traced,
+            tracer: self.tracer.name(),
         })
     }
 }

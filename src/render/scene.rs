@@ -96,7 +96,7 @@ impl Geometry {
 
 /// The optical behaviour of a triangle.
 #[derive(Clone, Copy, Debug)]
-enum Look {
+pub(super) enum Look {
     Reflects(BrdfF32),
     /// The same with the diffuse reflectance of `Scene::textures[index]`.
     Textured(BrdfF32, usize),
@@ -116,11 +116,11 @@ pub enum Met {
 }
 
 /// Texture coordinates of one surface's triangles.
-struct Map<'a> {
-    texture: &'a Texture,
+pub(super) struct Map<'a> {
+    pub texture: &'a Texture,
     /// The triangle's entry in the unwrap, from the surface's first triangle on.
-    entry: Vec<u32>,
-    first: usize,
+    pub entry: Vec<u32>,
+    pub first: usize,
 }
 
 /// Everything that light meets.
@@ -128,11 +128,15 @@ pub struct Scene<'a> {
     /// The geometry with objects, through which nothing is seen; its `maps` are empty.
     pub geometry: Views<'a>,
     /// The capture alone with its photographs.
-    photographs: &'a Views<'a>,
-    known: usize,
-    looks: Vec<Look>,
-    look_of: Vec<u32>,
-    maps: Vec<Map<'a>>,
+    pub(super) photographs: &'a Views<'a>,
+    /// Triangles of the capture; those of objects follow.
+    pub(super) known: usize,
+    pub(super) looks: Vec<Look>,
+    /// Per triangle the index of its look.
+    pub(super) look_of: Vec<u32>,
+    pub(super) maps: Vec<Map<'a>>,
+    /// Among them those of `maps`.
+    pub(super) textures: Arc<Vec<Texture>>,
     pub original_light: f32,
     pub recovered: Arc<Recovered>,
     pub added: Vec<Arc<Added>>,
@@ -142,7 +146,7 @@ pub struct Scene<'a> {
     pub layers: usize,
     pub shell: Option<Shell>,
     /// Places that no photograph measures have recovered lights of their own.
-    unseen_shines: bool,
+    pub(super) unseen_shines: bool,
 }
 
 /// The box that takes the place of the unmodelled room.
@@ -238,6 +242,7 @@ impl<'a> Scene<'a> {
             looks,
             look_of,
             maps,
+            textures: solved.textures.clone(),
             original_light,
             recovered,
             layer_of_added: (1..=added.len()).collect(),
@@ -266,6 +271,16 @@ impl<'a> Scene<'a> {
     pub fn domes(&self, direction: Vec3) -> Radiance {
         let domes = self.added.iter().filter_map(|added| added.dome(direction));
         domes.fold([0.0; CHANNELS], |sum, dome| std::array::from_fn(|c| sum[c] + dome[c]))
+    }
+
+    /// Whether places that no photograph measures have recovered lights of their own.
+    pub fn unseen_shines(&self) -> bool {
+        self.unseen_shines
+    }
+
+    /// Triangles of the capture; those of objects follow.
+    pub fn known(&self) -> usize {
+        self.known
     }
 
     /// Whether a triangle belongs to an object that was set in.

@@ -20,15 +20,15 @@ pub struct Sky {
 }
 
 #[derive(Clone, Debug)]
-struct Cell {
+pub struct Cell {
     /// Unit direction to its middle.
-    towards: Vec3,
+    pub towards: Vec3,
     /// Of the cone that it is.
-    half_angle: f32,
+    pub half_angle: f32,
     /// Its index among the lights.
-    light: usize,
-    layer: usize,
-    radiance: Radiance,
+    pub light: usize,
+    pub layer: usize,
+    pub radiance: Radiance,
 }
 
 /// Buckets from pole to pole; twice as many go around.
@@ -64,6 +64,17 @@ impl Sky {
         }
         sky.first.push(sky.members.len() as u32);
         sky
+    }
+
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Per bucket of directions where its part of the second list begins, and at the end the length
+    /// of that; the indices of the cells that may hold each bucket's directions. A bucket is a row
+    /// from pole to pole, times twice the number of rows, plus a column around +z from +x on.
+    pub fn buckets(&self) -> (&[u32], &[u32]) {
+        (&self.first, &self.members)
     }
 
     /// Radiance from a direction, and its layer: of the cell whose middle is nearest, in half-angles

@@ -9,6 +9,7 @@ use crate::render::denoise::Guides;
 use crate::render::film::{LightFilm, SurfaceFilm};
 use crate::render::layers::Source;
 use crate::render::scene::{Geometry, Shell};
+use crate::render::tracer::Tracer;
 use crate::render::{Exposure, Pass};
 use crate::scene::Camera;
 use crate::watch::{Cancelled, Watch};
@@ -127,6 +128,7 @@ impl View {
     /// many paths were traced, also where it was cancelled.
     pub fn trace(
         &mut self,
+        tracer: &dyn Tracer,
         pass: &Pass,
         step: usize,
         units: &[usize],
@@ -155,7 +157,7 @@ impl View {
         }
         let traced = |exposures: &[Exposure]| exposures.first().map_or(0, |e| e.film.total_paths());
         let before = traced(&exposures);
-        let ended = pass.trace(&mut surfaces.film, &mut exposures, watch);
+        let ended = tracer.trace(pass, &mut surfaces.film, &mut exposures, watch);
         let count = traced(&exposures) - before;
         if ended.is_ok() {
             let size = (pass.camera.width, pass.camera.height);

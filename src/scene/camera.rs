@@ -131,6 +131,11 @@ impl Camera {
         }
     }
 
+    /// The largest tangent of the angle to the optical axis at which the lens is defined.
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
     /// The same camera with pixels `step` times as wide; those beyond the last whole one go.
     pub fn reduced(&self, step: usize) -> Self {
         let (step, factor) = (step.max(1), 1.0 / step.max(1) as f64);

@@ -297,14 +297,15 @@ fn falloff(cosine: f32, inner_angle: f32, outer_angle: f32) -> f32 {
 }
 
 /// A quadrilateral, cut into two triangles along the diagonal between its first and third corner.
-struct Quadrilateral {
-    corners: [Vec3; 4],
+pub struct Quadrilateral {
+    pub corners: [Vec3; 4],
     /// Of the triangle with the second corner and of that with the fourth.
-    areas_m2: [f32; 2],
+    pub areas_m2: [f32; 2],
 }
 
 impl Quadrilateral {
-    fn of(&[a, b, c, d]: &[Vec3; 4]) -> Self {
+    /// Of corners in order around the edge.
+    pub fn of(&[a, b, c, d]: &[Vec3; 4]) -> Self {
         let across = |a: Vec3, b: Vec3, c: Vec3| (b - a).cross(c - a);
         // Where a corner points inwards, only the diagonal from there lies inside: the triangles
         // beside the other one turn opposite ways.

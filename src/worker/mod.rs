@@ -6,6 +6,7 @@
 
 mod command;
 mod elsewhere;
+pub mod engine;
 mod event;
 mod relight;
 mod merge;

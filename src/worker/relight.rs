@@ -5,10 +5,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::geometry::bvh::RayCaster;
+use crate::render::Engine;
 use crate::render::preview::{Asked, Picture, Plan, Preview};
 use crate::render::scene::Solved;
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
+use crate::worker::engine;
 use crate::worker::event::JobEvent;
 
 /// A session over one recovered scene; it lasts until it is cancelled.
@@ -18,6 +20,8 @@ pub struct Relighting {
     pub capture: Arc<Capture>,
     /// What was recovered.
     pub solved: Arc<Solved>,
+    /// What traces the paths.
+    pub engine: Engine,
     /// Where requests come in while this runs.
     pub latest: LatestRequest,
 }
@@ -136,10 +140,10 @@ fn answer_all(
     watch: &Watch,
     emit: &(dyn Fn(JobEvent) + Sync),
 ) -> Result<JobEvent, Cancelled> {
-    let Relighting { capture, solved, latest } = relighting;
+    let Relighting { capture, solved, engine, latest } = relighting;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
-    let mut preview = Preview::new(&views, solved);
+    let mut preview = Preview::by(engine::tracer(*engine).tracer, &views, solved);
     let mut seen = 0;
     let show = |preview: &mut Preview, number: u64| {
         if let Some(picture) = preview.picture() {

@@ -10,10 +10,11 @@ use crate::io::export::pictures::{self, Development, Written};
 use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::{Geometry, Scene, Solved};
-use crate::render::{RenderOptions, render};
+use crate::render::{RenderOptions, render_by};
 use crate::scene::{Camera, Capture, Views};
 use crate::study::pictures as judge;
 use crate::watch::Watch;
+use crate::worker::engine;
 use crate::worker::event::JobEvent;
 
 /// Pictures to be made of a recovered scene.
@@ -76,6 +77,7 @@ pub(super) fn perform(
         let recovered = Arc::new(recovered);
         Scene::lit_by(recovered, Vec::new(), &views, geometry, solved, &bare, &places)
     });
+    let tracer = &*engine::tracer(options.engine).tracer;
     let lights: Vec<&str> = edits.lights.iter().map(|light| light.name.as_str()).collect();
 
     let mut taken = BTreeSet::new();
@@ -85,7 +87,7 @@ pub(super) fn perform(
                 emit(JobEvent::Picture { frame: index, film: Arc::new(film.clone()) });
             }
         };
-        let film = render(&scene, &frame.camera, options, watch, &show)?;
+        let film = render_by(tracer, &scene, &frame.camera, options, watch, &show)?;
         let photograph = frame.photograph.and_then(|p| capture.photographs[p].image.as_ref());
         let Some(files) = files else {
             if let Some(image) = photograph {
@@ -96,7 +98,9 @@ pub(super) fn perform(
             continue;
         };
         let without = match (&bare_scene, photograph) {
-            (Some(scene), Some(_)) => Some(render(scene, &frame.camera, options, watch, &|_| ())?),
+            (Some(scene), Some(_)) => {
+                Some(render_by(tracer, scene, &frame.camera, options, watch, &|_| ())?)
+            }
             _ => None,
         };
         watch.check()?;

@@ -9,6 +9,9 @@ mod stage;
 
 /// Bad luck: random edits, and what cannot be seen.
 mod chaos;
+/// The tracer of graphics cards beside that of the processor.
+#[cfg(feature = "gpu")]
+mod card;
 /// Noise taken out.
 mod denoise;
 /// Same scene, options and seed, same bytes; and a cancelled picture.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use lobelia::reconstruct::lights::VirtualLight;
 use lobelia::reconstruct::lobes::Lobe;
+use lobelia::render::Engine;
 use lobelia::render::edits::{AddedLight, Edits, Shape, Surroundings};
 use lobelia::scene::{Camera, Emitter};
 use lobelia::worker::{
@@ -51,6 +52,7 @@ impl Session {
         let job = worker.send(Command::Relight(Relighting {
             capture: Arc::new(stage.room.capture.clone()),
             solved: Arc::new(stage.solved.clone()),
+            engine: Engine::Processor,
             latest: latest.clone(),
         }));
         Self { worker, job, latest }

@@ -22,6 +22,7 @@ use super::workspaces::Workspace;
 use crate::io::engines::Engine;
 use crate::model::from_points::Wanted;
 use crate::model::{self, Model};
+use crate::render;
 use crate::scene;
 
 pub use outcome::Outcome;
@@ -88,6 +89,8 @@ pub enum Action {
     ShowPane(Pane),
     ResetLayout,
     Theme(&'static str),
+    /// What traces the paths of pictures.
+    TraceOn(render::Engine),
     Scale(f32),
     FrameAll,
     FrameSelection,

@@ -8,6 +8,7 @@ use crate::app::panes::Pane;
 use crate::app::relight::NewLight;
 use crate::app::viewport::MaskTool;
 use crate::app::workspaces::Workspace;
+use crate::render::Engine;
 
 pub(super) const COMMAND: Modifiers = Modifiers::COMMAND;
 const NONE: Modifiers = Modifiers::NONE;
@@ -208,6 +209,24 @@ fn view(list: &mut Vec<Command>) {
     group(list, View, "Dark theme", None, Action::Theme("dark"), "Dark neutral greys");
     add(list, View, "Light theme", None, Action::Theme("light"), "Light neutral greys");
     add(list, View, "System theme", None, Action::Theme("system"), "As the desktop is set");
+    let engines = list.len();
+    add(
+        list,
+        View,
+        "Graphics card where there is one",
+        None,
+        Action::TraceOn(Engine::Auto),
+        "Trace the paths of pictures on a graphics card, and on the processor where there is none",
+    );
+    add(
+        list,
+        View,
+        "Processor",
+        None,
+        Action::TraceOn(Engine::Processor),
+        "Trace the paths of pictures on the processor: slower, and the same to the byte each time",
+    );
+    put_within(list, engines, "Trace pictures on");
     let scales = list.len();
     add(list, View, "Scale 75 %", None, Action::Scale(0.75), "Smaller text and controls");
     add(list, View, "Scale 100 %", None, Action::Scale(1.0), "The desktop's own scale");

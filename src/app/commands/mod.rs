@@ -79,7 +79,11 @@ impl Command {
     /// Whether it is of use on the import page, where no project is seen.
     fn is_of_the_window(&self) -> bool {
         match &self.action {
-            Action::Theme(_) | Action::Scale(_) | Action::Workspace(_) | Action::Cancel => true,
+            Action::TraceOn(_)
+            | Action::Theme(_)
+            | Action::Scale(_)
+            | Action::Workspace(_)
+            | Action::Cancel => true,
             Action::Model(ModelAction::Show) => true,
             Action::Ask(PathRequest::Export) | Action::ExportScene(_) => false,
             _ => matches!(self.menu, Menu::File | Menu::Help),

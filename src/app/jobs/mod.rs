@@ -26,9 +26,9 @@ use super::project::Project;
 use crate::reconstruct::Reconstruction;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::CoverageMask;
-use crate::render::RenderOptions;
 use crate::render::film::Film;
 use crate::render::scene::Solved;
+use crate::render::{Engine, RenderOptions};
 use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
 use crate::watch::Progress;
@@ -86,6 +86,8 @@ pub struct Jobs {
     runner: Worker,
     render_worker: Worker,
     relighter: Worker,
+    /// What traces the paths of pictures.
+    engine: Engine,
     relight: Option<Relighter>,
     pub studies: Studies,
     /// Jobs that come to one answer.
@@ -117,6 +119,7 @@ impl Jobs {
             runner: worker()?,
             render_worker: worker()?,
             relighter: worker()?,
+            engine: Engine::Auto,
             relight: None,
             studies: Studies::new(worker()?),
             tasks: Vec::new(),
@@ -229,7 +232,7 @@ impl Jobs {
             solved: Arc::new(Solved::from(whole.as_ref())),
             edits: Arc::default(),
             frames: vec![frame],
-            options: RenderOptions::default(),
+            options: RenderOptions { engine: self.engine, ..RenderOptions::default() },
             files: None,
         })));
         self.picture = Some(Picture {
@@ -298,6 +301,14 @@ impl Jobs {
         self.begin_task(Lane::Loader, Command::ReadEdits { capture, source }, Task::Read(reading));
     }
 
+    /// Pictures that are asked for from now on are traced on another device.
+    pub fn set_engine(&mut self, engine: Engine) {
+        if engine != self.engine {
+            self.engine = engine;
+            self.stop_relighting();
+        }
+    }
+
     /// Requests the viewport's relit picture; with `None`, where it is not shown, rendering stops.
     pub fn relight(&mut self, project: Option<&Project>, request: Option<PreviewRequest>) {
         let results = project.and_then(|project| {
@@ -315,6 +326,7 @@ impl Jobs {
             let relighting = Relighting {
                 capture: capture.clone(),
                 solved: solved.clone(),
+                engine: self.engine,
                 latest: latest.clone(),
             };
             let job = self.relighter.send(Command::Relight(relighting));

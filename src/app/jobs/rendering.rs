@@ -58,8 +58,12 @@ impl Jobs {
         let capture = project.result_capture().clone();
         let frames = choices.frames(&capture, view);
         let (count, folder) = (frames.len(), PathBuf::from(choices.folder.trim()));
-        let options =
-            RenderOptions { spp: choices.spp, noise: choices.noise, ..RenderOptions::default() };
+        let options = RenderOptions {
+            spp: choices.spp,
+            noise: choices.noise,
+            engine: self.engine,
+            ..RenderOptions::default()
+        };
         let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             frames,
             capture: capture.clone(),

@@ -339,6 +339,7 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
             }
         }
     });
+    let tracer = jobs.relit().map_or("processor", |relit| &relit.tracer);
     // Always one line, or what is below would jump away from under the pointer.
     ui.weak(match jobs.relit() {
         Some(relit) => {
@@ -351,9 +352,9 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
         }
         None => "In the 3D view: no picture yet".to_owned(),
     })
-    .on_hover_text(
+    .on_hover_text(format!(
         "Every light is kept as a layer of its own. Strength, colour, on and off recombine the \
          layers; a light that is moved is traced anew alone; view, objects and materials change \
-         all of them",
-    );
+         all of them. Paths are traced by the {tracer}",
+    ));
 }

@@ -19,6 +19,7 @@ mod portable;
 mod ray;
 mod traverse;
 mod wide;
+mod words;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -27,6 +28,7 @@ pub use beam::{Beam, MOST_RAYS, Met};
 use ray::Sheared;
 use traverse::Slot;
 use wide::WideTree;
+pub use words::{NO_TRIANGLE, TreeWords};
 
 /// Rays in a batch that one task takes at a time.
 const RAYS_PER_TASK: usize = 256;
