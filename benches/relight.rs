@@ -3,7 +3,10 @@
 //!
 //! - a lamp's strength, for which layers are recombined, against the same picture traced anew;
 //! - a lamp's place: the first picture, for which its layer alone is traced;
-//! - until that picture's root mean square error is 5 % of its mean, against 256 paths a pixel.
+//! - with `LOBELIA_ERRORS` set, until that picture's root mean square error is 5 % of its mean, against
+//!   256 paths a pixel.
+//!
+//! `LOBELIA_ENGINE=card` traces on a graphics card; retracing is on the processor in any case.
 
 use std::hint::black_box;
 use std::path::PathBuf;
@@ -15,13 +18,15 @@ use glam::{DVec2, Vec3};
 use lobelia::geometry::bvh::RayCaster;
 use lobelia::io;
 use lobelia::math::rgb::Radiance;
+use lobelia::options::OptionValue;
 use lobelia::reconstruct::{self, Options};
 use lobelia::render::edits::{AddedLight, Edits, Shape};
 use lobelia::render::preview::{Asked, Picture, Preview};
 use lobelia::render::scene::{Geometry, Scene, Solved};
-use lobelia::render::{RenderOptions, render};
+use lobelia::render::{Engine, RenderOptions, render};
 use lobelia::scene::{Camera, Capture, Emitter, Views};
 use lobelia::watch::Watch;
+use lobelia::worker::engine::{self, Chosen};
 
 const SIZE: (usize, usize) = (1280, 720);
 /// The error at which the clock is stopped, relative to the mean.
@@ -155,7 +160,12 @@ fn relight(criterion: &mut Criterion) {
         let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
         let views = Views::new(&capture, &caster, &Watch::new()).expect("not cancelled");
         let camera = view(&capture);
-        let mut preview = Preview::new(&views, &solved);
+        let name = std::env::var("LOBELIA_ENGINE").unwrap_or_else(|_| "processor".to_owned());
+        let engine = Engine::parse(&name).expect("auto, processor or card");
+        let Chosen { tracer, reason } = engine::tracer(engine);
+        assert_eq!(reason, None);
+        println!("traced by {}", tracer.name());
+        let mut preview = Preview::by(tracer, &views, &solved);
         // A lamp that adds about as much light as there is.
         ask(&mut preview, camera, &with_lamp(&capture, 0, 1.0));
         let part = |picture: &Picture| picture.after.iter().map(brightness).sum::<f64>();
@@ -226,7 +236,7 @@ fn relight(criterion: &mut Criterion) {
     }
 }
 
-/// Prints how the error of a moved light's picture falls with the processor's time.
+/// Prints how the error of a moved light's picture falls with the processor's time and the clock's.
 fn errors(name: &str, preview: &mut Preview, capture: &Capture, camera: Camera, strength: f64) {
     let edits = with_lamp(capture, 200, strength);
     ask(preview, camera, &edits);
@@ -235,27 +245,28 @@ fn errors(name: &str, preview: &mut Preview, capture: &Capture, camera: Camera, 
     // as clear as it was.
     ask(preview, camera, &with_lamp(capture, 100, strength));
     until(preview, |picture| picture.width == SIZE.0);
-    let began = processor_secs();
+    let began = Began::now();
     ask(preview, camera, &edits);
-    report(&format!("{name}: error of a moved light's picture"), preview, &truth, began);
+    report(&format!("{name}: error of a moved light's picture"), preview, &truth, &began);
     // The same of a whole view, of which nothing is known.
     let mut fresh = camera;
     fresh.position += glam::DVec3::splat(1e-9);
-    let began = processor_secs();
+    let began = Began::now();
     ask(preview, fresh, &edits);
-    report(&format!("{name}: error of a new view"), preview, &truth, began);
+    report(&format!("{name}: error of a new view"), preview, &truth, &began);
 }
 
 /// Traces until the error is small or paths are many, and prints how it fell since `began`.
-fn report(what: &str, preview: &mut Preview, truth: &Picture, began: f64) {
+fn report(what: &str, preview: &mut Preview, truth: &Picture, began: &Began) {
     let mut line = what.to_owned();
     loop {
         let plan = preview.plan().expect("there is more to trace");
         preview.trace(&plan, &Watch::new()).expect("not cancelled");
-        let seconds = processor_secs() - began;
+        let seconds = processor_secs() - began.processor_secs;
+        let elapsed = began.at.elapsed().as_secs_f64();
         let Some(picture) = preview.picture() else { continue };
         let error = error(&picture, truth);
-        line += &format!(", {:.3} at {seconds:.2} s", error);
+        line += &format!(", {error:.3} at {elapsed:.2} s ({seconds:.2} s of the processor)");
         if error <= ERROR || picture.paths >= 64 {
             break;
         }

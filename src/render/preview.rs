@@ -194,8 +194,22 @@ impl<'a> Preview<'a> {
 
     /// Paths per pixel of a step when it is first shown.
     fn first_paths(&self, step: usize) -> usize {
-        let is_coarse = self.view.steps.first() == Some(&step) && self.view.steps.len() > 1;
-        if is_coarse { COARSE } else { SHOWN[0] }
+        let is_finest = self.view.steps.last() == Some(&step);
+        let is_coarse = self.view.steps.first() == Some(&step) && !is_finest;
+        match (is_coarse, is_finest) {
+            (true, _) => COARSE,
+            (_, true) => self.next_paths(step, 0).unwrap_or(SHOWN[0]),
+            _ => SHOWN[0],
+        }
+    }
+
+    /// Paths per pixel at which a step with so many is shown next. A fast tracer passes over numbers
+    /// of paths between: to take out the noise of every picture would take longer than the paths.
+    fn next_paths(&self, step: usize, paths: usize) -> Option<usize> {
+        let camera = self.view.camera?.reduced(step);
+        let most = paths + self.tracer.paths_at_once(camera.width * camera.height);
+        let more = || SHOWN.iter().copied().filter(|&shown| shown > paths);
+        more().take_while(|&shown| shown <= most).last().or_else(|| more().next())
     }
 
     /// The coarsest of some units to the next step; of `only` a step alone.
@@ -228,7 +242,7 @@ impl<'a> Preview<'a> {
         let (step, upto) = match (is_there, bare.next_step(0)) {
             (false, Some(next)) => (next, self.first_paths(next)),
             _ if own.step == Some(step) && own.film.paths() < paths => {
-                let next = SHOWN.iter().copied().find(|&shown| shown > own.film.paths());
+                let next = self.next_paths(step, own.film.paths());
                 (step, next.unwrap_or(paths).min(paths))
             }
             _ => return None,
@@ -256,8 +270,8 @@ impl<'a> Preview<'a> {
         };
         let units: Vec<usize> = gains.iter().filter_map(joined).collect();
         let paths = self.view.units[leader].film.paths();
-        let upto = SHOWN.iter().copied().find(|&shown| shown > paths)?;
         let step = *self.view.steps.last()?;
+        let upto = self.next_paths(step, paths)?.min(last);
         Some(Plan { is_bare: false, units, step, upto, is_first: false })
     }
 

@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::{DVec3, Vec3};
 use lobelia::geometry::bvh::RayCaster;
@@ -14,9 +14,10 @@ use lobelia::render::lights::{IrradianceGrid, Recovered, Use};
 use lobelia::render::path::Sought;
 use lobelia::render::preview::{Asked, Picture, Preview};
 use lobelia::render::scene::{Geometry, Scene};
+use lobelia::render::tracer::Tracer;
 use lobelia::render::{Exposure, Pass};
 use lobelia::scene::{Camera, Emitter, Views};
-use lobelia::watch::Watch;
+use lobelia::watch::{Cancelled, Watch};
 
 use crate::rooms::{Room, camera};
 use crate::stage::{Stage, ceiling, floor, needle, reflectance};
@@ -192,6 +193,57 @@ fn strengths_and_colours_follow_closed_forms_and_trace_nothing() {
             let expected = |c: usize| 0.5 / PI * (of_point[c] / 4.0 + of_sun[c]);
             is(mean(&picture), std::array::from_fn(expected), 1e-4);
         }
+    });
+}
+
+/// The processor, taken to be as fast as is said, with a count of what it is asked for.
+struct Counted {
+    at_once: usize,
+    passes: AtomicUsize,
+}
+
+impl Counted {
+    fn new(at_once: usize) -> Arc<Self> {
+        Arc::new(Self { at_once, passes: AtomicUsize::new(0) })
+    }
+}
+
+impl Tracer for Counted {
+    fn name(&self) -> String {
+        "counted".to_owned()
+    }
+
+    fn paths_at_once(&self, _: usize) -> usize {
+        self.at_once
+    }
+
+    fn trace(
+        &self,
+        pass: &Pass,
+        surfaces: &mut SurfaceFilm,
+        exposures: &mut [Exposure],
+        watch: &Watch,
+    ) -> Result<(), Cancelled> {
+        self.passes.fetch_add(1, Ordering::Relaxed);
+        pass.trace(surfaces, exposures, watch)
+    }
+}
+
+/// With a fast tracer pictures between the first and the last are passed over, and the last one is
+/// the same.
+#[test]
+fn a_fast_tracer_shows_fewer_pictures_on_the_way() {
+    let stage = stage();
+    with(&stage, |views| {
+        let [(expected, slow), (found, fast)] = [4, 200].map(|at_once| {
+            let tracer = Counted::new(at_once);
+            let mut preview = Preview::by(tracer.clone(), views, &stage.solved);
+            ask(&mut preview, view(), &stage.edits);
+            (finished(&mut preview), tracer.passes.load(Ordering::Relaxed))
+        });
+        assert_eq!((found.paths, found.tracer.as_str()), (expected.paths, "counted"));
+        is(mean(&found), mean(&expected), 1e-5);
+        assert!(2 * fast <= slow, "{fast} passes, and {slow}");
     });
 }
 
