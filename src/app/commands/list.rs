@@ -213,7 +213,7 @@ fn view(list: &mut Vec<Command>) {
     add(
         list,
         View,
-        "Graphics card where there is one",
+        "Trace on a graphics card if there is one",
         None,
         Action::TraceOn(Engine::Auto),
         "Trace the paths of pictures on a graphics card, and on the processor where there is none",
@@ -221,12 +221,12 @@ fn view(list: &mut Vec<Command>) {
     add(
         list,
         View,
-        "Processor",
+        "Trace on the processor",
         None,
         Action::TraceOn(Engine::Processor),
         "Trace the paths of pictures on the processor: slower, and the same to the byte each time",
     );
-    put_within(list, engines, "Trace pictures on");
+    put_within(list, engines, "Tracing of pictures");
     let scales = list.len();
     add(list, View, "Scale 75 %", None, Action::Scale(0.75), "Smaller text and controls");
     add(list, View, "Scale 100 %", None, Action::Scale(1.0), "The desktop's own scale");
