@@ -12,8 +12,8 @@ use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::io::export::pictures::Development;
 use crate::io::transforms::{self, Images};
+use crate::render::RenderOptions;
 use crate::render::tracer::{Processor, Tracer};
-use crate::render::{Engine, RenderOptions};
 use crate::worker::engine::{self as engines, Chosen};
 use crate::worker::{Command, Files, Frame, Rendering, Worker};
 
@@ -27,7 +27,6 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     if let Some(reason) = reason {
         return Err(anyhow!("--engine card: {reason}").into());
     }
-    let engine = options.engine;
     let mut display = Display::new(matches.get_flag("quiet"));
     let mut worker = Worker::start(|| ()).context("the worker thread cannot be started")?;
 
@@ -63,11 +62,8 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     if let Some(trouble) = tracer.trouble() {
         note_line!("The graphics card failed, and the processor went on: {trouble}");
     }
-    let by = match engine {
-        Engine::Processor => String::new(),
-        _ if tracer.name() == Processor.name() => String::new(),
-        _ => format!(", traced by {}", tracer.name()),
-    };
+    let name = tracer.name();
+    let by = if name == Processor.name() { String::new() } else { format!(", traced by {name}") };
     say_line!("{count} pictures in {}{by}", folder.display());
     Ok(())
 }

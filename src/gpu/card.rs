@@ -16,7 +16,7 @@ use wgpu::{
 use super::parameters::Parameters;
 use super::shader::{GROUP, Needs};
 use super::upload::{TooLarge, Uploaded};
-use crate::render::film::SurfaceFilm;
+use crate::render::film::{STRIP, SurfaceFilm};
 use crate::render::packed::Occurring;
 use crate::render::tiles::Tile;
 use crate::render::tracer::{Processor, Tracer};
@@ -41,7 +41,7 @@ pub enum NoCard {
     Refused { name: String, reason: String },
 }
 
-/// A graphics card that traces paths; clones are not needed, since it may be shared.
+/// A graphics card that traces paths, one pass after the other, for whoever shares it.
 pub struct Card {
     name: String,
     device: Device,
@@ -199,13 +199,20 @@ impl Card {
             let in_time = (state.pace * DISPATCH.as_secs_f64()) as usize;
             let most = in_time.min((most_bytes / pixel_bytes) as usize);
             let Some(tile) = pass.next_tile(surfaces, exposures, most) else { break };
+            let bytes = pixel_bytes * tile.pixels.len() as u64;
             let film = match state.film.take() {
-                Some(film) if film.bytes >= pixel_bytes * tile.pixels.len() as u64 => film,
-                _ => self.film(pixel_bytes * tile.pixels.len() as u64),
+                Some(film) if film.bytes >= bytes => film,
+                _ => self.film(bytes),
             };
             let film = state.film.insert(film);
-            let job =
-                Job { card: self, pipeline: &pipeline, uploaded: &uploaded, film, parameters };
+            let job = Job {
+                card: self,
+                pipeline: &pipeline,
+                uploaded: &uploaded,
+                film,
+                bytes,
+                parameters,
+            };
             let sums = match job.sums(&tile, &mut state.pace, watch) {
                 Ok(sums) => sums,
                 Err(failed) => {
@@ -214,7 +221,7 @@ impl Card {
                 }
             };
             pass.add(surfaces, exposures, &tile, &sums);
-            let strips = tile.pixels.len().div_ceil(crate::render::film::STRIP);
+            let strips = tile.pixels.len().div_ceil(STRIP);
             let ticks = strips * tile.paths.len().div_ceil(PASS);
             if let Err(cancelled) = watch.advance(ticks as u64) {
                 traced = Err(Failed::Cancelled(cancelled));
@@ -250,16 +257,17 @@ struct Job<'a> {
     pipeline: &'a ComputePipeline,
     uploaded: &'a Uploaded,
     film: &'a Film,
+    /// Of the film those of the tile.
+    bytes: u64,
     parameters: Parameters,
 }
 
 impl Job<'_> {
     fn sums(&self, tile: &Tile, pace: &mut f64, watch: &Watch) -> Result<Vec<[f32; 4]>, Failed> {
-        let Self { card, film, .. } = self;
+        let Self { card, film, bytes, .. } = self;
         let Card { device, queue, .. } = card;
-        let bytes = film.bytes.min(16 * (tile.pixels.len() * self.groups()) as u64);
         let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.clear_buffer(&film.sums, 0, Some(bytes));
+        encoder.clear_buffer(&film.sums, 0, Some(*bytes));
         queue.submit([encoder.finish()]);
         let mut done = tile.paths.start;
         while done < tile.paths.end {
@@ -275,15 +283,11 @@ impl Job<'_> {
             *pace = found.clamp(0.5 * *pace, 4.0 * *pace);
             done = paths.end;
         }
-        self.read(bytes)
-    }
-
-    fn groups(&self) -> usize {
-        Tile::sums(self.parameters.layers())
+        self.read()
     }
 
     fn dispatch(&self, tile: &Tile, paths: &Range<usize>) -> Result<(), Failed> {
-        let Self { card, pipeline, uploaded, film, parameters } = self;
+        let Self { card, pipeline, uploaded, film, parameters, .. } = self;
         let Card { device, queue, layout, .. } = card;
         let uniform = device.create_buffer(&BufferDescriptor {
             label: Some("parameters"),
@@ -324,8 +328,8 @@ impl Job<'_> {
         polled.map_err(|error| Failed::Device(error.to_string())).map(|_| ())
     }
 
-    fn read(&self, bytes: u64) -> Result<Vec<[f32; 4]>, Failed> {
-        let Self { card, film, .. } = self;
+    fn read(&self) -> Result<Vec<[f32; 4]>, Failed> {
+        let &Self { card, film, bytes, .. } = self;
         let mut encoder = card.device.create_command_encoder(&CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(&film.sums, 0, &film.readable, 0, bytes);
         card.queue.submit([encoder.finish()]);

@@ -103,8 +103,8 @@ impl Parameters {
             tree_leaves: trees.leaves,
             layers: scene.layers as u32,
             original_light: scene.original_light,
-            unseen_shines: scene.unseen_shines().into(),
-            known: scene.known() as u32,
+            unseen_shines: scene.unseen_shines.into(),
+            known: scene.known as u32,
             look_of: places.look_of,
             sobol: places.sobol,
             light_count: places.light_count,
@@ -119,10 +119,6 @@ impl Parameters {
             photograph_count: places.photograph_count,
             ..Self::zeroed()
         }
-    }
-
-    pub fn layers(&self) -> usize {
-        self.layers as usize
     }
 
     /// For some paths of a tile.

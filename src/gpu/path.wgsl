@@ -59,8 +59,8 @@ struct Params {
     photograph_count: u32,
 }
 
-// The recovered light has a sky; surfaces shine as photographs show them, or unseen ones do; there
-// are specular surfaces; there is glass; the background lights are sampled.
+// What occurs in a scene (`Occurring` in src/render/packed): a recovered sky, surfaces whose light
+// photographs tell, specular surfaces, glass, added lights that are sampled, recovered ones.
 override HAS_SKY: bool = true;
 override HAS_PHOTOGRAPHS: bool = true;
 override IS_GLOSSY: bool = true;
@@ -97,7 +97,7 @@ fn gather(layer: u32, depth: u32, light: vec3f) {
     }
 }
 
-// The undistorted point whose distorted position is `p`, by Newton's method; w is 0 where none is
+// The undistorted point whose distorted position is `p`, by Newton's method; z is 0 where none is
 // found.
 fn undistorted(p: vec2f) -> vec3f {
     if params.has_distortion == 0u {

@@ -3,11 +3,12 @@
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits, Queue};
 
 use crate::render::Pass;
-use crate::render::packed::{self, GROUPS, Group, PackedTrees, Parts, Tables};
+use crate::render::packed::{self, Group, PackedTrees, Parts, Tables};
 
 /// What a card holds of the scene of the last pass.
 pub struct Uploaded {
     parts: Parts,
+    /// Without their words.
     pub trees: PackedTrees,
     pub tables: Tables,
     tree: Buffer,
@@ -46,40 +47,26 @@ impl Uploaded {
         let parts = Parts::new(pass);
         let tables = Tables::new(pass);
         let small = maker.buffer("the tables", &tables.words)?;
-        let is_same = GROUPS.map(|group| {
-            former.as_ref().is_some_and(|former| former.parts.has_same(group, &parts))
-        });
-        let keeps = |group: Group| is_same[group as usize];
-        let mut held = former;
-        let mut keep = |group: Group, buffer: fn(&Uploaded) -> &Buffer| {
-            held.as_mut().filter(|_| keeps(group)).map(|held| buffer(held).clone())
-        };
-        let (tree, triangles) = (
-            keep(Group::Geometry, |held| &held.tree),
-            keep(Group::Geometry, |held| &held.triangles),
-        );
-        let large = keep(Group::Images, |held| &held.large);
-        let choices = keep(Group::Choices, |held| &held.choices);
-        let photographs = keep(Group::Photographs, |held| &held.photographs);
-        let (trees, tree, triangles) = match (held, tree, triangles) {
-            (Some(held), Some(tree), Some(triangles)) => (held.trees, tree, triangles),
-            _ => {
+        let kept =
+            |group: Group| former.as_ref().filter(|former| former.parts.has_same(group, &parts));
+        let (trees, tree, triangles) = match kept(Group::Geometry) {
+            Some(held) => (held.trees.clone(), held.tree.clone(), held.triangles.clone()),
+            None => {
                 let mut trees = packed::trees(pass);
                 let tree = maker.buffer("the triangles", &std::mem::take(&mut trees.words))?;
-                let triangles = maker.buffer("the normals", &packed::planes(pass))?;
-                (trees, tree, triangles)
+                (trees, tree, maker.buffer("the normals", &packed::planes(pass))?)
             }
         };
-        let large = match large {
-            Some(large) => large,
+        let large = match kept(Group::Images) {
+            Some(held) => held.large.clone(),
             None => maker.buffer("textures and environment maps", &packed::images(pass))?,
         };
-        let choices = match choices {
-            Some(choices) => choices,
+        let choices = match kept(Group::Choices) {
+            Some(held) => held.choices.clone(),
             None => maker.buffer("the probabilities of lights", &packed::choices(pass))?,
         };
-        let photographs = match photographs {
-            Some(photographs) => photographs,
+        let photographs = match kept(Group::Photographs) {
+            Some(held) => held.photographs.clone(),
             None => maker.buffer("the photographs", &packed::photographs(pass))?,
         };
         Ok(Self { parts, trees, tables, tree, triangles, small, large, choices, photographs })

@@ -194,12 +194,13 @@ impl<'a> Preview<'a> {
 
     /// Paths per pixel of a step when it is first shown.
     fn first_paths(&self, step: usize) -> usize {
-        let is_finest = self.view.steps.last() == Some(&step);
-        let is_coarse = self.view.steps.first() == Some(&step) && !is_finest;
-        match (is_coarse, is_finest) {
-            (true, _) => COARSE,
-            (_, true) => self.next_paths(step, 0).unwrap_or(SHOWN[0]),
-            _ => SHOWN[0],
+        let steps = &self.view.steps;
+        if steps.last() == Some(&step) {
+            self.next_paths(step, 0).unwrap_or(SHOWN[0])
+        } else if steps.first() == Some(&step) {
+            COARSE
+        } else {
+            SHOWN[0]
         }
     }
 

@@ -130,7 +130,7 @@ pub struct Scene<'a> {
     /// The capture alone with its photographs.
     pub(super) photographs: &'a Views<'a>,
     /// Triangles of the capture; those of objects follow.
-    pub(super) known: usize,
+    pub known: usize,
     pub(super) looks: Vec<Look>,
     /// Per triangle the index of its look.
     pub(super) look_of: Vec<u32>,
@@ -146,7 +146,7 @@ pub struct Scene<'a> {
     pub layers: usize,
     pub shell: Option<Shell>,
     /// Places that no photograph measures have recovered lights of their own.
-    pub(super) unseen_shines: bool,
+    pub unseen_shines: bool,
 }
 
 /// The box that takes the place of the unmodelled room.
@@ -271,16 +271,6 @@ impl<'a> Scene<'a> {
     pub fn domes(&self, direction: Vec3) -> Radiance {
         let domes = self.added.iter().filter_map(|added| added.dome(direction));
         domes.fold([0.0; CHANNELS], |sum, dome| std::array::from_fn(|c| sum[c] + dome[c]))
-    }
-
-    /// Whether places that no photograph measures have recovered lights of their own.
-    pub fn unseen_shines(&self) -> bool {
-        self.unseen_shines
-    }
-
-    /// Triangles of the capture; those of objects follow.
-    pub fn known(&self) -> usize {
-        self.known
     }
 
     /// Whether a triangle belongs to an object that was set in.

@@ -4,20 +4,18 @@
 use std::sync::{Arc, LazyLock};
 
 use glam::{DAffine3, DVec3, Vec3};
-use lobelia::geometry::bvh::RayCaster;
 use lobelia::gpu::{Adapters, Card};
 use lobelia::math::rgb::Radiance;
 use lobelia::render::edits::{AddedLight, Object, Override, Shape, Surroundings};
 use lobelia::render::film::Film;
-use lobelia::render::scene::{Geometry, Scene};
 use lobelia::render::tracer::Tracer;
 use lobelia::render::{RenderOptions, render, render_by};
-use lobelia::scene::{Brdf, Camera, Distortion, Dome, Emitter, Image, Optics, Views};
+use lobelia::scene::{Brdf, Camera, Distortion, Dome, Emitter, Image, Optics};
 use lobelia::watch::Watch;
 
 use crate::recovered::{KINDS, add, corner};
 use crate::rooms::{bent_camera, camera};
-use crate::stage::{Stage, ceiling, reflectance};
+use crate::stage::{Estimate, Stage, ceiling, reflectance};
 
 /// Found once; without one the tests fail, since a machine that runs them has Mesa's.
 static CARD: LazyLock<Card> =
@@ -25,29 +23,22 @@ static CARD: LazyLock<Card> =
 
 /// Films of both tracers with seeds of their own.
 fn films(stage: &Stage, view: &Camera) -> [Film; 2] {
-    let capture = &stage.room.capture;
-    let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
-    let views = Views::new(capture, &caster, &Watch::new()).unwrap();
-    let geometry = Geometry::new(capture, &stage.solved, &stage.edits);
-    let places = [view.position.as_vec3()];
-    let scene = Scene::new(&views, &geometry, &stage.solved, &stage.edits, &places);
     let own = |seed| RenderOptions { seed, ..stage.options };
     let watch = Watch::new();
-    let processor = render(&scene, view, &own(11), &watch, &|_| {}).unwrap();
-    let card = render_by(&*CARD, &scene, view, &own(12), &watch, &|_| {}).unwrap();
-    assert_eq!(CARD.trouble(), None);
-    assert_eq!(processor.paths, card.paths);
-    [processor, card]
+    stage.with(&[view.position.as_vec3()], |scene| {
+        let processor = render(scene, view, &own(11), &watch, &|_| {}).unwrap();
+        let card = render_by(&*CARD, scene, view, &own(12), &watch, &|_| {}).unwrap();
+        assert_eq!(CARD.trouble(), None);
+        assert_eq!(processor.paths, card.paths);
+        [processor, card]
+    })
 }
 
-/// Mean over the pixels of b − a, and its standard error.
-fn difference(a: &[Radiance], b: &[Radiance], channel: usize) -> (f64, f64) {
-    let count = a.len() as f64;
-    let values: Vec<f64> =
-        a.iter().zip(b).map(|(a, b)| f64::from(b[channel]) - f64::from(a[channel])).collect();
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    (mean, (variance / count).sqrt())
+/// Mean over the pixels of b − a.
+fn difference(a: &[Radiance], b: &[Radiance], channel: usize) -> Estimate {
+    let pixels = a.iter().zip(b);
+    let values = pixels.map(|(a, b)| f64::from(b[channel]) - f64::from(a[channel]));
+    Estimate::of(&values.collect::<Vec<f64>>())
 }
 
 /// Light and surfaces are the same in both. Of each layer the mean over all pixels and over each
@@ -64,7 +55,7 @@ fn agree(stage: &Stage, view: &Camera, least: f64, alike: f64) {
         for channel in 0..3 {
             let level =
                 a.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / a.len() as f64;
-            let (mean, error) = difference(&a, &b, channel);
+            let Estimate { mean, error } = difference(&a, &b, channel);
             let told = format!("layer {layer}, channel {channel}: {mean} ± {error} beside {level}");
             assert!(mean.abs() <= 3.5 * error + 2e-5 * level, "{told}");
             assert!(error <= least * level || level == 0.0, "tells nothing of {told}");
@@ -78,7 +69,7 @@ fn agree(stage: &Stage, view: &Camera, least: f64, alike: f64) {
                     };
                     pixels.iter().enumerate().filter_map(of).collect()
                 };
-                let (mean, error) = difference(&within(&a), &within(&b), channel);
+                let Estimate { mean, error } = difference(&within(&a), &within(&b), channel);
                 assert!(
                     mean.abs() <= 5.0 * error + 1e-4 * level,
                     "block {block}, {mean} ± {error}, of {told}"

@@ -52,9 +52,6 @@ pub enum Group {
     Photographs,
 }
 
-/// All groups, in the order of their declaration.
-pub const GROUPS: [Group; 4] = [Group::Geometry, Group::Images, Group::Choices, Group::Photographs];
-
 /// The trees in one array.
 #[derive(Clone, Default)]
 pub struct PackedTrees {

@@ -79,9 +79,9 @@ impl Tables {
         let mut tables = Self::default();
         let scene = pass.scene;
         tables.add_sobol();
-        tables.add_looks(scene);
+        let textures_end = tables.add_looks(scene);
         tables.add_recovered(&scene.recovered);
-        tables.add_added(pass);
+        tables.add_added(pass, textures_end);
         tables.add_photographs(scene.photographs);
         tables
     }
@@ -101,7 +101,8 @@ impl Tables {
         }
     }
 
-    fn add_looks(&mut self, scene: &Scene) {
+    /// Returns where the words of all textures end, behind which those of environment maps come.
+    fn add_looks(&mut self, scene: &Scene) -> usize {
         let first = self.end();
         let mut image = 0;
         let maps: Vec<[usize; 6]> =
@@ -128,6 +129,7 @@ impl Tables {
         }
         self.places.look_of = self.end();
         self.words.extend(scene.look_of.iter().map(|look| first + look * LOOK_WORDS as u32));
+        image
     }
 
     fn add_recovered(&mut self, recovered: &Recovered) {
@@ -215,13 +217,8 @@ impl Tables {
         record.add_to(&mut self.words, EMITTER_WORDS);
     }
 
-    fn add_added(&mut self, pass: &Pass) {
+    fn add_added(&mut self, pass: &Pass, mut image: usize) {
         let Pass { scene, sought, .. } = pass;
-        // Environment maps come after all textures.
-        let mut image = 0;
-        scene.maps.iter().for_each(|map| {
-            map_words(map, &mut image);
-        });
         let mut lights = Vec::new();
         for &index in &sought.added {
             let added = &scene.added[index];
