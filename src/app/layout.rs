@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use egui_tiles::{Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
+use egui_tiles::{Behavior, Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -102,6 +102,20 @@ fn split(tiles: &mut Tiles<Pane>, dir: LinearDir, parts: &[(TileId, f32)]) -> Ti
     tiles.insert_container(Container::Linear(linear))
 }
 
+/// Gives the lower panels another part of the height, where they have just this one.
+fn set_lower(tree: &mut Tree<Pane>, from: f32, to: f32) {
+    for tile in tree.tiles.tiles_mut() {
+        if let Tile::Container(Container::Linear(linear)) = tile
+            && linear.dir == LinearDir::Vertical
+            && let [upper, lower] = linear.children[..]
+            && [linear.shares[upper], linear.shares[lower]] == [1.0 - from, from]
+        {
+            linear.shares.set_share(upper, 1.0 - to);
+            linear.shares.set_share(lower, to);
+        }
+    }
+}
+
 pub struct Layout {
     pub current: Workspace,
     trees: BTreeMap<Workspace, Tree<Pane>>,
@@ -119,6 +133,17 @@ impl Layout {
     pub fn tree(&mut self) -> &mut Tree<Pane> {
         let current = self.current;
         self.trees.entry(current).or_insert_with(|| current.tree())
+    }
+
+    /// Shows the panels in so much height. In a low window the lower panels take a larger part than
+    /// in a high one, until the user moves their edge.
+    pub fn ui(&mut self, behavior: &mut dyn Behavior<Pane>, ui: &mut egui::Ui) {
+        let lower = self.current.lower();
+        let fitted = self.current.lower_in(ui.available_height());
+        let tree = self.tree();
+        set_lower(tree, lower, fitted);
+        tree.ui(behavior, ui);
+        set_lower(tree, fitted, lower);
     }
 
     pub fn reset(&mut self) {
@@ -174,6 +199,26 @@ impl Layout {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn low_windows_change_only_what_nobody_moved() {
+        let mut layout = Layout { current: Workspace::Inspect, ..Layout::default() };
+        let kept = layout.value();
+        let lower = layout.current.lower();
+        assert_eq!(layout.current.lower_in(900.0), lower);
+        let fitted = layout.current.lower_in(300.0);
+        assert!(fitted > lower);
+        set_lower(layout.tree(), lower, fitted);
+        assert_ne!(layout.value(), kept);
+        // While it is low, the user moves the edge a little.
+        let mut moved = layout.tree().clone();
+        set_lower(&mut moved, fitted, fitted + 0.01);
+        let own = moved.clone();
+        set_lower(&mut moved, fitted, lower);
+        assert!(moved == own);
+        set_lower(layout.tree(), fitted, lower);
+        assert_eq!(layout.value(), kept);
+    }
 
     #[test]
     fn arrangements_come_back() {

@@ -65,6 +65,8 @@ pub struct State {
     pub render: egui_wgpu::RenderState,
     /// The shipped guide.
     pub guide: Option<PathBuf>,
+    /// Its first page for a browser, where it was shipped as one.
+    pub guide_html: Option<PathBuf>,
     pub example: Option<PathBuf>,
     /// The graphics adapter in use.
     pub adapter: String,
@@ -91,6 +93,9 @@ impl State {
         theme::install(ctx);
         theme::apply(ctx, &settings.theme, settings.scale);
         jobs.set_engine(Engine::parse(&settings.engine).unwrap_or(Engine::Auto));
+        let guide = ["SUMMARY.md", "index.html"]
+            .into_iter()
+            .find_map(|file| shipped(["assets", "share/doc/lobelia"], "guide", file));
         let mut layout = Layout::default();
         layout.restore(&settings.layout);
         let left_behind = launch.home.as_deref().map(settings::left_behind).unwrap_or_default();
@@ -122,8 +127,11 @@ impl State {
             engines: Search::default(),
             render: render.clone(),
             example: shipped(["assets", "share/lobelia"], "examples/corner", "scene.obj"),
-            guide: shipped(["assets", "share/doc/lobelia"], "guide", "SUMMARY.md")
-                .or_else(|| shipped(["assets", "share/doc/lobelia"], "guide", "index.html")),
+            guide_html: guide
+                .as_ref()
+                .map(|folder| folder.join("index.html"))
+                .filter(|html| html.is_file()),
+            guide,
             adapter: adapter(render),
             probe: Probe::default(),
             start: launch

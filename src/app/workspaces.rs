@@ -15,6 +15,11 @@ struct Entry {
     help: &'static str,
 }
 
+/// A workspace whose lower panels take at least this part of the height is for plots and tables.
+const PLOTTED: f32 = 0.4;
+/// What these need, in points.
+const PLOT: f32 = 180.0;
+
 macro_rules! workspaces {
     ($($workspace:ident $key:ident, [$right:ident, $lower:ident], $part:literal, $help:literal;)*) => {
         /// An arrangement of the panels for one kind of work. Layouts that are saved have the names
@@ -78,5 +83,12 @@ impl Workspace {
     /// The part of the height that the lower panels take.
     pub fn lower(self) -> f32 {
         self.entry().lower
+    }
+
+    /// The same in a window of some height, in points: tab bar, controls and a plot or a few rows of a
+    /// table have to fit where the workspace is for these, and half of it stays the 3D view's.
+    pub fn lower_in(self, height: f32) -> f32 {
+        let Entry { lower, .. } = self.entry();
+        if lower < PLOTTED { lower } else { lower.max((PLOT / height).min(0.55)) }
     }
 }

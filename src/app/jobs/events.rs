@@ -1,22 +1,20 @@
 //! Handles the events of the workers: what each of them changes in the project.
 
+use std::any::Any;
 use std::sync::Arc;
 
+use super::PULSE;
 use super::studies::events as studies;
-use super::{Lane, PULSE, Reading, Task, masks, scene_export};
+use super::tasks::{Lane, Task};
 use crate::app::files;
-use crate::app::keeping;
 use crate::app::leaving;
-use crate::app::lighting;
 use crate::app::modelling::begin;
 use crate::app::opening::Opening;
 use crate::app::pending::Answer;
 use crate::app::products::Run;
 use crate::app::project::Project;
-use crate::app::relighting;
-use crate::app::reopening;
 use crate::app::state::State;
-use crate::reconstruct::{Reconstruction, Update};
+use crate::reconstruct::Update;
 use crate::worker::{Event, JobEvent};
 
 /// Takes all events since the last frame.
@@ -131,46 +129,29 @@ fn loader_event(state: &mut State, event: Event) {
     }
 }
 
-/// A task has come to its answer.
-fn ended(state: &mut State, task: Task, what: JobEvent) {
-    match task {
-        Task::ReadSolved(folder) => keeping::solved(state, folder, what),
-        Task::ReadResults(restoring) => keeping::restored(state, restoring, what),
-        Task::StoreResults(whole) => {
-            if let Some(then) = keeping::stored(state, &whole, what) {
-                leaving::proceed(state, then);
-            }
+macro_rules! tasks {
+    ($($file:ident::$task:ident,)*) => {
+        $(impl Task for super::$file::$task {})*
+
+        /// A task has come to its answer, which may be that it failed or was cancelled.
+        fn ended(state: &mut State, task: Box<dyn Any>, answer: JobEvent) {
+            $(let task = match task.downcast::<super::$file::$task>() {
+                Ok(own) => return own.ended(state, answer),
+                Err(other) => other,
+            };)*
+            unreachable!("{:?} is not in the list of tasks", task.type_id())
         }
-        Task::Read(reading) => read(state, reading, what),
-        Task::Export(whole) => exported(state, &whole, what),
-        Task::ExportScene => scene_export::ended(&mut state.messages, what),
-        Task::SuggestMasks(of) => masks::suggested(state, &of, &what),
-    }
+    };
 }
 
-fn read(state: &mut State, reading: Reading, what: JobEvent) {
-    match what {
-        JobEvent::Edits(edits, warnings) => relighting::edits_read(state, reading, edits, warnings),
-        JobEvent::StoredLights(stored) => lighting::lights_read(state, reading, *stored),
-        JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
-        JobEvent::Failed(text) => state.messages.error(reading.failed(), text),
-        _ => {}
-    }
-}
-
-fn exported(state: &mut State, whole: &Arc<Reconstruction>, what: JobEvent) {
-    match what {
-        JobEvent::Exported(folder) => {
-            if let Some(Project { products, solution, .. }) = &mut state.project
-                && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
-            {
-                *solution = Some(folder.clone());
-            }
-            state.messages.notice(format!("Results written to {}", folder.display()));
-        }
-        JobEvent::Failed(text) => state.messages.error("The results cannot be written", text),
-        _ => {}
-    }
+tasks! {
+    masks::SuggestMasks,
+    reading::Read,
+    results::Export,
+    results::ReadResults,
+    results::ReadSolved,
+    results::WriteResults,
+    scene_export::ExportScene,
 }
 
 /// Nobody may save a project before all that it holds has been read.

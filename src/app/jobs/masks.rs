@@ -2,13 +2,29 @@
 
 use std::sync::Arc;
 
-use super::{Jobs, Lane, Task};
+use super::Jobs;
+use super::tasks::Lane;
 use crate::app::masking;
 use crate::app::project::Project;
 use crate::app::state::State;
 use crate::scene::{Capture, clutter};
 use crate::watch::Progress;
 use crate::worker::{Command, JobEvent};
+
+/// For a capture as it was loaded.
+pub(super) struct SuggestMasks(Arc<Capture>);
+
+impl SuggestMasks {
+    pub(super) fn ended(self, state: &mut State, answer: JobEvent) {
+        match answer {
+            JobEvent::MasksSuggested(suggestions) => {
+                masking::suggested(state, &self.0, &suggestions);
+            }
+            JobEvent::Failed(text) => state.messages.error("Masks cannot be suggested", text),
+            _ => {}
+        }
+    }
+}
 
 impl Jobs {
     /// Begins to suggest masks; a job that is under way is given up.
@@ -17,35 +33,20 @@ impl Jobs {
         let capture = project.capture.clone();
         let threshold = clutter::THRESHOLD;
         let command = Command::SuggestMasks { capture, threshold };
-        self.begin_task(Lane::Runner, command, Task::SuggestMasks(project.loaded.clone()));
+        self.begin_task(Lane::Runner, command, SuggestMasks(project.loaded.clone()));
     }
 
     pub fn stop_suggesting(&mut self) {
-        self.cancel_tasks(is_of_masks);
-        self.forget_tasks(is_of_masks);
+        self.cancel_tasks::<SuggestMasks>();
+        self.forget_tasks::<SuggestMasks>();
     }
 
     pub fn is_suggesting(&self) -> bool {
-        self.is_at(is_of_masks)
+        self.is_at::<SuggestMasks>()
     }
 
     /// How far masks are that are being suggested.
     pub fn suggesting(&self) -> Option<Progress> {
-        self.progress_of(is_of_masks)
-    }
-}
-
-fn is_of_masks(task: &Task) -> bool {
-    matches!(task, Task::SuggestMasks(_))
-}
-
-/// Masks were suggested for a capture, or cannot be.
-pub(super) fn suggested(state: &mut State, of: &Arc<Capture>, what: &JobEvent) {
-    match what {
-        JobEvent::MasksSuggested(suggestions) => masking::suggested(state, of, suggestions),
-        JobEvent::Failed(text) => {
-            state.messages.error("Masks cannot be suggested", text.clone());
-        }
-        _ => {}
+        self.progress_of::<SuggestMasks>()
     }
 }

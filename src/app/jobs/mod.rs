@@ -8,6 +8,7 @@ pub mod events;
 mod masks;
 mod reading;
 mod rendering;
+mod results;
 mod scene_export;
 pub mod studies;
 mod tasks;
@@ -19,7 +20,7 @@ use std::time::Duration;
 use eframe::egui;
 
 use super::derived::Derived;
-use super::opening::{LookingInto, Opening, Restoring};
+use super::opening::{LookingInto, Opening};
 use super::pending::Pending;
 use super::products::{Products, Run};
 use super::project::Project;
@@ -33,8 +34,8 @@ use crate::scene::Capture;
 use crate::study::pictures::PictureScore;
 use crate::watch::Progress;
 use crate::worker::{
-    Command, EditSource, Frame, Job, LatestRequest, Modelling, PreviewRequest, Relighting, Relit,
-    Rendering, StoreResults, Worker,
+    Command, Frame, Job, LatestRequest, Modelling, PreviewRequest, Relighting, Relit, Rendering,
+    Worker,
 };
 
 /// How often progress is looked at while something runs.
@@ -79,7 +80,7 @@ const COMPARED: usize = 800;
 pub use reading::Reading;
 use rendering::PicturesJob;
 use studies::Studies;
-use tasks::{Lane, Running, Task};
+use tasks::Running;
 
 pub struct Jobs {
     loader: Worker,
@@ -190,28 +191,6 @@ impl Jobs {
         }
     }
 
-    /// Writes the results; nothing is done without any.
-    pub fn export(&mut self, project: &Project, folder: PathBuf) {
-        let Some((whole, (edit, capture))) =
-            project.products.whole.clone().zip(project.products.of.clone())
-        else {
-            return;
-        };
-        let command = Command::Export {
-            capture,
-            options: Box::new(edit.run_options()),
-            reconstruction: whole.clone(),
-            load_secs: project.load_secs,
-            folder,
-        };
-        self.begin_task(Lane::Runner, command, Task::Export(whole));
-    }
-
-    /// The export under way.
-    pub fn exporting(&self) -> Option<Job> {
-        self.job_of(|task| matches!(task, Task::Export(_)))
-    }
-
     /// Makes a photograph anew from the results.
     pub fn compare(&mut self, project: &Project, photograph: usize) {
         self.stop_comparing();
@@ -255,50 +234,6 @@ impl Jobs {
         let capture = project.result_capture().clone();
         let job = self.loader.send(Command::Cover { capture, lights: lights.clone() });
         self.coverage = Some(Coverage { job, of: lights, masks: None });
-    }
-
-    /// Reads the results that a project points to.
-    pub fn read_solved(&mut self, project: &Project, folder: PathBuf) {
-        let (capture, path) = (project.capture.clone(), folder.clone());
-        let command = Command::ReadSolved { capture, folder: path };
-        self.begin_task(Lane::Loader, command, Task::ReadSolved(folder));
-    }
-
-    /// Reads the results that belong to a project's file.
-    pub fn read_results(&mut self, project: &Project, folder: PathBuf, recovered: Option<PathBuf>) {
-        let (capture, path) = (project.loaded.clone(), folder.clone());
-        let command = Command::ReadResults { capture, folder: path };
-        let task = Task::ReadResults(Restoring { folder, recovered });
-        self.begin_task(Lane::Loader, command, task);
-    }
-
-    /// What is being read belongs to a project that is no longer open.
-    pub fn stop_restoring(&mut self) {
-        self.forget_tasks(|task| {
-            matches!(task, Task::ReadSolved(_) | Task::ReadResults(_) | Task::Read(_))
-        });
-    }
-
-    pub fn is_restoring(&self) -> bool {
-        self.is_at(|task| matches!(task, Task::ReadResults(_)))
-    }
-
-    /// Writes the results that belong to a project's file.
-    pub fn store_results(&mut self, storing: StoreResults) {
-        let whole = storing.reconstruction.clone();
-        let command = Command::StoreResults(Box::new(storing));
-        self.begin_task(Lane::Loader, command, Task::StoreResults(whole));
-    }
-
-    pub fn is_storing(&self) -> bool {
-        self.is_at(|task| matches!(task, Task::StoreResults(_)))
-    }
-
-    /// Reads edits for the open project.
-    pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
-        let Some(project) = project else { return };
-        let capture = project.loaded.clone();
-        self.begin_task(Lane::Loader, Command::ReadEdits { capture, source }, Task::Read(reading));
     }
 
     /// Pictures that are asked for from now on are traced on another device.

@@ -5,12 +5,15 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::{Jobs, Lane, Task};
+use super::Jobs;
+use super::tasks::Lane;
 use crate::app::opening::Opening;
 use crate::app::project::Project;
+use crate::app::state::State;
+use crate::app::{lighting, relighting, reopening};
 use crate::io::project::Relight;
 use crate::scene::Capture;
-use crate::worker::Command;
+use crate::worker::{Command, EditSource, JobEvent};
 
 macro_rules! readings {
     ($($(#[$doc:meta])* $reading:ident $(($index:ident))?, $failed:literal;)*) => {
@@ -45,6 +48,23 @@ readings! {
     Cameras, "The camera file cannot be changed";
 }
 
+/// Edits or known lights are read, or a camera file is changed.
+pub(super) struct Read(Reading);
+
+impl Read {
+    pub(super) fn ended(self, state: &mut State, answer: JobEvent) {
+        match answer {
+            JobEvent::Edits(edits, warnings) => {
+                relighting::edits_read(state, self.0, edits, warnings);
+            }
+            JobEvent::StoredLights(stored) => lighting::lights_read(state, self.0, *stored),
+            JobEvent::CamerasChanged(folder) => reopening::reopen(state, &folder),
+            JobEvent::Failed(text) => state.messages.error(self.0.failed(), text),
+            _ => {}
+        }
+    }
+}
+
 impl Jobs {
     /// Reads what else a project holds, before it is shown: its known lights, then what it changes
     /// of the recovered scene. Gives the project back once all has been read.
@@ -74,7 +94,7 @@ impl Jobs {
     pub fn take_as_srgb(&mut self, project: Option<&Project>) {
         let Some(project) = project else { return };
         let command = Command::TakeAsSrgb { folder: project.folder.clone() };
-        self.begin_task(Lane::Loader, command, Task::Read(Reading::Cameras));
+        self.begin_task(Lane::Loader, command, Read(Reading::Cameras));
     }
 
     /// Reads known lights for the open project.
@@ -82,6 +102,19 @@ impl Jobs {
         let Some(project) = project else { return };
         let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
         let command = Command::ReadStoredLights { capture, file, values };
-        self.begin_task(Lane::Loader, command, Task::Read(reading));
+        self.begin_task(Lane::Loader, command, Read(reading));
+    }
+
+    /// Reads edits for the open project.
+    pub fn read_edits(&mut self, project: Option<&Project>, reading: Reading, source: EditSource) {
+        let Some(project) = project else { return };
+        let capture = project.loaded.clone();
+        self.begin_task(Lane::Loader, Command::ReadEdits { capture, source }, Read(reading));
+    }
+
+    /// What is being read belongs to a project that is no longer open.
+    pub fn stop_restoring(&mut self) {
+        self.forget_results();
+        self.forget_tasks::<Read>();
     }
 }

@@ -1,34 +1,15 @@
-//! Jobs that come to one answer. A new one has a variant here, which holds what its answer is for,
-//! and a line in `ended` of `events.rs`, which hands the answer to the file of the job; that file
-//! starts it by `Jobs::begin_task`.
+//! Jobs that come to one answer. A new one is a file beside this one: a struct that holds what its
+//! answer is for, what is done with the answer (`ended`), and how `Jobs` begins it (`begin_task`).
+//! Its line in `events.rs` makes the struct a task.
 
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::any::Any;
 
-use super::{Jobs, Reading};
-use crate::app::opening::Restoring;
-use crate::reconstruct::Reconstruction;
-use crate::scene::Capture;
+use super::Jobs;
 use crate::watch::Progress;
 use crate::worker::{Command, Job, Worker};
 
-/// What an answer is for.
-pub enum Task {
-    /// Results that a project points to are read from a folder.
-    ReadSolved(PathBuf),
-    /// Results that belong to a project's file are read.
-    ReadResults(Restoring),
-    /// They are written.
-    StoreResults(Arc<Reconstruction>),
-    /// Edits or known lights are read, or a camera file is changed.
-    Read(Reading),
-    /// Results are written where people want them.
-    Export(Arc<Reconstruction>),
-    /// The recovered scene is written for other programs.
-    ExportScene,
-    /// Masks are suggested for a capture as it was loaded.
-    SuggestMasks(Arc<Capture>),
-}
+/// What an answer is for; the list in `events.rs` knows all.
+pub trait Task: Any {}
 
 /// Which of the workers does it: each does one job after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +23,13 @@ pub enum Lane {
 pub struct Running {
     lane: Lane,
     job: Job,
-    task: Task,
+    task: Box<dyn Any>,
+}
+
+impl Running {
+    fn is<T: Task>(&self) -> bool {
+        self.task.is::<T>()
+    }
 }
 
 impl Jobs {
@@ -54,47 +41,51 @@ impl Jobs {
         }
     }
 
-    /// Begins a job whose answer `ended` in `events.rs` is to take.
-    pub(super) fn begin_task(&mut self, lane: Lane, command: Command, task: Task) {
+    /// Begins a job whose answer the task takes.
+    pub(super) fn begin_task(&mut self, lane: Lane, command: Command, task: impl Task) {
         let worker = match lane {
             Lane::Loader => &mut self.loader,
             Lane::Runner => &mut self.runner,
             Lane::Renderer => &mut self.render_worker,
         };
         let job = worker.send(command);
-        self.tasks.push(Running { lane, job, task });
+        self.tasks.push(Running { lane, job, task: Box::new(task) });
     }
 
     /// Takes the task whose job has ended, where it is one of these.
-    pub(super) fn take_ended(&mut self, lane: Lane, job: Job) -> Option<Task> {
+    pub(super) fn take_ended(&mut self, lane: Lane, job: Job) -> Option<Box<dyn Any>> {
         let index = self.tasks.iter().position(|own| (own.lane, own.job) == (lane, job))?;
         Some(self.tasks.remove(index).task)
     }
 
-    /// Whether some task of a kind is under way.
-    pub(super) fn is_at(&self, kind: impl Fn(&Task) -> bool) -> bool {
-        self.job_of(kind).is_some()
+    fn first<T: Task>(&self) -> Option<&Running> {
+        self.tasks.iter().find(|own| own.is::<T>())
     }
 
-    pub(super) fn job_of(&self, kind: impl Fn(&Task) -> bool) -> Option<Job> {
-        self.tasks.iter().find(|own| kind(&own.task)).map(|own| own.job)
+    /// Whether some task of a kind is under way.
+    pub(super) fn is_at<T: Task>(&self) -> bool {
+        self.first::<T>().is_some()
+    }
+
+    pub(super) fn job_of<T: Task>(&self) -> Option<Job> {
+        self.first::<T>().map(|own| own.job)
     }
 
     /// How far the first task of a kind is.
-    pub(super) fn progress_of(&self, kind: impl Fn(&Task) -> bool) -> Option<Progress> {
-        let own = self.tasks.iter().find(|own| kind(&own.task))?;
+    pub(super) fn progress_of<T: Task>(&self) -> Option<Progress> {
+        let own = self.first::<T>()?;
         self.worker(own.lane).progress(own.job)
     }
 
     /// Cancels the tasks of a kind, which then end as cancelled.
-    pub(super) fn cancel_tasks(&self, kind: impl Fn(&Task) -> bool) {
-        for own in self.tasks.iter().filter(|own| kind(&own.task)) {
+    pub(super) fn cancel_tasks<T: Task>(&self) {
+        for own in self.tasks.iter().filter(|own| own.is::<T>()) {
             self.worker(own.lane).cancel(own.job);
         }
     }
 
     /// Wants no answer of tasks of a kind any more.
-    pub(super) fn forget_tasks(&mut self, kind: impl Fn(&Task) -> bool) {
-        self.tasks.retain(|own| !kind(&own.task));
+    pub(super) fn forget_tasks<T: Task>(&mut self) {
+        self.tasks.retain(|own| !own.is::<T>());
     }
 }

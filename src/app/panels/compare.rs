@@ -3,10 +3,9 @@
 use eframe::egui::{self, Color32, Rect, TextureHandle, pos2, vec2};
 
 use super::compared::{ComparedPictures, Comparison, RANGE, Shown};
-use super::numbers::{rgb, short};
+use super::context::Context;
+use super::numbers::{at_least, rgb, short};
 use crate::app::actions::Action;
-use crate::app::jobs::Picture;
-use crate::app::project::Project;
 use crate::math::rgb::{Radiance, luminance};
 use crate::study::pictures::PictureScore;
 
@@ -32,7 +31,7 @@ impl Layout {
     ];
 }
 
-pub struct CompareState {
+pub struct State {
     layout: Layout,
     /// Chosen here; else the selected photograph.
     photograph: Option<usize>,
@@ -42,7 +41,7 @@ pub struct CompareState {
     pictures: ComparedPictures,
 }
 
-impl Default for CompareState {
+impl Default for State {
     fn default() -> Self {
         Self {
             layout: Layout::Beside,
@@ -58,16 +57,14 @@ fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
-/// The least height of the pictures, in points.
-const LOWEST: f32 = 90.0;
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    at_least(ui, 200.0, |ui| compare_ui(ui, context, state));
+}
 
-pub fn compare_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    picture: Option<&Picture>,
-    state: &mut CompareState,
-    actions: &mut Vec<Action>,
-) {
+fn compare_ui(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, viewport, jobs, actions, .. } = context;
+    let picture = jobs.picture.as_ref();
+    state.exposure = viewport.exposure();
     let capture = project.result_capture();
     let Some(results) = &project.products.whole else {
         ui.weak("Run to compare the photographs with renderings of the results.");
@@ -126,16 +123,12 @@ pub fn compare_ui(
         ui.weak("The picture could not be made; the message beside it says why.");
         return;
     }
-    let CompareState { layout, split, pictures, exposure, .. } = state;
+    let State { layout, split, pictures, exposure, .. } = state;
     pictures.follow(ui.ctx(), capture, picture, *exposure);
     match pictures.shown(results, chosen) {
-        // In a low panel the pictures are not smaller than can be seen, and are scrolled.
         Some(shown) => {
             let room = ui.available_size() - vec2(0.0, 20.0);
-            let room = vec2(room.x, room.y.max(LOWEST));
-            egui::ScrollArea::vertical()
-                .auto_shrink(false)
-                .show(ui, |ui| show(ui, *layout, split, shown, room));
+            pictures_ui(ui, *layout, split, shown, room);
         }
         None => drop(ui.weak("The first paths are being traced…")),
     }
@@ -158,7 +151,13 @@ fn scores_ui(ui: &mut egui::Ui, score: Option<&PictureScore>) {
     }
 }
 
-fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown, room: egui::Vec2) {
+fn pictures_ui(
+    ui: &mut egui::Ui,
+    layout: Layout,
+    split: &mut f32,
+    shown: &Shown,
+    room: egui::Vec2,
+) {
     let [photograph, render, difference] = &shown.pictures;
     let columns = if layout == Layout::Beside { 3.0 } else { 1.0 };
     let size = photograph.size_vec2();
@@ -172,7 +171,12 @@ fn show(ui: &mut egui::Ui, layout: Layout, split: &mut f32, shown: &Shown, room:
             values_ui(ui.add(image.sense(egui::Sense::hover())), &shown.comparison);
         });
     };
-    let scale_of = format!("-{0:.0} % blue to +{0:.0} % orange", 100.0 * RANGE);
+    let range = 100.0 * RANGE;
+    let scale_of = if size.x > 180.0 {
+        format!("-{range:.0} % blue to +{range:.0} % orange")
+    } else {
+        format!("Difference, ±{range:.0} %")
+    };
     match layout {
         Layout::Beside => {
             ui.horizontal(|ui| {

@@ -3,20 +3,20 @@
 use eframe::egui;
 use egui_plot::{Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
-use super::numbers::{counted, empty, outdated};
+use super::context::Context;
+use super::numbers::{at_least, counted, empty, outdated};
 use super::sample_errors::save_menu;
-use crate::app::actions::{Action, Plotted};
-use crate::app::project::Project;
+use crate::app::actions::Plotted;
 use crate::app::theme::{CHANNEL_NAMES, channel_color};
 use crate::math::rgb::Rgb;
 use crate::reconstruct::solution::Iteration;
 
-pub struct ConvergenceState {
+pub struct State {
     logarithmic: bool,
     what: What,
 }
 
-impl Default for ConvergenceState {
+impl Default for State {
     fn default() -> Self {
         Self { logarithmic: true, what: What::Relative }
     }
@@ -65,12 +65,12 @@ impl What {
     }
 }
 
-pub fn convergence_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut ConvergenceState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    at_least(ui, 150.0, |ui| convergence_ui(ui, context, state));
+}
+
+fn convergence_ui(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     ui.horizontal_wrapped(|ui| {
         for (what, text, help) in What::ALL {
             ui.selectable_value(&mut state.what, what, text).on_hover_text(help);

@@ -8,7 +8,7 @@ use crate::app::keys;
 use crate::app::state::State;
 
 pub fn guide_ui(ctx: &egui::Context, state: &mut State) {
-    let html = state.guide.as_ref().map(|folder| folder.join("index.html"));
+    let html = &state.guide_html;
     let Some(view) = &mut state.dialogs.guide else { return };
     // Between the menu and the status bar.
     let room = ctx.content_rect().shrink2(egui::vec2(4.0, 0.0));
@@ -31,7 +31,7 @@ pub fn guide_ui(ctx: &egui::Context, state: &mut State) {
                     .desired_width(180.0);
                 let help = "Show the pages that have this in them";
                 view.follow |= ui.add(field).on_hover_text(help).changed();
-                if let Some(html) = html.filter(|html| html.is_file()) {
+                if let Some(html) = html {
                     let help = "Open the guide in the browser, with its pictures";
                     if ui.button("Browser").on_hover_text(help).clicked() {
                         let url = format!("file://{}", html.display());

@@ -2,6 +2,7 @@
 
 use eframe::egui;
 
+use super::context::Context;
 use super::inspect_light::light_ui;
 use super::inspect_sample::{CropCache, sample_ui};
 use super::inspect_texture::{TextureCache, textures_ui};
@@ -12,19 +13,17 @@ use super::numbers::{
 };
 use super::outliner::use_of;
 use crate::app::actions::{Action, Select};
-use crate::app::jobs::Coverage;
 use crate::app::project::{Focus, Project};
 use crate::app::relight::Added;
 use crate::app::theme::CHANNEL_NAMES;
 use crate::scene::{MaterialKind, Role};
 
-pub fn inspector_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    coverage: Option<&Coverage>,
-    crops: &mut CropCache,
-    actions: &mut Vec<Action>,
-) {
+pub type State = CropCache;
+
+pub fn show(ui: &mut egui::Ui, context: Context, crops: &mut State) {
+    let Context { project, viewport, jobs, actions, .. } = context;
+    let coverage = jobs.coverage.as_ref();
+    crops.exposure = viewport.exposure();
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         outdated(ui, project);
         let selection = &project.selection;
@@ -64,10 +63,15 @@ pub fn inspector_ui(
 
 /// Rows of a name and a value.
 pub fn facts(ui: &mut egui::Ui, id: &str, rows: &[(&str, String)]) {
+    // In a narrow panel names are broken into lines before numbers are.
+    let names = (0.5 * ui.available_width()).max(70.0);
     egui::Grid::new(id).num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
         for (name, value) in rows {
-            ui.weak(*name);
-            ui.add(egui::Label::new(value.as_str()).wrap());
+            ui.vertical(|ui| {
+                ui.set_max_width(names);
+                ui.add(egui::Label::new(egui::RichText::new(*name).weak()).wrap());
+            });
+            ui.vertical(|ui| ui.add(egui::Label::new(value.as_str()).wrap()));
             ui.end_row();
         }
     });

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Button, Color32, DragValue, RichText};
 
+use super::context::Context;
 use super::fields::triple;
 use super::numbers::{cut, emission_color, left, named, swatch};
 use super::relight_added::{capital, emission_ui, emitter_ui, name_ui, turn_ui};
@@ -18,17 +19,13 @@ use crate::math::rgb::Rgb;
 use crate::scene::{Emitter, Environment, KnownLight};
 
 #[derive(Default)]
-pub struct KnownLightState {
+pub struct State {
     /// The temperature that was chosen last, by the light.
     kelvin: Option<(usize, f64)>,
 }
 
-pub fn known_light_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut KnownLightState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let given = &project.edit().given;
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         environment_ui(ui, given, actions);
@@ -198,7 +195,7 @@ fn light_ui(
     project: &Project,
     light: &mut KnownLight,
     index: usize,
-    state: &mut KnownLightState,
+    state: &mut State,
     actions: &mut Vec<Action>,
 ) -> Option<&'static str> {
     match light {

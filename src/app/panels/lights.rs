@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::context::Context;
 use super::numbers::{count, emission_color, empty, outdated, rgb, short, swatch, triple};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
@@ -34,12 +35,10 @@ pub fn place(light: &VirtualLight) -> String {
     if at_infinity { format!("along {text}") } else { text }
 }
 
-pub fn lights_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut TableState,
-    actions: &mut Vec<Action>,
-) {
+pub type State = TableState;
+
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let Some((lights, lobes)) = &project.products.lights else {
         empty(ui, "Virtual lights are placed by a run.");
         return;

@@ -2,20 +2,17 @@
 
 use eframe::egui;
 
+use super::context::Context;
 use crate::app::actions::Action;
-use crate::app::messages::{Level, Messages};
+use crate::app::messages::Level;
 
 #[derive(Default)]
-pub struct LogState {
+pub struct State {
     warnings_only: bool,
 }
 
-pub fn log_ui(
-    ui: &mut egui::Ui,
-    messages: &Messages,
-    state: &mut LogState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { messages, actions, .. } = context;
     ui.horizontal(|ui| {
         ui.checkbox(&mut state.warnings_only, "Warnings and errors only")
             .on_hover_text("Leave out messages about progress");

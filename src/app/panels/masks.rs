@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Button, DragValue};
 
+use super::context::Context;
 use super::numbers::cut;
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Masking as Do, Select};
@@ -20,14 +21,14 @@ const HEADS: [Head; 3] = [
 ];
 
 #[derive(Default)]
-pub struct MasksState {
+pub struct State {
     table: TableState,
     /// The part of each photograph that is masked, and of which capture.
     shares: Vec<Option<(Arc<Image>, f64)>>,
     of: Option<Arc<Capture>>,
 }
 
-impl MasksState {
+impl State {
     fn follow(&mut self, capture: &Arc<Capture>) {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, capture)) {
             return;
@@ -48,14 +49,8 @@ impl MasksState {
     }
 }
 
-pub fn masks_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    jobs: &Jobs,
-    view: &mut Viewport,
-    state: &mut MasksState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, viewport: view, jobs, actions, .. } = context;
     state.follow(&project.capture);
     ui.horizontal_wrapped(|ui| tools_ui(ui, project, view, actions));
     ui.horizontal_wrapped(|ui| suggest_ui(ui, project, jobs, actions));

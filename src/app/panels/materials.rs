@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Sense, Stroke, StrokeKind, vec2};
 
+use super::context::Context;
 use super::numbers::{empty, outdated, reflectance_color, swatch};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
@@ -75,12 +76,10 @@ impl Found {
     }
 }
 
-pub fn materials_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut TableState,
-    actions: &mut Vec<Action>,
-) {
+pub type State = TableState;
+
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let Some(solved) = &project.products.solved else {
         empty(ui, "Reflectances are found by a run.");
         return;

@@ -4,6 +4,7 @@ pub mod begin;
 pub mod cards;
 mod compare;
 mod compared;
+mod context;
 mod convergence;
 mod extents;
 mod fields;
@@ -46,95 +47,53 @@ mod speed_chart;
 mod study;
 mod table;
 mod tags;
+mod view;
 
 use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
+use self::context::Context;
 use self::state::PanelState;
-use super::actions::{Action, Masking, Mode, Select};
-use super::jobs::Jobs;
-use super::messages::Messages;
-use super::panes::Pane;
-use super::project::Project;
+use super::actions::Action;
+use super::panes::{Pane, panes};
 use super::state::State;
-use super::viewport::{Content, Viewport, ViewportEvent};
 
 /// The arrangement of panels around the 3D view.
 pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Action>) {
     let State { project, layout, viewport, panels, messages, jobs, .. } = state;
     let Some(project) = project else { return };
     egui::CentralPanel::no_frame().show(ui, |ui| {
-        let mut behavior = Behavior { project, viewport, panels, messages, jobs, actions };
-        layout.tree().ui(&mut behavior, ui);
+        let context = Context { project, viewport, messages, jobs, actions };
+        layout.ui(&mut Behavior { context, panels }, ui);
     });
 }
 
 struct Behavior<'a> {
-    project: &'a Project,
-    viewport: &'a mut Viewport,
+    context: Context<'a>,
     panels: &'a mut PanelState,
-    messages: &'a Messages,
-    jobs: &'a Jobs,
-    actions: &'a mut Vec<Action>,
 }
+
+macro_rules! show {
+    ($($pane:ident $file:ident $place:ident, $title:literal, $command:literal, $help:literal;)*) => {
+        fn show(pane: Pane, ui: &mut egui::Ui, context: Context, panels: &mut PanelState) {
+            match pane {
+                $(Pane::$pane => $file::show(ui, context, &mut panels.$file),)*
+            }
+        }
+    };
+}
+
+panes!(show);
 
 impl egui_tiles::Behavior<Pane> for Behavior<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        let Self { project, viewport, panels, messages, jobs, actions } = self;
-        if *pane == Pane::Viewport {
-            let content = Content { relit: jobs.relit().cloned(), ..project.content() };
-            let events = viewport.show(ui, &content);
-            actions.extend(events.into_iter().map(viewport_action));
-            return UiResponse::None;
-        }
+        let Context { project, viewport, messages, jobs, actions } = &mut self.context;
+        let context = Context { project, viewport, messages, jobs, actions };
+        let margin = if *pane == Pane::Viewport { 0.0 } else { 6.0 };
         let fill = ui.visuals().panel_fill;
-        let frame = egui::Frame::new().fill(fill).inner_margin(6.0);
-        frame.show(ui, |ui| {
+        egui::Frame::new().fill(fill).inner_margin(margin).show(ui, |ui| {
             ui.set_min_size(ui.available_size());
-            match pane {
-                Pane::Viewport => {}
-                Pane::Outliner => {
-                    outliner::outliner_ui(ui, project, viewport, &mut panels.outliner, actions);
-                }
-                Pane::Tags => tags::tags_ui(ui, project, &mut panels.tags, actions),
-                Pane::KnownLight => {
-                    known_light::known_light_ui(ui, project, &mut panels.known_light, actions);
-                }
-                Pane::Run => run::run_ui(ui, project, &mut panels.run, actions),
-                Pane::Inspector => {
-                    panels.inspector.exposure = viewport.exposure();
-                    let coverage = jobs.coverage.as_ref();
-                    inspector::inspector_ui(ui, project, coverage, &mut panels.inspector, actions);
-                }
-                Pane::Relight => {
-                    let (state, gizmo) = (&mut panels.relight, &mut viewport.gizmo.mode);
-                    relight::relight_ui(ui, project, jobs, state, gizmo, actions);
-                }
-                Pane::Convergence => {
-                    convergence::convergence_ui(ui, project, &mut panels.convergence, actions);
-                }
-                Pane::SampleErrors => {
-                    sample_errors::sample_errors_ui(ui, project, &mut panels.errors, actions);
-                }
-                Pane::Samples => samples::samples_ui(ui, project, &mut panels.samples, actions),
-                Pane::Lights => lights::lights_ui(ui, project, &mut panels.lights, actions),
-                Pane::Materials => {
-                    materials::materials_ui(ui, project, &mut panels.materials, actions);
-                }
-                Pane::Compare => {
-                    let state = &mut panels.compare;
-                    state.exposure = viewport.exposure();
-                    compare::compare_ui(ui, project, jobs.picture.as_ref(), state, actions);
-                }
-                Pane::Masks => {
-                    masks::masks_ui(ui, project, jobs, viewport, &mut panels.masks, actions);
-                }
-                Pane::Log => log::log_ui(ui, messages, &mut panels.log, actions),
-                Pane::Speed => speed::speed_ui(ui, project, jobs, &mut panels.speed, actions),
-                Pane::Stability => {
-                    stability::stability_ui(ui, project, jobs, &mut panels.stability, actions);
-                }
-            }
+            show(*pane, ui, context, self.panels);
         });
         UiResponse::None
     }
@@ -167,29 +126,4 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
     ) -> egui::Color32 {
         if state.active { visuals.strong_text_color() } else { visuals.weak_text_color() }
     }
-}
-
-fn viewport_action(event: ViewportEvent) -> Action {
-    Action::Select(match event {
-        ViewportEvent::Moved { item, name, things } => {
-            return Action::Transform(things.change(name, item));
-        }
-        ViewportEvent::Masked { photograph, shape, is_left_out } => {
-            return Action::Masking(Masking::Draw { photograph, shape, is_left_out });
-        }
-        ViewportEvent::Kept => return Action::KeepTransform,
-        ViewportEvent::LeftAsItWas => return Action::LeaveTransform,
-        ViewportEvent::PickAdded(item) => Select::Added(item),
-        ViewportEvent::PickSurface { surface: None, add: true } => {
-            Select::Surfaces { surfaces: Default::default(), add: true }
-        }
-        ViewportEvent::PickSurface { surface: None, add: false } => Select::Nothing,
-        ViewportEvent::PickSurface { surface: Some(surface), add } => {
-            Select::Surface { surface, mode: if add { Mode::Toggle } else { Mode::Only } }
-        }
-        ViewportEvent::BoxSurfaces { surfaces, add } => Select::Surfaces { surfaces, add },
-        ViewportEvent::PickSample(sample) => Select::Sample(sample),
-        ViewportEvent::PickLight(light) => Select::Light(light),
-        ViewportEvent::PickPhotograph(photograph) => Select::Photograph(photograph),
-    })
 }

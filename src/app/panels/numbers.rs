@@ -146,6 +146,16 @@ pub fn cut(ui: &mut egui::Ui, text: impl Into<egui::WidgetText>) -> egui::Respon
 }
 
 /// A grey line in place of what is not there yet.
+/// In a panel that is lower than this, in points, it is scrolled instead of squeezed.
+pub fn at_least(ui: &mut egui::Ui, height: f32, add: impl FnOnce(&mut egui::Ui)) {
+    if ui.available_height() >= height {
+        return add(ui);
+    }
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.allocate_ui(egui::vec2(ui.available_width(), height), add);
+    });
+}
+
 pub fn empty(ui: &mut egui::Ui, text: &str) {
     ui.add_space(8.0);
     ui.weak(text);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use eframe::egui::{self, Button};
 
+use super::context::Context;
 use super::lights::UNSEEN;
 use super::numbers::{count, counted, left, list_color, swatch};
 use crate::app::actions::{Action, Mode, Select};
@@ -20,20 +21,15 @@ use crate::scene::{Photograph, Role};
 const LONGEST: usize = 300;
 
 #[derive(Default)]
-pub struct OutlinerState {
+pub struct State {
     search: String,
 }
 
 /// Surfaces that are being dragged onto a material.
 pub struct DraggedSurfaces(pub std::collections::BTreeSet<usize>);
 
-pub fn outliner_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    viewport: &Viewport,
-    state: &mut OutlinerState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, viewport, actions, .. } = context;
     let field = egui::TextEdit::singleline(&mut state.search).hint_text("Search");
     ui.add(field.desired_width(f32::INFINITY)).on_hover_text("Show only names that contain this");
     let wanted = state.search.trim().to_lowercase();

@@ -5,6 +5,7 @@ use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Button, DragValue};
 
+use super::context::Context;
 use super::fields::triple;
 use super::numbers::{duration, emission_color, empty, named, reflectance_color, swatch};
 use super::relight_added::added_ui;
@@ -23,7 +24,7 @@ use crate::render::groups::{self, Group};
 use crate::render::scene::Solved;
 
 #[derive(Default)]
-pub struct RelightState {
+pub struct State {
     /// The parts of the recovered light, and of which.
     groups: Option<(Weak<Solved>, Vec<Group>)>,
     /// The temperature that was chosen last, by the added light.
@@ -38,14 +39,9 @@ const BESIDE_NAME: f32 = 172.0;
 /// What a change is called, what it is of, and the edits as it makes them.
 pub type Proposal = (&'static str, Option<Added>, Edits);
 
-pub fn relight_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    jobs: &Jobs,
-    state: &mut RelightState,
-    mode: &mut GizmoMode,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, viewport, jobs, actions, .. } = context;
+    let mode = &mut viewport.gizmo.mode;
     let edits = &project.edit().relight;
     let mut proposal: Option<Proposal> = None;
     ui.horizontal_wrapped(|ui| {
@@ -108,7 +104,7 @@ pub fn relight_ui(
     }
 }
 
-impl RelightState {
+impl State {
     fn groups(&mut self, project: &Project, solved: &Arc<Solved>) -> &[Group] {
         let is_known = self
             .groups

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot, Vec3};
 
 use super::fields::{angle, direction_ui, length, position, triple};
 use super::numbers::short;
-use super::relight::{Proposal, RelightState};
+use super::relight::{Proposal, State};
 use crate::app::actions::{Action, Relight};
 use crate::app::entry::{self, Unit};
 use crate::app::project::Project;
@@ -19,7 +19,7 @@ use crate::scene::{Brdf, Dome, Emitter};
 pub fn added_ui(
     ui: &mut egui::Ui,
     project: &Project,
-    state: &mut RelightState,
+    state: &mut State,
     actions: &mut Vec<Action>,
 ) -> Option<Proposal> {
     let edits = &project.edit().relight;
@@ -90,7 +90,7 @@ fn light_ui(
     ui: &mut egui::Ui,
     light: &mut AddedLight,
     index: usize,
-    state: &mut RelightState,
+    state: &mut State,
 ) -> Option<&'static str> {
     let mut change = None;
     egui::Grid::new("added light").num_columns(2).spacing([12.0, 4.0]).show(ui, |ui| {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::context::Context;
 use super::no_radiance::no_radiance_ui;
 use super::numbers::{check_mark, count, cut, duration, named, rgb};
 use super::options::{is_used, option_ui, section_title};
@@ -17,7 +18,7 @@ use crate::options::Declaration;
 use crate::reconstruct::memory::gigabytes;
 use crate::reconstruct::{MemoryNeed, Method, Stage};
 
-pub struct RunPanelState {
+pub struct State {
     declarations: Vec<Declaration>,
     changed_only: bool,
     foreseen: Option<Foreseen>,
@@ -31,19 +32,15 @@ struct Foreseen {
     kept: [bool; 5],
 }
 
-impl Default for RunPanelState {
+impl Default for State {
     fn default() -> Self {
         let declarations = crate::reconstruct::Options::default().declarations();
         Self { declarations, changed_only: false, foreseen: None }
     }
 }
 
-pub fn run_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut RunPanelState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let size = Some(egui::vec2(ui.available_width(), 28.0));
     run_button(ui, project, ["Run reconstruction", "Cancel reconstruction"], size, actions);
     match &project.run {
@@ -252,12 +249,7 @@ const KEPT: &str =
     "Taken over from an earlier run, in which nothing was different that it depends on";
 
 /// What the next run takes over, and where it begins.
-fn next(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut RunPanelState,
-    actions: &mut Vec<Action>,
-) {
+fn next(ui: &mut egui::Ui, project: &Project, state: &mut State, actions: &mut Vec<Action>) {
     let changes = project.stage_cache.changes();
     if changes == 0 {
         state.foreseen = None;

@@ -5,17 +5,17 @@ use std::sync::Arc;
 use eframe::egui::{self, Color32};
 use egui_plot::{HLine, Legend, Plot, PlotPoint, PlotPoints, Points, VLine};
 
-use super::numbers::{empty, outdated, short};
+use super::context::Context;
+use super::numbers::{at_least, empty, outdated, short};
 use crate::app::actions::{Action, PathRequest, PlotFile, Plotted, Select};
 use crate::app::derived::Derived;
-use crate::app::project::Project;
 
 /// As many points a material are drawn at most; the worst are always among them.
 const DRAWN: usize = 4000;
 /// A click selects a point within so many pixels.
 const REACH: f32 = 10.0;
 
-pub struct ErrorPlotState {
+pub struct State {
     before: bool,
     after: bool,
     /// Points of this run and of the one before.
@@ -25,7 +25,7 @@ pub struct ErrorPlotState {
 /// Points, and the numbers they were made of.
 type Made = Option<(Arc<Derived>, Vec<Series>)>;
 
-impl Default for ErrorPlotState {
+impl Default for State {
     fn default() -> Self {
         Self { before: false, after: true, points: [None, None] }
     }
@@ -38,12 +38,12 @@ struct Series {
     samples: Vec<u32>,
 }
 
-pub fn sample_errors_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut ErrorPlotState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    at_least(ui, 124.0, |ui| sample_errors_ui(ui, context, state));
+}
+
+fn sample_errors_ui(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let Some(derived) = &project.products.derived else {
         empty(ui, "Run to see the error of every sample.");
         return;
@@ -61,7 +61,7 @@ pub fn sample_errors_ui(
         }
         outdated(ui, project);
     });
-    let ErrorPlotState { before: show_before, after: show_after, points } = state;
+    let State { before: show_before, after: show_after, points } = state;
     let [own, earlier] = points;
     let all = made(own, derived);
     let before = project.products.before.as_ref().filter(|_| *show_before);
@@ -70,7 +70,7 @@ pub fn sample_errors_ui(
     let colors = project.result_colors();
     let grey = ui.visuals().weak_text_color().gamma_multiply(0.6);
     // A low plot has no room for labels along its sides, nor for the names of colours.
-    let is_low = ui.available_height() < 130.0;
+    let is_low = ui.available_height() < 160.0;
     let mut plot = Plot::new("sample errors");
     if !is_low {
         plot = plot

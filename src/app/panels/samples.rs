@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::context::Context;
 use super::numbers::{count, empty, fixed, outdated, rgb, short, swatch};
 use super::table::{Head, Rows, TableState, head, table_ui};
 use crate::app::actions::{Action, Select};
-use crate::app::project::Project;
 
 const HEADS: [Head; 9] = [
     head("#", 44.0, "The sample's number"),
@@ -21,12 +21,10 @@ const HEADS: [Head; 9] = [
     head("Computed R / G / B", 138.0, "Computed radiance, in the photographs' unit"),
 ];
 
-pub fn samples_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut TableState,
-    actions: &mut Vec<Action>,
-) {
+pub type State = TableState;
+
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let Some(cloud) = &project.products.samples else {
         empty(ui, "Samples are placed by the first stage of a run.");
         return;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::context::Context;
 use super::numbers::{counted, cut, empty, short};
 use super::speed_chart::chart_ui;
 use super::study::{Proposal, course_ui, ready_ui};
@@ -17,7 +18,7 @@ use crate::study::settings::{Scope, Setting};
 use crate::study::speed::{MEASURES, OWN, Place};
 use crate::study::speed_chart::{front_of, verdicts_by};
 
-pub struct SpeedState {
+pub struct State {
     request: SpeedRequest,
     /// Chosen by hand; else the first that was measured.
     measure: Option<usize>,
@@ -27,7 +28,7 @@ pub struct SpeedState {
     front: TableState,
 }
 
-impl Default for SpeedState {
+impl Default for State {
     fn default() -> Self {
         Self {
             request: SpeedRequest { scope: Scope::First, repeats: 1 },
@@ -80,13 +81,8 @@ const NAMES: [(&str, &str); MEASURES.len()] = [
 const BESIDE: f32 = 620.0;
 const TABLE: f32 = 292.0;
 
-pub fn speed_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    jobs: &Jobs,
-    state: &mut SpeedState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, jobs, actions, .. } = context;
     if !ready_ui(ui, project, jobs, actions) {
         return;
     }
@@ -163,7 +159,7 @@ pub fn speed_ui(
     });
 }
 
-impl SpeedState {
+impl State {
     fn design_ui(&mut self, ui: &mut egui::Ui) {
         ui.label("Settings");
         let name = SCOPES.iter().find(|(scope, ..)| *scope == self.request.scope);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 
+use super::context::Context;
 use super::numbers::{counted, empty};
 use super::stability_curves::curves_ui;
 use super::study::{Proposal, course_ui, ready_ui};
@@ -17,7 +18,7 @@ use crate::study::degradation::Degradation;
 use crate::study::report;
 use crate::study::stability::Variant;
 
-pub struct StabilityState {
+pub struct State {
     /// Of every degradation: whether it is tried, and its most severe step.
     degradations: [(bool, f64); Degradation::ALL.len()],
     steps: usize,
@@ -28,7 +29,7 @@ pub struct StabilityState {
     estimate: Option<(StabilityRequest, Arc<Edit>, usize, Estimate)>,
 }
 
-impl Default for StabilityState {
+impl Default for State {
     fn default() -> Self {
         Self {
             degradations: Degradation::ALL
@@ -44,13 +45,8 @@ impl Default for StabilityState {
 
 const CONTROLS: f32 = 332.0;
 
-pub fn stability_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    jobs: &Jobs,
-    state: &mut StabilityState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, jobs, actions, .. } = context;
     if !ready_ui(ui, project, jobs, actions) {
         return;
     }
@@ -92,7 +88,7 @@ pub fn stability_ui(
     });
 }
 
-impl StabilityState {
+impl State {
     fn request(&self) -> StabilityRequest {
         let degradations = Degradation::ALL.into_iter().zip(self.degradations);
         let tried = degradations.filter(|(_, (is_on, _))| *is_on);

@@ -1,33 +1,22 @@
 //! Values that panels keep between frames.
 
-use super::{
-    compare, convergence, inspect_sample, known_light, log, masks, outliner, relight, run,
-    sample_errors, speed, stability, table, tags,
-};
 use crate::app::actions::Select;
+use crate::app::panes::panes;
 use crate::app::solo::Alone;
 
-/// What panels remember between frames; nothing of it is part of a project.
-#[derive(Default)]
-pub struct PanelState {
-    pub title: String,
-    pub(super) outliner: outliner::OutlinerState,
-    pub(super) tags: tags::TagState,
-    pub(super) known_light: known_light::KnownLightState,
-    pub(super) run: run::RunPanelState,
-    pub(super) convergence: convergence::ConvergenceState,
-    pub(super) errors: sample_errors::ErrorPlotState,
-    pub(super) samples: table::TableState,
-    pub(super) lights: table::TableState,
-    pub(super) materials: table::TableState,
-    pub(super) inspector: inspect_sample::CropCache,
-    pub(super) relight: relight::RelightState,
-    pub(super) compare: compare::CompareState,
-    pub(super) masks: masks::MasksState,
-    pub(super) log: log::LogState,
-    pub(super) speed: speed::SpeedState,
-    pub(super) stability: stability::StabilityState,
+macro_rules! states {
+    ($($pane:ident $file:ident $place:ident, $title:literal, $command:literal, $help:literal;)*) => {
+        /// What panels remember between frames, the `State` of each; nothing of it is part of a
+        /// project.
+        #[derive(Default)]
+        pub struct PanelState {
+            pub title: String,
+            $(pub(super) $file: super::$file::State,)*
+        }
+    };
 }
+
+panes!(states);
 
 impl PanelState {
     /// Another project is shown: what referred to the old one goes.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use eframe::egui::{self, Button};
 
+use super::context::Context;
 use super::fields::triple;
 use super::numbers::{counted, left, list_color, named, swatch};
 use super::outliner::drop_on_material;
@@ -13,19 +14,15 @@ use crate::app::project::Project;
 use crate::scene::{Material, MaterialKind, Role};
 
 #[derive(Default)]
-pub struct TagState {
+pub struct State {
     /// The material whose name is being typed, and what was typed.
     rename: Option<(usize, String)>,
     /// The material that the list was last scrolled to.
     followed: Option<usize>,
 }
 
-pub fn tags_ui(
-    ui: &mut egui::Ui,
-    project: &Project,
-    state: &mut TagState,
-    actions: &mut Vec<Action>,
-) {
+pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
+    let Context { project, actions, .. } = context;
     let selected = &project.selection.surfaces;
     ui.horizontal_wrapped(|ui| {
         let new = ui
@@ -110,11 +107,13 @@ fn entry(
             }
             let width = ui.available_width();
             let is_selected = project.selection.material == Some(index);
-            let text = format!("{} ({})", material.name, material.surfaces.len());
+            let whole = format!("{} ({})", material.name, material.surfaces.len());
+            let text = if width > 110.0 { whole.as_str() } else { &material.name };
             let button = Button::selectable(is_selected, left(text)).truncate();
+            let help = "Choose this material, or drop surfaces here";
             let response = ui
                 .add(button.min_size(egui::vec2(width, 0.0)))
-                .on_hover_text("Choose this material, or drop surfaces here");
+                .on_hover_text(format!("{}\n{help}", material.name));
             drop_on_material(&response, index, actions);
             if response.clicked() {
                 actions.push(Action::Select(Select::Material(index)));
@@ -152,7 +151,7 @@ fn properties(
     ui: &mut egui::Ui,
     project: &Project,
     index: usize,
-    state: &mut TagState,
+    state: &mut State,
     actions: &mut Vec<Action>,
 ) {
     let material = &project.edit().materials[index];
@@ -225,7 +224,7 @@ fn name(
     ui: &mut egui::Ui,
     index: usize,
     material: &Material,
-    state: &mut TagState,
+    state: &mut State,
     change: &mut impl FnMut(Change),
 ) {
     ui.horizontal(|ui| {

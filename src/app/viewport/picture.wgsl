@@ -32,5 +32,7 @@ fn fill(in: Corner) -> @location(0) vec4<f32> {
     if seen.a < 0.75 && globals.choice.y == FALSE_COLOR {
         color = INVALID;
     }
-    return vec4<f32>(color, globals.forward.w);
+    // At the edge of a relit scene the background is seen through a part of the pixel.
+    let part = select(1.0, nearest.a - 1.0, nearest.a > 1.0);
+    return vec4<f32>(color, globals.forward.w * part);
 }

@@ -20,6 +20,8 @@ pub const BRIGHT_PART: f32 = 0.7;
 const UNSEEN: f32 = 0.0;
 const INVALID: f32 = 0.5;
 const VALID: f32 = 1.0;
+/// Of a relit picture it says this, and beyond it which part of the pixel the scene covers.
+const COVERED: f32 = 1.0;
 
 /// The radiance that nine tenths of the valid pixels of all photographs stay below; 1 without
 /// any. Radiance is in an arbitrary unit, so exposure has to start from the photographs.
@@ -42,11 +44,17 @@ pub fn bright(capture: &Capture) -> f32 {
     if bright.is_finite() && bright > 0.0 { bright } else { 1.0 }
 }
 
-/// A picture in units of `bright`: pixels of which the scene covers less than half are empty.
+/// A picture in units of `bright`: what the scene sends through its part of every pixel, and how
+/// large that part is.
 pub fn of_pixels(pixels: &[(Radiance, f32)], bright: f32) -> Vec<u16> {
-    let texel = |&([r, g, b], coverage): &(Radiance, f32)| {
-        let seen = if coverage >= 0.5 { VALID } else { UNSEEN };
-        [r / bright, g / bright, b / bright, seen].map(half)
+    let texel = |&(radiance, coverage): &(Radiance, f32)| {
+        // A smaller part is not seen, and what little light came through it says nothing.
+        if coverage < 1.0 / 64.0 {
+            return [0.0, 0.0, 0.0, UNSEEN].map(half);
+        }
+        let part = coverage.min(1.0);
+        let [r, g, b] = radiance.map(|value| value / (part * bright));
+        [r, g, b, COVERED + part].map(half)
     };
     pixels.par_iter().flat_map_iter(texel).collect()
 }
@@ -209,6 +217,15 @@ mod tests {
 
     use super::*;
     use crate::scene::Distortion;
+
+    #[test]
+    fn a_pixel_at_the_edge_of_the_scene_has_the_radiance_of_its_covered_part() {
+        let pixels = [([1.0, 2.0, 0.5], 0.25), ([3.0; 3], 1.0), ([0.001; 3], 0.001)];
+        let texels = of_pixels(&pixels, 2.0);
+        let values: Vec<f32> = texels.iter().map(|&bits| f16::from_bits(bits).to_f32()).collect();
+        let expected = [[2.0, 4.0, 1.0, 1.25], [1.5, 1.5, 1.5, 2.0], [0.0; 4]];
+        assert_eq!(values, expected.concat());
+    }
 
     #[test]
     fn halves_are_the_nearest() {

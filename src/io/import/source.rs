@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::colmap;
 use super::format::{Format, Sign};
-use super::{alicevision, bundler, colmap, metashape, opensfm, reality_capture};
 use crate::io::error::read_bounded;
 use crate::io::mesh::{self, extension};
 use crate::io::{Error, Fault, capture, json};
@@ -12,12 +12,12 @@ use crate::io::{Error, Fault, capture, json};
 pub(super) const LARGEST: u64 = 1 << 30;
 
 /// Formats whose cameras are in one file. Of several in a folder the first of this list is read.
-const FORMATS: [&Format; 5] = [
-    &alicevision::FORMAT,
-    &opensfm::FORMAT,
-    &bundler::FORMAT,
-    &metashape::FORMAT,
-    &reality_capture::FORMAT,
+const FORMATS: &[&Format] = &[
+    &super::alicevision::FORMAT,
+    &super::opensfm::FORMAT,
+    &super::bundler::FORMAT,
+    &super::metashape::FORMAT,
+    &super::reality_capture::FORMAT,
 ];
 
 /// A source and the file or folder to read.
@@ -100,7 +100,7 @@ fn of_kind(file: &Path) -> bool {
 
 /// The ends of names that files of the formats have.
 fn ends() -> impl Iterator<Item = &'static str> {
-    FORMATS.into_iter().flat_map(|format| format.signs).filter_map(|sign| match sign {
+    FORMATS.iter().flat_map(|format| format.signs).filter_map(|sign| match sign {
         Sign::End(end) | Sign::Text(end, ..) => Some(*end),
         Sign::Json(_) => None,
     })
@@ -151,7 +151,7 @@ fn of_end(file: &Path, end: &str) -> Result<Source, Error> {
 fn of_json(file: &Path) -> Result<Source, Error> {
     let value = json::read(file)?;
     let is_it = |sign: &Sign| matches!(sign, Sign::Json(is_it) if is_it(&value));
-    let format = FORMATS.into_iter().find(|format| format.signs.iter().any(is_it));
+    let format = FORMATS.iter().find(|format| format.signs.iter().any(is_it));
     Ok(match format {
         Some(format) => Source::Cameras(format, file.to_owned()),
         // Whatever else it is, the reader's message says what is missing.
