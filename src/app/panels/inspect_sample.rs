@@ -198,8 +198,9 @@ fn sources(
 }
 
 fn share(ui: &mut egui::Ui, part: f64, name: impl FnOnce(&mut egui::Ui)) {
-    ui.horizontal(|ui| {
-        let bar = egui::ProgressBar::new(part as f32).desired_width(60.0).desired_height(8.0);
+    ui.horizontal_wrapped(|ui| {
+        let width = (0.17 * ui.available_width()).clamp(24.0, 60.0);
+        let bar = egui::ProgressBar::new(part as f32).desired_width(width).desired_height(8.0);
         ui.add(bar);
         ui.label(format!("{:.1} %", 100.0 * part));
         name(ui);

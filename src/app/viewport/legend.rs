@@ -44,7 +44,9 @@ pub fn show(view: &Viewport, ui: &Ui, rect: Rect, covered: f32, content: &Conten
         Entry::Patch { .. } | Entry::Text(_) => line + GAP,
     };
     let height_of_all = |entries: &[Entry]| entries.iter().map(height_of).sum::<f32>();
-    let room = rect.bottom() - covered - 36.0;
+    // At least half of what the toolbar leaves stays the scene's.
+    let free = rect.bottom() - covered;
+    let room = (free - 36.0).min(0.5 * free);
     // Where there is no room for all, names go first and numbers stay.
     let mut names = MOST_NAMES;
     let mut entries = entries(view, content, names);

@@ -9,12 +9,13 @@ use crate::app::viewport::input;
 
 /// Left free at the right for the ball of axes.
 const MARGIN: f32 = 100.0;
-/// In a narrower view the switches are in a menu, or they would cover it.
+/// In a narrower or lower view the switches are in a menu, or they would cover it.
 const NARROW: f32 = 430.0;
+const LOW: f32 = 240.0;
 
 /// Gives the lower end of what is covered.
 pub fn show(view: &mut Viewport, ui: &mut Ui, rect: Rect, content: &Content) -> f32 {
-    let is_narrow = rect.width() < NARROW;
+    let is_narrow = rect.width() < NARROW || rect.height() < LOW;
     let place = Rect::from_min_size(
         rect.min + vec2(8.0, 8.0),
         vec2((rect.width() - MARGIN - 8.0).max(120.0), rect.height() - 16.0),
