@@ -165,12 +165,25 @@ impl Walk {
             window.wait_for("Photographs (6)");
             self.window = Some(window);
             let shown = self.shown();
-            let found = kept.iter().rev().find(|own| is_shown(own, &shown)).cloned();
-            let found = found.unwrap_or_else(|| panic!("{shown:?} is none of {kept:?}"));
             assert!(!was_kept || is_shown(&latest, &shown), "{shown:?} is not {latest:?}");
-            let now = if was_kept { latest } else { found };
+            let mut alike = if was_kept { vec![latest] } else { kept.clone() };
+            alike.retain(|own| is_shown(own, &shown));
+            assert!(!alike.is_empty(), "{shown:?} is none of {kept:?}");
+            let is_clear = alike.iter().all(|own| *own == alike[0]);
+            if !is_clear {
+                // The panels do not show where lights stand, and which surfaces a material has.
+                self.window().key(Modifiers::COMMAND, Key::S);
+                let stored = json_of(&self.file);
+                alike.retain(|own| own.is_in(&stored));
+                assert!(!alike.is_empty(), "{stored:#} is none of {kept:?}");
+            }
+            let now = alike.remove(0);
             self.model.open(now.clone());
-            self.model.unsaved.push(now);
+            if is_clear {
+                self.model.unsaved.push(now);
+            } else {
+                self.model.save();
+            }
         } else {
             if is_offered {
                 window.click("Discard");
@@ -188,9 +201,11 @@ impl Walk {
         let materials =
             materials.filter_map(|(name, count)| Some((name.to_owned(), count.parse().ok()?)));
         let materials: Vec<(String, usize)> = materials.collect();
-        let is_kind = |text: &String| text == "diffuse" || text == "specular";
-        let kinds = [right_of(window, "diffuse"), right_of(window, "specular")].concat();
-        let specular = kinds.iter().filter(|text| is_kind(text) && *text == "specular").count();
+        let mut kinds =
+            [placed_right(window, "diffuse"), placed_right(window, "specular")].concat();
+        kinds.retain(|(_, text)| text == "diffuse" || text == "specular");
+        kinds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let specular = kinds.iter().map(|(_, text)| text == "specular").collect();
         window.key(NONE, Key::F5);
         let lights = right_of(window, "  (").into_iter().filter(|text| text.ends_with(')'));
         Shown { materials, specular, lights: lights.collect() }
@@ -400,8 +415,8 @@ impl Walk {
 struct Shown {
     /// Names, and how many surfaces.
     materials: Vec<(String, usize)>,
-    /// How many of them are specular.
-    specular: usize,
+    /// Which of them are specular.
+    specular: Vec<bool>,
     lights: Vec<String>,
 }
 
@@ -409,12 +424,17 @@ fn is_shown(plain: &Plain, shown: &Shown) -> bool {
     let materials = plain.materials.iter().map(|own| (own.name.clone(), own.surfaces.len()));
     let lights = plain.lights.iter().map(|(name, kind, _)| format!("{name}  ({kind})"));
     materials.eq(shown.materials.iter().cloned())
-        && plain.materials.iter().filter(|own| own.is_specular).count() == shown.specular
+        && plain.materials.iter().map(|own| own.is_specular).eq(shown.specular.iter().copied())
         && lights.eq(shown.lights.iter().cloned())
 }
 
 /// Texts in the panels on the right that contain something, from above.
 fn right_of(window: &Window, part: &str) -> Vec<String> {
+    placed_right(window, part).into_iter().map(|(_, text)| text).collect()
+}
+
+/// The same with the height at which each stands.
+fn placed_right(window: &Window, part: &str) -> Vec<(f32, String)> {
     let nodes = window.harness.query_all_by_label_contains(part);
     let nodes = nodes.filter(|node| node.rect().left() > PANELS_BEGIN);
     let text = |node: egui_kittest::Node| {
@@ -424,7 +444,7 @@ fn right_of(window: &Window, part: &str) -> Vec<String> {
     };
     let mut texts: Vec<(f32, String)> = nodes.filter_map(text).collect();
     texts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    texts.into_iter().map(|(_, text)| text).collect()
+    texts
 }
 
 /// Clicks what has that label in the panels on the right.
