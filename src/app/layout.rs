@@ -135,8 +135,8 @@ impl Layout {
         self.trees.entry(current).or_insert_with(|| current.tree())
     }
 
-    /// Shows the panels in so much height. In a low window the lower panels take a larger part than
-    /// in a high one, until the user moves their edge.
+    /// Shows the panels. In a low window the lower panels take a larger part of the height than in a
+    /// high one, until the user moves their edge.
     pub fn ui(&mut self, behavior: &mut dyn Behavior<Pane>, ui: &mut egui::Ui) {
         let lower = self.current.lower();
         let fitted = self.current.lower_in(ui.available_height());

@@ -85,8 +85,8 @@ impl Workspace {
         self.entry().lower
     }
 
-    /// The same in a window of some height, in points: tab bar, controls and a plot or a few rows of a
-    /// table have to fit where the workspace is for these, and half of it stays the 3D view's.
+    /// The same in a window of some height, in points. Where the workspace is for plots and tables, a tab
+    /// bar, controls and a plot have to fit, but about half of the height stays the 3D view's.
     pub fn lower_in(self, height: f32) -> f32 {
         let Entry { lower, .. } = self.entry();
         if lower < PLOTTED { lower } else { lower.max((PLOT / height).min(0.55)) }

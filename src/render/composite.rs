@@ -76,6 +76,12 @@ pub struct Mix<'a> {
 /// Radiance, and the part of the pixel that the scene or a sky covers.
 pub type Pixels = Vec<(Radiance, f32)>;
 
+/// What the scene sends through the part of a pixel that it covers; `None` where it covers none.
+pub fn covered_radiance(radiance: Radiance, coverage: f32) -> Option<Radiance> {
+    let part = coverage.min(1.0);
+    (part > 0.0).then(|| radiance.map(|value| value / part))
+}
+
 /// Pixels that one task mixes.
 const MIXED: usize = 4096;
 

@@ -175,9 +175,11 @@ impl Walk {
                 self.window().key(Modifiers::COMMAND, Key::S);
                 let stored = json_of(&self.file);
                 alike.retain(|own| own.is_in(&stored));
-                assert!(!alike.is_empty(), "{stored:#} is none of {kept:?}");
             }
-            let now = alike.remove(0);
+            // A light that nobody moved may stand anywhere; one whose place is known tells more.
+            let places = |own: &Plain| own.lights.iter().filter(|light| light.2.is_some()).count();
+            let now = alike.into_iter().max_by_key(places);
+            let now = now.unwrap_or_else(|| panic!("the saved file is none of {kept:?}"));
             self.model.open(now.clone());
             if is_clear {
                 self.model.unsaved.push(now);

@@ -111,10 +111,4 @@ impl Jobs {
         let capture = project.loaded.clone();
         self.begin_task(Lane::Loader, Command::ReadEdits { capture, source }, Read(reading));
     }
-
-    /// What is being read belongs to a project that is no longer open.
-    pub fn stop_restoring(&mut self) {
-        self.forget_results();
-        self.forget_tasks::<Read>();
-    }
 }

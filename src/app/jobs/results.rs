@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Jobs;
+use super::reading::Read;
 use super::tasks::Lane;
 use crate::app::opening::Restoring;
 use crate::app::project::Project;
@@ -30,7 +31,7 @@ impl ReadResults {
     }
 }
 
-/// They are written.
+/// Results that belong to a project's file are written.
 pub(super) struct WriteResults(Arc<Reconstruction>);
 
 impl WriteResults {
@@ -80,10 +81,11 @@ impl Jobs {
         self.is_at::<ReadResults>()
     }
 
-    /// The results that are being read belong to a project that is no longer open.
-    pub(super) fn forget_results(&mut self) {
+    /// What is being read belongs to a project that is no longer open.
+    pub fn stop_restoring(&mut self) {
         self.forget_tasks::<ReadSolved>();
         self.forget_tasks::<ReadResults>();
+        self.forget_tasks::<Read>();
     }
 
     /// Writes the results that belong to a project's file.

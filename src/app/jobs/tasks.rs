@@ -8,7 +8,7 @@ use super::Jobs;
 use crate::watch::Progress;
 use crate::worker::{Command, Job, Worker};
 
-/// What an answer is for; the list in `events.rs` knows all.
+/// What an answer is for. The list in `events.rs` implements it for all that it can hand an answer to.
 pub trait Task: Any {}
 
 /// Which of the workers does it: each does one job after the other.

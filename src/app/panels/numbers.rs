@@ -145,8 +145,7 @@ pub fn cut(ui: &mut egui::Ui, text: impl Into<egui::WidgetText>) -> egui::Respon
     ui.add(egui::Label::new(text).truncate())
 }
 
-/// A grey line in place of what is not there yet.
-/// In a panel that is lower than this, in points, it is scrolled instead of squeezed.
+/// Shows what needs a height, in points; in a lower panel it is scrolled instead of squeezed.
 pub fn at_least(ui: &mut egui::Ui, height: f32, add: impl FnOnce(&mut egui::Ui)) {
     if ui.available_height() >= height {
         return add(ui);
@@ -156,6 +155,7 @@ pub fn at_least(ui: &mut egui::Ui, height: f32, add: impl FnOnce(&mut egui::Ui))
     });
 }
 
+/// A grey line in place of what is not there yet.
 pub fn empty(ui: &mut egui::Ui, text: &str) {
     ui.add_space(8.0);
     ui.weak(text);

@@ -8,6 +8,7 @@ use super::picking::Picker;
 use super::projection::Projection;
 use super::{Viewport, input};
 use crate::math::rgb::Radiance;
+use crate::render::composite::covered_radiance;
 use crate::scene::Capture;
 
 impl Viewport {
@@ -61,7 +62,9 @@ impl Viewport {
             let pixels = relit.before.as_ref().filter(|_| is_before).unwrap_or(&relit.after);
             let index = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
             let place = index(part.y, relit.height) * relit.width + index(part.x, relit.width);
-            return pixels.get(place).map(|(radiance, _)| PictureValue::Radiance(*radiance));
+            let &(radiance, coverage) = pixels.get(place)?;
+            let seen = covered_radiance(radiance, coverage).unwrap_or(radiance);
+            return Some(PictureValue::Radiance(seen));
         }
         if let Some(photograph) = self.through.filter(|_| self.settings.look_through_opacity > 0.0)
         {

@@ -10,6 +10,7 @@ use crate::app::viewport::projection::window;
 use crate::io::import;
 use crate::io::orientation::Orientation;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_to_linear};
+use crate::render::composite::covered_radiance;
 use crate::scene::{Camera, Capture, Display, Image, Photograph};
 
 /// Of the radiance that nine tenths of the pixels stay below, what part of white it becomes at an
@@ -20,7 +21,7 @@ pub const BRIGHT_PART: f32 = 0.7;
 const UNSEEN: f32 = 0.0;
 const INVALID: f32 = 0.5;
 const VALID: f32 = 1.0;
-/// Of a relit picture it says this, and beyond it which part of the pixel the scene covers.
+/// In a relit picture: this plus the part of the pixel that the scene covers.
 const COVERED: f32 = 1.0;
 
 /// The radiance that nine tenths of the valid pixels of all photographs stay below; 1 without
@@ -48,13 +49,11 @@ pub fn bright(capture: &Capture) -> f32 {
 /// large that part is.
 pub fn of_pixels(pixels: &[(Radiance, f32)], bright: f32) -> Vec<u16> {
     let texel = |&(radiance, coverage): &(Radiance, f32)| {
-        // A smaller part is not seen, and what little light came through it says nothing.
-        if coverage < 1.0 / 64.0 {
-            return [0.0, 0.0, 0.0, UNSEEN].map(half);
-        }
-        let part = coverage.min(1.0);
-        let [r, g, b] = radiance.map(|value| value / (part * bright));
-        [r, g, b, COVERED + part].map(half)
+        // Half floats cannot tell a much smaller part from none, and it cannot be seen.
+        let seen = covered_radiance(radiance, coverage).filter(|_| coverage >= 1.0 / 64.0);
+        let Some(radiance) = seen else { return [0.0, 0.0, 0.0, UNSEEN].map(half) };
+        let [r, g, b] = radiance.map(|value| value / bright);
+        [r, g, b, COVERED + coverage.min(1.0)].map(half)
     };
     pixels.par_iter().flat_map_iter(texel).collect()
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::super::{Error, exr, png};
 use super::file_name;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
-use crate::render::composite::compose;
+use crate::render::composite::{compose, covered_radiance};
 use crate::render::film::Film;
 use crate::scene::Image;
 
@@ -143,11 +143,7 @@ pub fn write_png(
     };
     let transparent = |(&pixel, &part): (&Radiance, &f32)| {
         let part = part.clamp(0.0, 1.0);
-        // What the scene sends through its part of the pixel.
-        let [r, g, b] = match part > 0.0 {
-            true => code(pixel.map(|value| value / part)),
-            false => [0; CHANNELS],
-        };
+        let [r, g, b] = covered_radiance(pixel, part).map_or([0; CHANNELS], &code);
         [r, g, b, (255.0 * part).round() as u8]
     };
     let bytes: Vec<u8> = pixels.iter().zip(coverage).flat_map(transparent).collect();
