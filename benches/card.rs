@@ -2,8 +2,8 @@
 //!
 //!     cargo bench --bench card -- [--software] CAPTURE SOLUTION [CAPTURE SOLUTION ...]
 //!
-//! prints of each capture, as it is and with an added lamp, the rates of both, and by how many
-//! standard errors the means of their pictures differ: as a whole and at most over 64 blocks of
+//! prints of each capture, as it is and with an added lamp, the rates of both, how long each takes to
+//! take out the noise, and by how many standard errors the means of their pictures differ: as a whole and at most over 64 blocks of
 //! pixels and three channels, of which one in ten captures may pass 3.5 by chance. `--software`
 //! takes an adapter in software where there is no card. Solutions are folders that `lobelia
 //! reconstruct` wrote.
@@ -27,6 +27,7 @@ mod card {
     use lobelia::gpu::{Adapters, Card};
     use lobelia::io::{capture, solved};
     use lobelia::math::rgb::Radiance;
+    use lobelia::render::denoise::denoised;
     use lobelia::render::edits::{AddedLight, Edits, Shape};
     use lobelia::render::film::Film;
     use lobelia::render::scene::{Geometry, Scene};
@@ -81,16 +82,21 @@ mod card {
             let paths = if is_software { [PATHS[0], 32] } else { PATHS };
             let (slow, by_processor) = timed(&Processor, &scene, &camera, paths[0]);
             let (fast, by_card) = timed(card, &scene, &camera, paths[1]);
+            let [clear_slow, clear_fast] =
+                [&Processor as &dyn Tracer, card].map(|tracer| denoised_secs(&by_card, tracer));
             let (whole, most) = differences(&by_processor, &by_card, &camera);
             println!(
                 "card {} {}x{} {what}: {:.1} M/s, processor {:.2} M/s, ratio {:.1}; first picture \
-                 {first:.2} s; differs by {whole:.1} standard errors, at most {most:.1}{}",
+                 {first:.2} s; differs by {whole:.1} standard errors, at most {most:.1}; noise taken \
+                 out in {:.1} ms, processor {:.1} ms{}",
                 capture.name,
                 camera.width,
                 camera.height,
                 fast / 1e6,
                 slow / 1e6,
                 fast / slow,
+                1e3 * clear_fast,
+                1e3 * clear_slow,
                 card.trouble().map_or(String::new(), |trouble| format!("; FAILED: {trouble}")),
             );
         }
@@ -118,6 +124,16 @@ mod card {
             best = best.max(paths / began.elapsed().as_secs_f64());
         }
         (best, last.expect("there are rounds"))
+    }
+
+    /// The best of some rounds.
+    fn denoised_secs(film: &Film, tracer: &dyn Tracer) -> f64 {
+        let times = (0..ROUNDS).map(|_| {
+            let began = Instant::now();
+            denoised(film, tracer);
+            began.elapsed().as_secs_f64()
+        });
+        times.fold(f64::INFINITY, f64::min)
     }
 
     /// By how many standard errors the means of pictures differ, as a whole and at most in a block;

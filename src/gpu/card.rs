@@ -2,56 +2,32 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use wgpu::{
-    Adapter, Backends, BindGroupDescriptor, BindGroupEntry, BindGroupLayout,
-    BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType,
-    BufferDescriptor, BufferUsages, CommandEncoderDescriptor, ComputePassDescriptor,
-    ComputePipeline, Device, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits,
-    MapMode, PipelineLayout, PipelineLayoutDescriptor, PollType, Queue, ShaderStages,
-};
+use wgpu::{BindGroupLayout, Buffer, BufferUsages, ComputePipeline, PipelineLayout};
 
+use super::denoise::Denoiser;
+use super::device::{Adapters, Failed, Gpu, NoCard};
 use super::parameters::Parameters;
 use super::shader::{GROUP, Needs};
-use super::upload::{TooLarge, Uploaded};
+use super::upload::Uploaded;
+use crate::render::denoise::{Guides, Light};
 use crate::render::film::{STRIP, SurfaceFilm};
-use crate::render::packed::Occurring;
+use crate::render::packed::{self, Occurring};
 use crate::render::tiles::Tile;
 use crate::render::tracer::{Processor, Tracer};
 use crate::render::{Exposure, PASS, Pass};
 use crate::watch::{Cancelled, Watch};
 
-/// Which devices count as graphics cards.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Adapters {
-    /// Those that are none in software.
-    Cards,
-    /// Those in software alone, for tests: they are slower than our own tracer.
-    Software,
-}
-
-/// Why there is no card.
-#[derive(Debug, thiserror::Error)]
-pub enum NoCard {
-    #[error("no graphics card with a driver for Vulkan, Metal or Direct3D 12 was found")]
-    NoAdapter,
-    #[error("the graphics card {name} cannot be used: {reason}")]
-    Refused { name: String, reason: String },
-}
-
 /// A graphics card that traces paths, one pass after the other, for whoever shares it.
 pub struct Card {
-    name: String,
-    device: Device,
-    queue: Queue,
-    limits: Limits,
+    gpu: Gpu,
     layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
+    /// Parts of Sobol's points.
+    points: Buffer,
     state: Mutex<State>,
-    /// What went wrong on the card, as its driver tells it.
-    failure: Arc<Mutex<Option<String>>>,
 }
 
 #[derive(Default)]
@@ -59,6 +35,7 @@ struct State {
     uploaded: Option<Uploaded>,
     pipelines: HashMap<Needs, ComputePipeline>,
     film: Option<Film>,
+    denoiser: Option<Denoiser>,
     /// Paths that the card traced in a second of late.
     pace: f64,
     /// Why the processor traces instead.
@@ -72,16 +49,6 @@ struct Film {
     readable: Buffer,
 }
 
-#[derive(Debug, thiserror::Error)]
-enum Failed {
-    #[error(transparent)]
-    TooLarge(#[from] TooLarge),
-    #[error("{0}")]
-    Device(String),
-    #[error("{0}")]
-    Cancelled(Cancelled),
-}
-
 /// The paths that a card is taken to trace in a second before it was timed: so few that none takes
 /// long for the first ones.
 const FIRST_PACE: f64 = 1e6;
@@ -92,85 +59,20 @@ const DISPATCH: Duration = Duration::from_millis(40);
 const AT_ONCE_SECS: f64 = 0.5;
 /// The most memory for the sums of a tile.
 const MOST_FILM_BYTES: u64 = 64 << 20;
-/// The longest that a dispatch may take before the card counts as lost.
-const LOST: Duration = Duration::from_secs(60);
 
 impl Card {
     /// The best one. Takes up to seconds.
     pub fn find(adapters: Adapters) -> Result<Self, NoCard> {
-        let instance = Instance::new(InstanceDescriptor {
-            backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
-            ..InstanceDescriptor::new_without_display_handle()
-        });
-        let found = pollster::block_on(instance.enumerate_adapters(Backends::all()));
-        let rank = |adapter: &Adapter| match (adapters, adapter.get_info().device_type) {
-            (Adapters::Cards, DeviceType::DiscreteGpu) => Some(0),
-            (Adapters::Cards, DeviceType::VirtualGpu) => Some(1),
-            (Adapters::Cards, DeviceType::IntegratedGpu) => Some(2),
-            (Adapters::Software, DeviceType::Cpu) => Some(0),
-            _ => None,
-        };
-        let ranked = found.into_iter().filter_map(|adapter| Some((rank(&adapter)?, adapter)));
-        let (_, adapter) = ranked.min_by_key(|(rank, _)| *rank).ok_or(NoCard::NoAdapter)?;
-        Self::new(&adapter)
-    }
-
-    fn new(adapter: &Adapter) -> Result<Self, NoCard> {
-        let info = adapter.get_info();
-        let name = format!("{} ({})", info.name, info.backend);
-        let refused = |reason: String| NoCard::Refused { name: name.clone(), reason };
-        let limits = adapter.limits();
-        if limits.max_storage_buffers_per_shader_stage < 7 {
-            return Err(refused("its shaders read too few buffers".to_owned()));
-        }
-        let descriptor = DeviceDescriptor {
-            label: Some("paths"),
-            required_limits: limits.clone(),
-            ..DeviceDescriptor::default()
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| refused(error.to_string()))?;
-        let failure = Arc::new(Mutex::new(None));
-        let (of_errors, of_loss) = (failure.clone(), failure.clone());
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            note(&of_errors, error.to_string());
-        }));
-        device.set_device_lost_callback(move |_, message| note(&of_loss, message));
-        let entry = |binding: u32| BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::COMPUTE,
-            ty: BindingType::Buffer {
-                ty: match binding {
-                    0 => BufferBindingType::Uniform,
-                    1..=6 => BufferBindingType::Storage { read_only: true },
-                    _ => BufferBindingType::Storage { read_only: false },
-                },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-            label: Some("paths"),
-            entries: &std::array::from_fn::<_, 8, _>(|binding| entry(binding as u32)),
-        });
-        let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some("paths"),
-            bind_group_layouts: &[Some(&layout)],
-            ..PipelineLayoutDescriptor::default()
-        });
+        let gpu = Gpu::find(adapters)?;
+        let layout = gpu.layout("paths", 7);
+        let pipeline_layout = gpu.pipeline_layout(&layout);
+        let points = gpu.table("points", &packed::sobol());
         let state = Mutex::new(State { pace: FIRST_PACE, ..State::default() });
-        Ok(Self { name, device, queue, limits, layout, pipeline_layout, state, failure })
+        Ok(Self { gpu, layout, pipeline_layout, points, state })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// What the driver complained of since the last time.
-    fn check(&self) -> Result<(), Failed> {
-        let complaint = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
-        complaint.map_or(Ok(()), |complaint| Err(Failed::Device(complaint)))
     }
 
     fn trace_tiles(
@@ -181,18 +83,17 @@ impl Card {
         watch: &Watch,
     ) -> Result<(), Failed> {
         let state = &mut *self.state();
-        let queues = (&self.device, &self.queue);
-        let uploaded = Uploaded::new(state.uploaded.take(), pass, queues, &self.limits)?;
+        let uploaded = Uploaded::new(state.uploaded.take(), pass, &self.gpu)?;
         let needs = Needs::new(Occurring::new(pass), uploaded.trees.stack_size);
         let pipeline = state
             .pipelines
             .entry(needs)
-            .or_insert_with(|| needs.pipeline(&self.device, &self.pipeline_layout))
+            .or_insert_with(|| needs.pipeline(&self.gpu.device, &self.pipeline_layout))
             .clone();
-        self.check()?;
+        self.gpu.check()?;
         let parameters = Parameters::new(pass, &uploaded.trees, &uploaded.tables.places);
         let pixel_bytes = 16 * Tile::sums(pass.scene.layers) as u64;
-        let most_bytes = MOST_FILM_BYTES.min(self.limits.max_storage_buffer_binding_size);
+        let most_bytes = MOST_FILM_BYTES.min(self.gpu.limits.max_storage_buffer_binding_size);
         let mut traced = Ok(());
         loop {
             // No more than what one path of each pixel takes the length of a dispatch for.
@@ -233,22 +134,23 @@ impl Card {
     }
 
     fn film(&self, bytes: u64) -> Film {
-        let buffer = |usage| {
-            self.device.create_buffer(&BufferDescriptor {
-                label: Some("sums"),
-                size: bytes,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        let buffer = |usage| self.gpu.buffer("sums", bytes, usage);
         let sums = buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST);
         Film { bytes, sums, readable: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST) }
     }
-}
 
-/// Keeps the first complaint.
-fn note(failure: &Mutex<Option<String>>, complaint: String) {
-    failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(complaint);
+    /// Ends the work on the card for good where it failed.
+    fn done<T>(&self, result: Result<T, Failed>) -> Result<Option<T>, Cancelled> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(Failed::Cancelled(cancelled)) => Err(cancelled),
+            Err(failed) => {
+                let state = &mut *self.state();
+                *state = State { trouble: Some(failed.to_string()), ..State::default() };
+                Ok(None)
+            }
+        }
+    }
 }
 
 /// A tile's way over the card.
@@ -265,10 +167,7 @@ struct Job<'a> {
 impl Job<'_> {
     fn sums(&self, tile: &Tile, pace: &mut f64, watch: &Watch) -> Result<Vec<[f32; 4]>, Failed> {
         let Self { card, film, bytes, .. } = self;
-        let Card { device, queue, .. } = card;
-        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.clear_buffer(&film.sums, 0, Some(*bytes));
-        queue.submit([encoder.finish()]);
+        card.gpu.clear(&film.sums, *bytes);
         let mut done = tile.paths.start;
         while done < tile.paths.end {
             watch.check().map_err(Failed::Cancelled)?;
@@ -283,70 +182,27 @@ impl Job<'_> {
             *pace = found.clamp(0.5 * *pace, 4.0 * *pace);
             done = paths.end;
         }
-        self.read()
+        card.gpu.read(&film.sums, &film.readable, *bytes)
     }
 
     fn dispatch(&self, tile: &Tile, paths: &Range<usize>) -> Result<(), Failed> {
         let Self { card, pipeline, uploaded, film, parameters, .. } = self;
-        let Card { device, queue, layout, .. } = card;
-        let uniform = device.create_buffer(&BufferDescriptor {
-            label: Some("parameters"),
-            size: size_of::<Parameters>() as u64,
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&parameters.of_tile(tile, paths)));
+        let uniform = card.gpu.uniform(&parameters.of_tile(tile, paths));
         let [tree, triangles, small, large, choices, photographs] = uploaded.buffers();
-        let bound = [&uniform, tree, triangles, small, large, choices, photographs, &film.sums];
-        let entries: Vec<BindGroupEntry> = bound
-            .iter()
-            .zip(0..)
-            .map(|(buffer, binding)| BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = device.create_bind_group(&BindGroupDescriptor {
-            label: None,
-            layout,
-            entries: &entries,
-        });
-        let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        let mut work = encoder.begin_compute_pass(&ComputePassDescriptor::default());
-        work.set_pipeline(pipeline);
-        work.set_bind_group(0, &group, &[]);
-        work.dispatch_workgroups(tile.pixels.len().div_ceil(GROUP) as u32, 1, 1);
-        drop(work);
-        queue.submit([encoder.finish()]);
-        self.wait()
-    }
-
-    fn wait(&self) -> Result<(), Failed> {
-        let poll = PollType::Wait { submission_index: None, timeout: Some(LOST) };
-        let polled = self.card.device.poll(poll);
-        self.card.check()?;
-        polled.map_err(|error| Failed::Device(error.to_string())).map(|_| ())
-    }
-
-    fn read(&self) -> Result<Vec<[f32; 4]>, Failed> {
-        let &Self { card, film, bytes, .. } = self;
-        let mut encoder = card.device.create_command_encoder(&CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&film.sums, 0, &film.readable, 0, bytes);
-        card.queue.submit([encoder.finish()]);
-        let (sender, receiver) = mpsc::channel();
-        film.readable.slice(..bytes).map_async(MapMode::Read, move |mapped| {
-            // Nobody listens where the wait below failed.
-            let _ = sender.send(mapped);
-        });
-        self.wait()?;
-        let failed = |error: &dyn std::fmt::Display| Failed::Device(error.to_string());
-        receiver.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
-        let sums = {
-            let view = film.readable.slice(..bytes).get_mapped_range().map_err(|e| failed(&e))?;
-            bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&view)
-        };
-        film.readable.unmap();
-        Ok(sums)
+        let buffers = [
+            &uniform,
+            tree,
+            triangles,
+            small,
+            large,
+            choices,
+            photographs,
+            &card.points,
+            &film.sums,
+        ];
+        let groups = [tile.pixels.len().div_ceil(GROUP), 1];
+        card.gpu.dispatch(pipeline, (&card.layout, &buffers), groups);
+        card.gpu.wait()
     }
 }
 
@@ -354,7 +210,7 @@ impl Tracer for Card {
     fn name(&self) -> String {
         match self.state().trouble {
             Some(_) => Processor.name(),
-            None => self.name.clone(),
+            None => self.gpu.name.clone(),
         }
     }
 
@@ -375,17 +231,26 @@ impl Tracer for Card {
         exposures: &mut [Exposure],
         watch: &Watch,
     ) -> Result<(), Cancelled> {
-        if self.state().trouble.is_none() {
-            match self.trace_tiles(pass, surfaces, exposures, watch) {
-                Ok(()) => return Ok(()),
-                Err(Failed::Cancelled(cancelled)) => return Err(cancelled),
-                Err(failed) => {
-                    let state = &mut *self.state();
-                    *state = State { trouble: Some(failed.to_string()), ..State::default() };
-                }
-            }
+        let is_well = self.trouble().is_none();
+        if is_well && self.done(self.trace_tiles(pass, surfaces, exposures, watch))?.is_some() {
+            return Ok(());
         }
         // Strips that the card ended stay, and the processor goes on.
         pass.trace(surfaces, exposures, watch)
+    }
+
+    fn filter(&self, guides: &Guides, light: Light) -> Light {
+        if self.trouble().is_some() || !Denoiser::fits(&light, &self.gpu.limits) {
+            return Processor.filter(guides, light);
+        }
+        let rows = {
+            let state = &mut *self.state();
+            let denoiser = state.denoiser.get_or_insert_with(|| Denoiser::new(&self.gpu));
+            denoiser.filtered(&self.gpu, guides, &light)
+        };
+        match self.done(rows) {
+            Ok(Some(rows)) => Light { rows, ..light },
+            _ => Processor.filter(guides, light),
+        }
     }
 }

@@ -47,7 +47,6 @@ pub struct Parameters {
     unseen_shines: u32,
     known: u32,
     look_of: u32,
-    sobol: u32,
     light_count: u32,
     choice_starts: u32,
     sky_cells: u32,
@@ -58,7 +57,7 @@ pub struct Parameters {
     added_count: u32,
     photographs: u32,
     photograph_count: u32,
-    unused: u32,
+    unused: [u32; 2],
 }
 
 impl Parameters {
@@ -106,7 +105,6 @@ impl Parameters {
             unseen_shines: scene.unseen_shines.into(),
             known: scene.known as u32,
             look_of: places.look_of,
-            sobol: places.sobol,
             light_count: places.light_count,
             choice_starts: places.choice_starts,
             sky_cells: places.sky_cells,

@@ -46,7 +46,6 @@ struct Params {
     known: u32,
     // Where parts of `small`, `large` and `choices` begin.
     look_of: u32,
-    sobol: u32,
     light_count: u32,
     choice_starts: u32,
     sky_cells: u32,
@@ -81,9 +80,11 @@ override HAS_RECOVERED: bool = true;
 @group(0) @binding(5) var<storage, read> choices: array<u32>;
 // Per pixel of every photograph its triangle and its radiance.
 @group(0) @binding(6) var<storage, read> photographs: array<vec4u>;
+// Parts of Sobol's points, see `sobol` in src/render/packed.
+@group(0) @binding(7) var<storage, read> points: array<vec4u>;
 // Per layer, then direct light, per pixel the sums of light and of the brightness of odd paths;
 // then albedo and distance, normal and known, object.
-@group(0) @binding(7) var<storage, read_write> film: array<vec4f>;
+@group(0) @binding(8) var<storage, read_write> film: array<vec4f>;
 
 var<private> own_pixel: u32;
 var<private> is_odd: f32;

@@ -1,10 +1,11 @@
 // Points, directions and reproducible random numbers, as in src/math/sampling.rs, and the
-// Owen-scrambled Sobol points of the crate sobol_burley (Burley 2020), whose table is uploaded.
+// Owen-scrambled Sobol points of the crate sobol_burley (Burley 2020), whose tables are uploaded.
 
 const PI: f32 = 3.14159265358979;
 const LEAST: f32 = 1.17549435e-38;
 
-// One path: its index in its set of points, the seed of the set, and the state of further numbers.
+// One path: its shuffled index in its set of points, whose bits are reversed, the seed of the set, and
+// the state of further numbers.
 var<private> point_index: u32;
 var<private> point_seed: u32;
 var<private> random_state: u32;
@@ -31,7 +32,8 @@ fn begin_path(seed: u32, pixel: u32, index: u32) {
     let within = index >> 1u;
     let mixed = hashed(hashed(hashed(seed) ^ pixel) ^ (2u * (within / SET) + half));
     point_seed = mixed;
-    point_index = within % SET;
+    let reversed = vec4u(reverseBits(within % SET));
+    point_index = owen(reversed, vec4u(hashed(mixed ^ 0x79c68e4au))).x;
     random_state = hashed(mixed ^ hashed(within));
     light_state = hashed(random_state ^ 0x9e3779b9u);
 }
@@ -79,15 +81,11 @@ fn hashed4(value: vec4u) -> vec4u {
 
 // Four dimensions of the path's point.
 fn four(dimensions: u32) -> vec4f {
-    let shuffled = owen(vec4u(reverseBits(point_index)), vec4u(hashed(point_seed ^ 0x79c68e4au))).x;
-    var sobol = vec4u(0u);
-    let table = params.sobol + dimensions * 64u;
-    for (var bit = 0u; bit < 16u; bit++) {
-        if ((shuffled << bit) & 0x80000000u) != 0u {
-            let at = table + 4u * bit;
-            sobol ^= vec4u(small[at], small[at + 1u], small[at + 2u], small[at + 3u]);
-        }
-    }
+    let table = dimensions * 64u;
+    let sobol = points[table + (point_index >> 28u)]
+        ^ points[table + 16u + ((point_index >> 24u) & 15u)]
+        ^ points[table + 32u + ((point_index >> 20u) & 15u)]
+        ^ points[table + 48u + ((point_index >> 16u) & 15u)];
     let scramble = vec4u(point_seed * 0x9c8f2d3bu) ^ vec4u(dimensions)
         ^ vec4u(0x912f69bau, 0x174f18abu, 0x691e72cau, 0xb40cc1b8u);
     let result = reverseBits(owen(sobol, hashed4(scramble)));

@@ -16,23 +16,23 @@
 //! compiler can process several pixels at once. Each component of a pixel is therefore stored in a
 //! plane of its own; a row has its part of each plane, one after the other.
 
+mod kernel;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::render::film::{Film, LightFilm, SurfaceFilm};
+use crate::render::tracer::Tracer;
 use crate::solve::kernels::vectorised;
 
+pub(super) use kernel::alike;
+use kernel::{Kernel, Tap};
+
 /// Rounds, each with neighbours twice as far away.
-const ROUNDS: u32 = 5;
+pub(crate) const ROUNDS: u32 = 5;
 /// The kernel of a cubic B-spline.
 const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
-/// Differences of light that count as noise, in standard deviations. One pixel that is much too bright
-/// makes for seven, as the variance is averaged over seven by seven pixels: less, and it stays alone.
-const LIGHT: f32 = 8.0;
-/// How sharply differences of normals separate surfaces: they count by this power of two of the
-/// cosine between them.
-const NORMAL_SQUARINGS: u32 = 6;
 /// Albedos below are taken to be this.
 const DARKEST: f32 = 0.02;
 /// Pixels to each side whose variances are averaged.
@@ -47,18 +47,17 @@ pub struct Guides {
     rows: Vec<f32>,
 }
 
-/// Normal; 1 where no surface is; distance, and its change from one pixel to the next, across and
-/// down.
+/// Numbers of a pixel that say to which surface it belongs, see [`Guides::rows`].
 pub(super) const GUIDES: usize = 7;
 
-/// The film with less noise; its layers still add up.
-pub fn denoised(film: &Film) -> Film {
+/// The film with less noise, which a tracer takes out; its layers still add up.
+pub fn denoised(film: &Film, tracer: &dyn Tracer) -> Film {
     if film.paths < 2 {
         return film.clone();
     }
     let guides = Guides::new(&film.surfaces, film.width, film.height);
     let mut result = film.clone();
-    result.set_layers(&guides.denoised(&film.light));
+    result.set_layers(&guides.denoised(&film.light, tracer));
     result
 }
 
@@ -104,14 +103,18 @@ impl Guides {
         &self.rows[(y * GUIDES + plane) * self.width..][..self.width]
     }
 
-    /// Every layer of a film with less noise.
-    pub fn denoised(&self, film: &LightFilm) -> Vec<Vec<Radiance>> {
+    /// Per row of pixels [`GUIDES`] planes: the normal, 1 where no surface is, the distance, and its
+    /// change from one pixel to the next, across and down.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn rows(&self) -> &[f32] {
+        &self.rows
+    }
+
+    /// Every layer of a film with less noise, which a tracer takes out.
+    pub fn denoised(&self, film: &LightFilm, tracer: &dyn Tracer) -> Vec<Vec<Radiance>> {
         let mut light = self.demodulated(film);
         if film.paths() >= 2 {
-            light.smooth_variance(self);
-            for round in 0..ROUNDS {
-                light = light.filtered(self, 1 << round);
-            }
+            light = tracer.filter(self, light);
         }
         let modulated = |layer: usize| {
             let pixel = |index: usize| {
@@ -156,58 +159,23 @@ impl Guides {
     }
 }
 
-/// From 0 to 1, whether two pixels that lie `away` from each other show one smooth surface, whose
-/// distance changes by `slope` from one pixel to the next; `further` of the exponent is against it.
-/// The same for both where `slope` is.
-#[inline(always)]
-pub(super) fn alike(
-    own: [f32; GUIDES],
-    other: [f32; GUIDES],
-    slope: [f32; 2],
-    away: [f32; 2],
-    further: f32,
-) -> f32 {
-    let [nx, ny, nz, none, distance_m, ..] = own;
-    let expected = slope[0] * away[0] + slope[1] * away[1];
-    let steepest = (slope[0] * away[0]).abs() + (slope[1] * away[1]).abs();
-    let off = (other[4] - distance_m - expected).abs();
-    let scale = 0.5 * steepest + 1e-3 * (distance_m + other[4]);
-    let scale = scale.max(f32::MIN_POSITIVE);
-    let cosine = nx * other[0] + ny * other[1] + nz * other[2] + none * other[3];
-    let mut near = cosine.max(0.0);
-    for _ in 0..NORMAL_SQUARINGS {
-        near *= near;
-    }
-    near * exp(-off / scale - further)
-}
-
-/// eˣ of numbers below 0 to four digits; what is below 1e-26 is no less.
-#[inline(always)]
-fn exp(x: f32) -> f32 {
-    // Adding it leaves the nearest integer in the lowest bits.
-    const ROUND: f32 = 12_582_912.0;
-    let binary = (x * std::f32::consts::LOG2_E).max(-86.0);
-    let shifted = binary + ROUND;
-    let rest = binary - (shifted - ROUND);
-    let power = shifted.to_bits().wrapping_sub(ROUND.to_bits()).wrapping_add(127) << 23;
-    // 2ʳ by its series.
-    let part = 1.0
-        + rest
-            * (std::f32::consts::LN_2
-                + rest * (0.240_226_5 + rest * (0.055_504_1 + rest * 0.009_618_1)));
-    part * f32::from_bits(power)
-}
-
-/// The light on every pixel: every layer, then their brightness and the variance of its mean.
-struct Light {
-    width: usize,
-    layers: usize,
-    rows: Vec<f32>,
+/// The light on every pixel: per row of pixels a plane for each channel of each layer, then their
+/// brightness and the variance of its mean.
+pub struct Light {
+    pub(crate) width: usize,
+    pub(crate) layers: usize,
+    pub(crate) rows: Vec<f32>,
 }
 
 impl Light {
     fn new(width: usize, height: usize, layers: usize) -> Self {
         Self { width, layers, rows: vec![0.0; width * height * (CHANNELS * layers + 2)] }
+    }
+
+    /// The same with less noise, on this processor.
+    pub(super) fn filtered(mut self, guides: &Guides) -> Self {
+        self.smooth_variance(guides);
+        (0..ROUNDS).fold(self, |light, round| light.round(guides, 1 << round))
     }
 
     fn stride(&self) -> usize {
@@ -243,7 +211,7 @@ impl Light {
     }
 
     /// One round with neighbours `step` pixels apart.
-    fn filtered(&self, guides: &Guides, step: isize) -> Self {
+    fn round(&self, guides: &Guides, step: isize) -> Self {
         let (width, stride) = (self.width, self.stride());
         let mut result = Self::new(width, guides.height, self.layers);
         result.rows.par_chunks_exact_mut(stride.max(1)).enumerate().for_each(|(y, row)| {
@@ -291,93 +259,6 @@ impl Light {
             kernel.keep(plane, sums, false);
         }
         kernel.keep(self.variance(y), variance, true);
-    }
-}
-
-/// One of the neighbours of all pixels of a row.
-struct Tap {
-    /// The row, and that of the neighbours.
-    row: usize,
-    other: usize,
-    /// The first pixel that has such a neighbour, the neighbour, and how many have.
-    first: usize,
-    neighbour: usize,
-    count: usize,
-    away: [f32; 2],
-}
-
-impl Tap {
-    fn new(guides: &Guides, (row, across, down): (usize, isize, isize)) -> Option<Self> {
-        let other = row.checked_add_signed(down).filter(|other| *other < guides.height)?;
-        let reach = across.unsigned_abs();
-        let count = guides.width.checked_sub(reach).filter(|count| *count > 0)?;
-        let (first, neighbour) = if across < 0 { (reach, 0) } else { (0, reach) };
-        Some(Self { row, other, first, neighbour, count, away: [across as f32, down as f32] })
-    }
-}
-
-/// The weights of one neighbour of all pixels of a row, and their sums.
-struct Kernel {
-    weights: Vec<f32>,
-    sums: Vec<f32>,
-}
-
-impl Kernel {
-    fn new(width: usize) -> Self {
-        Self { weights: vec![0.0; width], sums: vec![0.0; width] }
-    }
-
-    /// `light` holds the brightness of the pixels and its variance, then those of their neighbours. A
-    /// neighbour counts for a pixel as much as the pixel does for it.
-    #[inline(always)]
-    fn weigh(&mut self, guides: &Guides, tap: &Tap, factor: f32, light: [[&[f32]; 2]; 2]) {
-        let Tap { row, other, first, neighbour, count, away } = *tap;
-        let own: [&[f32]; GUIDES] =
-            std::array::from_fn(|plane| &guides.plane(row, plane)[first..first + count]);
-        let others: [&[f32]; GUIDES] =
-            std::array::from_fn(|plane| &guides.plane(other, plane)[neighbour..neighbour + count]);
-        let here = light[0].map(|plane| &plane[first..first + count]);
-        let there = light[1].map(|plane| &plane[neighbour..neighbour + count]);
-        let weights = &mut self.weights[..count];
-        let sums = &mut self.sums[first..first + count];
-        for k in 0..count {
-            let noise = LIGHT * (0.5 * (here[1][k] + there[1][k])).sqrt();
-            let least = 1e-6 * (here[0][k] + there[0][k]).abs() + f32::MIN_POSITIVE;
-            let apart = ((here[0][k] - there[0][k]) / (noise + least)).powi(2);
-            let own: [f32; GUIDES] = std::array::from_fn(|plane| own[plane][k]);
-            let other: [f32; GUIDES] = std::array::from_fn(|plane| others[plane][k]);
-            let slope = [0.5 * (own[5] + other[5]), 0.5 * (own[6] + other[6])];
-            weights[k] = factor * alike(own, other, slope, away, apart);
-            sums[k] += weights[k];
-        }
-    }
-
-    /// Adds the neighbours' values by their weights, or by the squares of these.
-    #[inline(always)]
-    fn add(&self, tap: &Tap, plane: &[f32], sums: &mut [f32], is_squared: bool) {
-        let values = &plane[tap.neighbour..tap.neighbour + tap.count];
-        let sums = &mut sums[tap.first..tap.first + tap.count];
-        let weights = &self.weights[..tap.count];
-        for ((sum, value), weight) in sums.iter_mut().zip(values).zip(weights) {
-            *sum += if is_squared { weight * weight } else { *weight } * value;
-        }
-    }
-
-    /// Adds the pixels' own values by what their neighbours, whose weights add up to less than 1,
-    /// leave of it.
-    #[inline(always)]
-    fn keep(&self, plane: &[f32], sums: &mut [f32], is_squared: bool) {
-        for ((sum, value), others) in sums.iter_mut().zip(plane).zip(&self.sums) {
-            let own = 1.0 - others;
-            *sum += if is_squared { own * own } else { own } * value;
-        }
-    }
-
-    #[inline(always)]
-    fn divide(&self, values: &mut [f32]) {
-        for (value, sum) in values.iter_mut().zip(&self.sums) {
-            *value /= *sum;
-        }
     }
 }
 

@@ -122,7 +122,7 @@ pub fn render_by(
             break;
         }
     }
-    Ok(if options.denoise { denoise::denoised(&film) } else { film })
+    Ok(if options.denoise { denoise::denoised(&film, tracer) } else { film })
 }
 
 /// A film that paths add to, and which of the scene's layers it holds.

@@ -25,7 +25,7 @@ pub use crate::render::asked::{Asked, Picture};
 
 /// Paths per pixel at which a picture is shown; between them it would hardly change.
 const SHOWN: [usize; 7] = [4, 8, 16, 32, 64, 128, 256];
-/// The same on the coarsest step: as few as tell the noise.
+/// The same on the coarsest steps: as few as tell the noise.
 const COARSE: usize = 2;
 /// The same for lights that are off, so that they can be turned on at once.
 const UNLIT: usize = 16;
@@ -194,13 +194,11 @@ impl<'a> Preview<'a> {
 
     /// Paths per pixel of a step when it is first shown.
     fn first_paths(&self, step: usize) -> usize {
-        let steps = &self.view.steps;
-        if steps.last() == Some(&step) {
-            self.next_paths(step, 0).unwrap_or(SHOWN[0])
-        } else if steps.first() == Some(&step) {
-            COARSE
-        } else {
-            SHOWN[0]
+        let finer = self.view.steps.iter().filter(|&&of| of < step).count();
+        match finer {
+            0 => self.next_paths(step, 0).unwrap_or(SHOWN[0]),
+            1 => SHOWN[0],
+            _ => COARSE,
         }
     }
 

@@ -1,5 +1,7 @@
-//! What traces paths: this processor, or another device that gives the same means.
+//! What traces paths and takes the noise out of pictures: this processor, or another device that gives
+//! the same means.
 
+use crate::render::denoise::{Guides, Light};
 use crate::render::film::SurfaceFilm;
 use crate::render::{Exposure, PASS, Pass};
 use crate::watch::{Cancelled, Watch};
@@ -25,6 +27,11 @@ pub trait Tracer: Send + Sync {
         exposures: &mut [Exposure],
         watch: &Watch,
     ) -> Result<(), Cancelled>;
+
+    /// The light of a picture with less noise; see [`denoise`](crate::render::denoise).
+    fn filter(&self, guides: &Guides, light: Light) -> Light {
+        light.filtered(guides)
+    }
 }
 
 /// This processor, on all threads. The same seed gives the same numbers.

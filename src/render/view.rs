@@ -14,8 +14,9 @@ use crate::render::{Exposure, Pass};
 use crate::scene::Camera;
 use crate::watch::{Cancelled, Watch};
 
-/// Pixels along a side of one of the finest picture's, coarsest first.
-const STEPS: [usize; 3] = [4, 2, 1];
+/// Pixels of the finest picture along a side of one of a coarser picture's, coarsest first. The first
+/// is so coarse that two cores trace it within a moment.
+const STEPS: [usize; 4] = [8, 4, 2, 1];
 
 /// Lights that are traced together, and what was traced of them.
 pub struct Unit {
@@ -170,21 +171,21 @@ impl View {
             }
             if self.shown.is_none_or(|shown| step < shown) {
                 self.shown = Some(step);
-                (0..self.units.len()).for_each(|unit| self.clear(unit));
+                (0..self.units.len()).for_each(|unit| self.clear(unit, tracer));
             } else {
-                units.iter().for_each(|&unit| self.clear(unit));
+                units.iter().for_each(|&unit| self.clear(unit, tracer));
             }
         }
         (count, ended)
     }
 
     /// Makes the layers of a unit anew that are shown.
-    fn clear(&mut self, unit: usize) {
+    fn clear(&mut self, unit: usize, tracer: &dyn Tracer) {
         let (Some(step), Some(shown)) = (self.units[unit].step, self.shown) else { return };
         let place = |step: usize| self.surfaces.iter().position(|(of, _)| *of == step);
         let (Some(own), Some(finest)) = (place(step), place(shown)) else { return };
         let (Some(found), Some(fine)) = (self.surfaces(step), self.surfaces(shown)) else { return };
-        let mut layers = found.guides.denoised(&self.units[unit].film);
+        let mut layers = found.guides.denoised(&self.units[unit].film, tracer);
         if step != shown {
             let known = self.surfaces[own].1.shares.as_ref().filter(|(of, _)| *of == finest);
             if known.is_none() {

@@ -6,9 +6,10 @@ use std::sync::{Arc, LazyLock};
 use glam::{DAffine3, DVec3, Vec3};
 use lobelia::gpu::{Adapters, Card};
 use lobelia::math::rgb::Radiance;
+use lobelia::render::denoise::denoised;
 use lobelia::render::edits::{AddedLight, Object, Override, Shape, Surroundings};
 use lobelia::render::film::Film;
-use lobelia::render::tracer::Tracer;
+use lobelia::render::tracer::{Processor, Tracer};
 use lobelia::render::{RenderOptions, render, render_by};
 use lobelia::scene::{Brdf, Camera, Distortion, Dome, Emitter, Image, Optics};
 use lobelia::watch::Watch;
@@ -212,4 +213,26 @@ fn light_of_photographs_is_that_of_the_processor() {
     }
     add(&mut stage, "surface");
     agree(&stage, &view(), 0.05, 0.9);
+}
+
+/// The filter is the same, up to rounding, in pictures whose sides are no multiples of a group's.
+#[test]
+fn noise_is_taken_out_as_by_the_processor() {
+    let mut stage = added().spp(6);
+    add(&mut stage, KINDS.first().expect("there are kinds of light"));
+    let view = camera((83, 61), 1.1, DVec3::new(0.9, -1.7, 1.3), DVec3::new(0.0, 0.6, 0.6));
+    let noisy = stage.film(&view);
+    let (processor, card) = (denoised(&noisy, &Processor), denoised(&noisy, &*CARD));
+    assert_eq!(CARD.trouble(), None);
+    for layer in 0..noisy.layers() {
+        let [before, a, b] = [&noisy, &processor, &card].map(|film| film.layer(layer));
+        let mean = a.iter().flatten().sum::<f32>() / a.len() as f32;
+        let apart = |a: &[Radiance], b: &[Radiance]| {
+            let pairs = a.iter().flatten().zip(b.iter().flatten());
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        let off = apart(&a, &b);
+        assert!(off <= 1e-3 * mean, "layer {layer} is off by {off} of {mean}");
+        assert!(mean == 0.0 || apart(&a, &before) > 0.1 * mean, "there was no noise to take out");
+    }
 }

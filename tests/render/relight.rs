@@ -103,12 +103,12 @@ fn pictures_get_finer_then_clearer() {
     };
     let finer = [(48, 8), (48, 16), (48, 32), (48, 64), (48, 128), (48, 256)];
     let seen = all(number);
-    assert_eq!(seen[..3], [(12, 2), (24, 4), (48, 4)]);
-    assert_eq!(seen[3..], finer);
+    assert_eq!(seen[..4], [(6, 2), (12, 2), (24, 4), (48, 4)]);
+    assert_eq!(seen[4..], finer);
     // The lamp alone is traced on the coarser steps: all else stays as fine as it is.
     let seen = all(session.request(lamp(5.0), None, false));
-    assert_eq!(seen[..3], [(48, 2), (48, 4), (48, 4)]);
-    assert_eq!(seen[3..], finer);
+    assert_eq!(seen[..4], [(48, 2), (48, 2), (48, 4), (48, 4)]);
+    assert_eq!(seen[4..], finer);
     // Its strength is a number.
     let relit = session.answer(session.request(lamp(50.0), None, false), |_| true);
     assert!(relit.is_done && relit.traced == 0 && relit.paths == 256);

@@ -26,6 +26,21 @@ pub const TREES: usize = 3;
 /// Of what is not there.
 pub const NOTHING: u32 = u32::MAX;
 
+/// What Sobol's points of `sobol_burley` are made from: per set of four dimensions, per four bits of a
+/// point's index of 16 bits, the highest first, and per value of these, its part of the four numbers.
+/// A point is the exclusive or of its parts.
+pub fn sobol() -> Vec<[u32; 4]> {
+    let part = |set: u32, bits: u32, value: u32| {
+        let index = value << (28 - 4 * bits);
+        std::array::from_fn(|of| sobol_burley::parts::sobol_rev(index, 4 * set + of as u32))
+    };
+    (0..sobol_burley::NUM_DIMENSION_SETS_4D)
+        .flat_map(|set| {
+            (0..4).flat_map(move |bits| (0..16).map(move |value| part(set, bits, value)))
+        })
+        .collect()
+}
+
 /// By what lies in memory for long, the parts of a scene are told apart: who holds these knows
 /// that they do not change.
 #[derive(Clone)]

@@ -1,5 +1,4 @@
-//! The tables of a pass: looks of surfaces, recovered and added lights, cameras of photographs, and
-//! the numbers that points of paths are made from.
+//! The tables of a pass: looks of surfaces, recovered and added lights, cameras of photographs.
 
 use super::NOTHING;
 use crate::reconstruct::lights::LightKind;
@@ -15,7 +14,6 @@ use crate::scene::{Emitter, Views};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Places {
     pub look_of: u32,
-    pub sobol: u32,
     pub light_count: u32,
     pub choice_starts: u32,
     pub sky_cells: u32,
@@ -78,7 +76,6 @@ impl Tables {
     pub fn new(pass: &Pass) -> Self {
         let mut tables = Self::default();
         let scene = pass.scene;
-        tables.add_sobol();
         let textures_end = tables.add_looks(scene);
         tables.add_recovered(&scene.recovered);
         tables.add_added(pass, textures_end);
@@ -88,17 +85,6 @@ impl Tables {
 
     fn end(&self) -> u32 {
         self.words.len() as u32
-    }
-
-    /// The direction vectors of all dimensions of `sobol_burley`, four dimensions and 16 bits a set.
-    fn add_sobol(&mut self) {
-        self.places.sobol = self.end();
-        for set in 0..sobol_burley::NUM_DIMENSION_SETS_4D {
-            for bit in 0..16 {
-                let vector = |of| sobol_burley::parts::sobol_rev(1 << (31 - bit), 4 * set + of);
-                self.words.extend((0..4).map(vector));
-            }
-        }
     }
 
     /// Returns where the words of all textures end, behind which those of environment maps come.
