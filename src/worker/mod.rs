@@ -12,6 +12,7 @@ mod relight;
 mod merge;
 mod modelling;
 mod panics;
+pub mod priority;
 mod render;
 mod reprojection;
 mod memory;
@@ -47,13 +48,23 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread. `wake` is called after every event (a window asks for a repaint).
+    /// Starts the thread. `wake` is called after every event.
     pub fn start(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        Self::begin(|| (), wake)
+    }
+
+    /// The same for a window, which the thread gives way to, and which `wake` draws anew.
+    pub fn behind_window(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        Self::begin(priority::lower, wake)
+    }
+
+    fn begin(first: fn(), wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (commands, orders) = channel::<(Job, Watch, Command)>();
         let (sender, events) = channel();
         let watches: Arc<Mutex<HashMap<Job, Watch>>> = Arc::default();
         let shared = watches.clone();
         let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
+            first();
             for (job, watch, command) in orders {
                 let emit = |what| {
                     record(job, &what);
