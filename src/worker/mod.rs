@@ -53,18 +53,18 @@ impl Worker {
         Self::begin(|| (), wake)
     }
 
-    /// The same for a window, which the thread gives way to, and which `wake` draws anew.
-    pub fn behind_window(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+    /// The same with a lower priority than the thread that draws the window; `wake` asks for a repaint.
+    pub fn in_background(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         Self::begin(priority::lower, wake)
     }
 
-    fn begin(first: fn(), wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+    fn begin(prepare: fn(), wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (commands, orders) = channel::<(Job, Watch, Command)>();
         let (sender, events) = channel();
         let watches: Arc<Mutex<HashMap<Job, Watch>>> = Arc::default();
         let shared = watches.clone();
         let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
-            first();
+            prepare();
             for (job, watch, command) in orders {
                 let emit = |what| {
                     record(job, &what);

@@ -1,5 +1,5 @@
-//! Work of the window's threads gives way to the thread that draws: on a machine of few cores a frame
-//! would wait for them.
+//! A lower priority for the background threads of the window, so that on a machine with few cores a
+//! frame does not wait for them.
 
 /// Lowers the priority of this thread, where that is possible.
 pub fn lower() {
@@ -11,8 +11,8 @@ pub fn lower() {
     }
 }
 
-/// The same for the threads that parallel work is shared among, of which there are none yet.
+/// Starts the threads of parallel work with the lower priority.
 pub fn lower_all() {
-    // Where there are some, as in tests with several windows, they stay as they are.
+    // Threads that run already, as in tests with several windows, keep their priority.
     let _ = rayon::ThreadPoolBuilder::new().start_handler(|_| lower()).build_global();
 }

@@ -143,7 +143,8 @@ impl Kernel {
         light: [[&[f32]; 2]; 2],
     ) {
         let Tap { row, other, first, neighbour, count, away } = *tap;
-        // Plain loops throughout: what closures of `array::map` do is compiled for every machine.
+        // Plain loops: closures of `array::map` are not always inlined, and are then compiled without
+        // the wide registers.
         let mut own: [&[f32]; GUIDES] = [&[]; GUIDES];
         let mut others = own;
         for plane in 0..GUIDES {
@@ -158,8 +159,8 @@ impl Kernel {
         let weights = &mut self.weights[..count];
         let sums = &mut self.sums[first..first + count];
         let whole = count / LANES * LANES;
-        // Through arrays of a fixed size, or the compiler, which cannot rule out that so many slices
-        // overlap, takes one pixel at a time.
+        // Blocks are copied, because the compiler cannot rule out that so many slices overlap, and would
+        // process one pixel at a time.
         for block in (0..whole).step_by(LANES) {
             let (own, others) = (Block::of(own, block), Block::of(others, block));
             let (here, there) = (Block::of(here, block), Block::of(there, block));
