@@ -4,8 +4,6 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use eframe::egui;
 
-use crate::worker::priority;
-
 /// An answer that is on its way.
 pub struct Pending<T>(Receiver<T>);
 
@@ -28,7 +26,6 @@ impl<T: Send + 'static> Pending<T> {
         let (sender, receiver) = channel();
         let waker = Waker(ctx.clone());
         let work = move || {
-            priority::lower();
             // Dropped last, and when the work panics, too: the window finds what has come, or that
             // nothing will.
             let _waker = waker;

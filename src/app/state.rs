@@ -30,7 +30,6 @@ use crate::io::engines::Search;
 use crate::io::settings::{self, LeftBehind, Recovery, Settings};
 use crate::options::OptionValue;
 use crate::render::Engine;
-use crate::worker::priority;
 
 pub struct State {
     pub ctx: egui::Context,
@@ -85,7 +84,6 @@ pub struct State {
 impl State {
     pub fn new(cc: &eframe::CreationContext<'_>, launch: Launch) -> Result<Self, String> {
         let driver = Instant::now();
-        priority::lower_all();
         let ctx = &cc.egui_ctx;
         let render = cc.wgpu_render_state.as_ref().ok_or("no graphics adapter was found")?;
         let no_thread = |error| format!("no thread can be started: {error}");

@@ -12,7 +12,6 @@ mod relight;
 mod merge;
 mod modelling;
 mod panics;
-pub mod priority;
 mod render;
 mod reprojection;
 mod memory;
@@ -48,23 +47,13 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread. `wake` is called after every event.
+    /// Starts the thread. `wake` is called after every event (a window asks for a repaint).
     pub fn start(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        Self::begin(|| (), wake)
-    }
-
-    /// The same with a lower priority than the thread that draws the window; `wake` asks for a repaint.
-    pub fn in_background(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        Self::begin(priority::lower, wake)
-    }
-
-    fn begin(prepare: fn(), wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (commands, orders) = channel::<(Job, Watch, Command)>();
         let (sender, events) = channel();
         let watches: Arc<Mutex<HashMap<Job, Watch>>> = Arc::default();
         let shared = watches.clone();
         let thread = std::thread::Builder::new().name("worker".to_owned()).spawn(move || {
-            prepare();
             for (job, watch, command) in orders {
                 let emit = |what| {
                     record(job, &what);

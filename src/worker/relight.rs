@@ -10,8 +10,8 @@ use crate::render::preview::{Asked, Picture, Plan, Preview};
 use crate::render::scene::Solved;
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
+use crate::worker::engine;
 use crate::worker::event::JobEvent;
-use crate::worker::{engine, priority};
 
 /// A session over one recovered scene; it lasts until it is cancelled.
 #[derive(Clone, Debug)]
@@ -117,11 +117,21 @@ pub(super) fn perform(
 ) -> Result<JobEvent, Cancelled> {
     let threads = rayon::ThreadPoolBuilder::new()
         .thread_name(|_| "relight".to_owned())
-        .start_handler(|_| priority::lower())
+        .start_handler(|_| lower_thread_priority())
         .build();
     match threads {
         Ok(threads) => threads.install(|| answer_all(relighting, watch, emit)),
         Err(_) => answer_all(relighting, watch, emit),
+    }
+}
+
+/// Lowers the priority of this thread, where that is possible.
+fn lower_thread_priority() {
+    #[cfg(target_os = "linux")]
+    // SAFETY: takes numbers only. On Linux, process 0 is the calling thread. Whether it succeeds
+    // changes no result.
+    unsafe {
+        libc::setpriority(libc::PRIO_PROCESS, 0, 10);
     }
 }
 

@@ -102,7 +102,7 @@ impl ImportPage {
     fn start(render: &egui_wgpu::RenderState, ctx: &egui::Context) -> std::io::Result<Self> {
         let worker = || {
             let ctx = ctx.clone();
-            Worker::in_background(move || ctx.request_repaint())
+            Worker::start(move || ctx.request_repaint())
         };
         let mut viewport = Viewport::new(render);
         viewport.is_preview = true;

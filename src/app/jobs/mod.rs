@@ -113,7 +113,7 @@ impl Jobs {
     pub fn start(ctx: &egui::Context) -> std::io::Result<Self> {
         let worker = || {
             let ctx = ctx.clone();
-            Worker::in_background(move || ctx.request_repaint())
+            Worker::start(move || ctx.request_repaint())
         };
         Ok(Self {
             loader: worker()?,

@@ -75,7 +75,7 @@ impl Finding {
             Some(worker) => worker,
             none => {
                 let ctx = ctx.clone();
-                none.insert(Worker::in_background(move || ctx.request_repaint())?)
+                none.insert(Worker::start(move || ctx.request_repaint())?)
             }
         };
         Ok(worker.send(Command::Model(job)))

@@ -107,7 +107,7 @@ impl ModelPage {
     fn start(folder: &Path, search: Search, ctx: &egui::Context) -> std::io::Result<Self> {
         let worker = || {
             let ctx = ctx.clone();
-            Worker::in_background(move || ctx.request_repaint())
+            Worker::start(move || ctx.request_repaint())
         };
         let mut reader = worker()?;
         let open = Modelling::Open { folder: folder.to_owned() };

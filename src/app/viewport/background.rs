@@ -14,7 +14,6 @@ use crate::app::viewport::texels;
 use crate::geometry::bvh::RayCaster;
 use crate::geometry::mesh::Mesh;
 use crate::scene::Capture;
-use crate::worker::priority;
 
 /// Something is ready.
 pub enum Done {
@@ -102,7 +101,6 @@ impl<T: Send + 'static> Background<T> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let job = move || {
-            priority::lower();
             let is_wanted = || !stopped.load(Relaxed);
             let send = |done| {
                 sender.send(done).ok().filter(|_| is_wanted())?;
