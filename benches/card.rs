@@ -3,8 +3,8 @@
 //!     cargo bench --bench card -- [--software] CAPTURE SOLUTION [CAPTURE SOLUTION ...]
 //!
 //! prints of each capture, as it is and with an added lamp, the rates of both, how long each takes to
-//! take out the noise, and by how many standard errors the means of their pictures differ: as a whole and at most over 64 blocks of
-//! pixels and three channels, of which one in ten captures may pass 3.5 by chance. `--software`
+//! take out the noise, and by how many standard errors the means of their pictures differ: as a whole
+//! and at most over 64 blocks of pixels and three channels, of which one in ten captures may pass 3.5 by chance. `--software`
 //! takes an adapter in software where there is no card. Solutions are folders that `lobelia
 //! reconstruct` wrote.
 

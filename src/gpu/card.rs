@@ -93,7 +93,7 @@ impl Card {
         self.gpu.check()?;
         let parameters = Parameters::new(pass, &uploaded.trees, &uploaded.tables.places);
         let pixel_bytes = 16 * Tile::sums(pass.scene.layers) as u64;
-        let most_bytes = MOST_FILM_BYTES.min(self.gpu.limits.max_storage_buffer_binding_size);
+        let most_bytes = MOST_FILM_BYTES.min(self.gpu.most_bytes());
         let mut traced = Ok(());
         loop {
             // No more than what one path of each pixel takes the length of a dispatch for.
@@ -239,9 +239,9 @@ impl Tracer for Card {
         pass.trace(surfaces, exposures, watch)
     }
 
-    fn filter(&self, guides: &Guides, light: Light) -> Light {
-        if self.trouble().is_some() || !Denoiser::fits(&light, &self.gpu.limits) {
-            return Processor.filter(guides, light);
+    fn denoise(&self, guides: &Guides, light: Light) -> Light {
+        if self.trouble().is_some() || !Denoiser::fits(&light, &self.gpu) {
+            return Processor.denoise(guides, light);
         }
         let rows = {
             let state = &mut *self.state();
@@ -250,7 +250,7 @@ impl Tracer for Card {
         };
         match self.done(rows) {
             Ok(Some(rows)) => Light { rows, ..light },
-            _ => Processor.filter(guides, light),
+            _ => Processor.denoise(guides, light),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
-    BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ComputePipelineDescriptor, Limits,
+    BindGroupLayout, Buffer, BufferUsages, ComputePipeline, ComputePipelineDescriptor,
     PipelineCompilationOptions, ShaderModuleDescriptor, ShaderSource,
 };
 
@@ -64,9 +64,8 @@ impl Denoiser {
     }
 
     /// Whether a card takes a picture at once.
-    pub fn fits(light: &Light, limits: &Limits) -> bool {
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        size_of_val(&*light.rows) as u64 <= most
+    pub fn fits(light: &Light, gpu: &Gpu) -> bool {
+        size_of_val(&*light.rows) as u64 <= gpu.most_bytes()
     }
 
     /// The rows of a picture with less noise.

@@ -10,6 +10,7 @@ struct Params {
     step: i32,
 }
 
+// As in src/render/denoise and its kernel.
 const LEAST: f32 = 1.17549435e-38;
 const GUIDES: u32 = 7u;
 const LIGHT: f32 = 8.0;
@@ -65,7 +66,7 @@ fn alike(own: Guide, other: Guide, away: vec2f, further: f32) -> f32 {
 @compute @workgroup_size(32, 4)
 fn smooth_variance(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy;
-    if pixel.x >= params.width || pixel.y >= params.height {
+    if !is_inside(vec2i(pixel)) {
         return;
     }
     let planes = params.planes + 2u;
@@ -99,7 +100,7 @@ fn spline(k: i32) -> f32 {
 @compute @workgroup_size(32, 4)
 fn filtered(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy;
-    if pixel.x >= params.width || pixel.y >= params.height {
+    if !is_inside(vec2i(pixel)) {
         return;
     }
     let planes = params.planes + 2u;

@@ -13,7 +13,6 @@ use wgpu::{
     ShaderStages,
 };
 
-use super::upload::TooLarge;
 use crate::watch::Cancelled;
 
 /// Which devices count as graphics cards.
@@ -32,6 +31,15 @@ pub enum NoCard {
     NoAdapter,
     #[error("the graphics card {name} cannot be used: {reason}")]
     Refused { name: String, reason: String },
+}
+
+/// A part of a scene is larger than a card takes at once.
+#[derive(Debug, thiserror::Error)]
+#[error("{what} of the scene take {} MB, more than the {} MB that the card takes at once", bytes >> 20, most >> 20)]
+pub struct TooLarge {
+    pub what: &'static str,
+    pub bytes: u64,
+    pub most: u64,
 }
 
 /// Why a card did not end its work.
@@ -54,7 +62,7 @@ pub struct Gpu {
     pub name: String,
     pub device: Device,
     pub queue: Queue,
-    pub limits: Limits,
+    limits: Limits,
     /// What went wrong on the card, as its driver tells it.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -101,6 +109,11 @@ impl Gpu {
         }));
         device.set_device_lost_callback(move |_, message| note(&of_loss, message));
         Ok(Self { name, device, queue, limits, failure })
+    }
+
+    /// The largest buffer that a shader reads or writes.
+    pub fn most_bytes(&self) -> u64 {
+        self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size)
     }
 
     /// What the driver complained of since the last time.

@@ -3,7 +3,7 @@
 use bytemuck::Pod;
 use wgpu::Buffer;
 
-use super::device::Gpu;
+use super::device::{Gpu, TooLarge};
 use crate::render::Pass;
 use crate::render::packed::{self, Group, PackedTrees, Parts, Tables};
 
@@ -19,15 +19,6 @@ pub struct Uploaded {
     large: Buffer,
     choices: Buffer,
     photographs: Buffer,
-}
-
-/// A part of a scene is larger than a card takes at once.
-#[derive(Debug, thiserror::Error)]
-#[error("{what} of the scene take {} MB, more than the {} MB that the card takes at once", bytes >> 20, most >> 20)]
-pub struct TooLarge {
-    what: &'static str,
-    bytes: u64,
-    most: u64,
 }
 
 impl Uploaded {
@@ -70,10 +61,9 @@ impl Uploaded {
 
 /// A buffer with some values, unless it is larger than the card takes.
 fn buffer<T: Pod>(gpu: &Gpu, what: &'static str, values: &[T]) -> Result<Buffer, TooLarge> {
-    let size = size_of_val(values) as u64;
-    let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
-    if size > most {
-        return Err(TooLarge { what, bytes: size, most });
+    let (bytes, most) = (size_of_val(values) as u64, gpu.most_bytes());
+    if bytes > most {
+        return Err(TooLarge { what, bytes, most });
     }
     Ok(gpu.table(what, values))
 }

@@ -114,7 +114,7 @@ impl Guides {
     pub fn denoised(&self, film: &LightFilm, tracer: &dyn Tracer) -> Vec<Vec<Radiance>> {
         let mut light = self.demodulated(film);
         if film.paths() >= 2 {
-            light = tracer.filter(self, light);
+            light = tracer.denoise(self, light);
         }
         let modulated = |layer: usize| {
             let pixel = |index: usize| {

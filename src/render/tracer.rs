@@ -29,7 +29,7 @@ pub trait Tracer: Send + Sync {
     ) -> Result<(), Cancelled>;
 
     /// The light of a picture with less noise; see [`denoise`](crate::render::denoise).
-    fn filter(&self, guides: &Guides, light: Light) -> Light {
+    fn denoise(&self, guides: &Guides, light: Light) -> Light {
         light.filtered(guides)
     }
 }
