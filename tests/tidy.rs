@@ -34,10 +34,9 @@ const LONGEST: usize = 430;
 
 /// Files that were longer on 2026-11-22, with their lengths then. A file may not grow beyond its
 /// entry; an entry goes when the file has come below [`LONGEST`].
-const LONG: [(&str, usize); 4] = [
+const LONG: [(&str, usize); 3] = [
     ("src/cli/arguments.rs", 480),
     ("src/reconstruct/joint/system.rs", 660),
-    ("src/reconstruct/run.rs", 438),
     ("src/study/chart.rs", 507),
 ];
 

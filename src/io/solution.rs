@@ -94,7 +94,8 @@ pub struct Material {
     pub roughness_interval: Option<[f64; 2]>,
     /// For each channel, whether the photographs determine `diffuse`.
     pub identified: Option<[bool; CHANNELS]>,
-    /// Number of samples; 0 if no photograph shows the material.
+    /// Number of samples; 0 if no photograph shows the material, or too few pixels of it: its
+    /// reflectance is then found after the solve, and is not identified.
     pub samples: usize,
 }
 

@@ -175,6 +175,18 @@ impl SampleProducts {
         capture
     }
 
+    /// The reflectances to start from: known ones, given ones, else Eq. 11.
+    pub(super) fn start_of(&self, inputs: &Inputs) -> Vec<Option<Rgb>> {
+        let mut start = self.start.clone();
+        for (diffuse, material) in start.iter_mut().zip(&inputs.capture.materials) {
+            let given = inputs.options.start.get(&material.name).copied();
+            if let (Some(diffuse), Some(value)) = (diffuse, material.known_diffuse.or(given)) {
+                *diffuse = value;
+            }
+        }
+        start
+    }
+
     /// A solution with the mirrors and the glass that were found.
     pub(super) fn told(&self, capture: &Capture, mut solution: Solution) -> Solution {
         for (material, optics) in capture.materials.iter().zip(&self.mirrors.optics) {

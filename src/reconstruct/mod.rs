@@ -33,6 +33,7 @@ pub mod samples;
 pub mod solution;
 pub mod textures;
 pub mod transport;
+mod unsampled;
 pub mod unwrap;
 
 use std::sync::Arc;
@@ -106,6 +107,7 @@ pub(crate) enum Stream {
     Relook,
     Unseen,
     Candidates,
+    Unsampled,
 }
 
 /// Progress of a reconstruction and its products, which are final when they are sent.

@@ -42,6 +42,15 @@ pub(super) fn withhold(views: &Views, cloud: &mut SampleCloud, part: usize) -> V
     out
 }
 
+/// As many rays for the light at a point as for that at a sample.
+pub(super) fn rays(options: &Options) -> TextureOptions {
+    TextureOptions {
+        rays: options.transport.rays,
+        disc_rays: options.transport.disc_rays,
+        ..options.textures.clone()
+    }
+}
+
 /// Predicts samples of diffuse materials (Eq. 5), textured ones with their mean reflectance. Samples
 /// of specular materials, and of materials without a BRDF, are left out. `brdfs` has one per
 /// material.
@@ -54,11 +63,7 @@ pub(super) fn radiance(
     watch: &Watch,
 ) -> Result<Vec<Predicted>, Cancelled> {
     let light = Light::new(views, light, options);
-    let rays = TextureOptions {
-        rays: options.transport.rays,
-        disc_rays: options.transport.disc_rays,
-        ..options.textures.clone()
-    };
+    let rays = rays(options);
     let predicted: Vec<Option<Predicted>> = samples
         .par_iter()
         .map(|sample| {

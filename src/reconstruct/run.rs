@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use crate::geometry::bvh::RayCaster;
-use crate::math::rgb::Rgb;
 use crate::reconstruct::cache::{
     LightProducts, Product, RunProducts, SampleProducts, SolveProducts, Visibility,
 };
@@ -20,7 +19,7 @@ use crate::reconstruct::samples::Sample;
 use crate::reconstruct::transport::Transport;
 use crate::reconstruct::{
     Error, Method, Options, Reconstruction, Stage, Update, in_front, joint, lights, lobes,
-    normalize, optics, refine, samples, textures, transport,
+    normalize, optics, refine, samples, textures, transport, unsampled,
 };
 use crate::scene::{Brdf, Capture, MirrorsAndGlass, Views};
 use crate::watch::Watch;
@@ -64,6 +63,7 @@ impl Run<'_> {
         let predicted =
             predict::radiance(&views, withheld, &light, brdfs, self.options, self.watch)?;
         let SolveProducts { lights, lobes, transport, equations, solution } = (*solved).clone();
+        let solution = unsampled::complete(&views, &light, solution, self.options, self.watch)?;
         let gains = match self.options.photographs.gain {
             GainUse::Off => Vec::new(),
             GainUse::Report => gain::estimate(&capture, &placed.cloud),
@@ -248,7 +248,7 @@ impl Run<'_> {
                 watch,
             };
             let outcome =
-                joint::solve(data, &placed.start, &start(inputs, placed), &|iteration| {
+                joint::solve(data, &placed.start, &placed.start_of(inputs), &|iteration| {
                     update(Update::Iteration(*iteration));
                 })?;
             Ok((outcome, equations))
@@ -301,8 +301,8 @@ impl Run<'_> {
             &coupled,
             options.gloss.views_per_sample,
         );
-        let start = start(&inputs, placed);
-        let start = start.into_iter().map(|diffuse| diffuse.map(Brdf::diffuse)).collect();
+        let start = placed.start_of(&inputs).into_iter();
+        let start = start.map(|diffuse| diffuse.map(Brdf::diffuse)).collect();
         let solution = refine::refine(
             &capture,
             &equations,
@@ -423,16 +423,4 @@ impl Run<'_> {
 
 fn seed(inputs: &Inputs) -> u64 {
     inputs.options.general.seed as u64
-}
-
-/// The reflectances to start from: known ones, given ones, else Eq. 11.
-fn start(inputs: &Inputs, placed: &SampleProducts) -> Vec<Option<Rgb>> {
-    let mut start = placed.start.clone();
-    for (diffuse, material) in start.iter_mut().zip(&inputs.capture.materials) {
-        let given = inputs.options.start.get(&material.name).copied();
-        if let (Some(diffuse), Some(value)) = (diffuse, material.known_diffuse.or(given)) {
-            *diffuse = value;
-        }
-    }
-    start
 }

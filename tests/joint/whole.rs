@@ -64,30 +64,39 @@ fn painted(colours: [[f32; 3]; 2]) -> Room {
 /// point of a sphere sees every area alike, so E/π = f_cap + Σ f_i ρ_i E/π. From each of `places`
 /// six photographs see all of it.
 pub fn furnace(rho: [Rgb; 2], places: &[DVec3]) -> Room {
+    spotted_furnace([rho[0], rho[1], rho[1]], places, -1.0)
+}
+
+/// The same with a third material in the lower wall, a spot up to a height.
+fn spotted_furnace(rho: [Rgb; 3], places: &[DVec3], height: f64) -> Room {
     let mut room = Room::default();
     let (upper, lower) = (room.diffuse("upper"), room.diffuse("lower"));
+    let spot = if height > -1.0 { room.diffuse("spot") } else { lower };
     let cap = room.luminaire("cap");
     let (positions, mut faces) = icosphere(3);
     faces.iter_mut().for_each(|face| face.swap(1, 2));
     room.triangles(&positions, &faces, |[a, b, c]| match (a + b + c).z / 3.0 {
         z if z > 0.6 => cap,
         z if z > -0.1 => upper,
-        _ => lower,
+        z if z > height => lower,
+        _ => spot,
     });
     let mesh = &room.capture.mesh;
-    let mut areas = [0.0; 3];
+    let mut areas = vec![0.0; cap + 1];
     for (triangle, &surface) in mesh.surface.iter().enumerate() {
         let [a, b, c] = mesh.corners(triangle).map(|p| p.as_dvec3());
         areas[surface as usize] += 0.5 * (b - a).cross(c - a).length();
     }
-    let share = areas.map(|area| area / areas.iter().sum::<f64>());
-    let colour = |material: usize| -> [f32; 3] {
+    let whole: f64 = areas.iter().sum();
+    let colour = |surface: usize| -> [f32; 3] {
         std::array::from_fn(|c| {
-            let returned = rho[0][c] * share[0] + rho[1][c] * share[1];
-            (rho[material][c] * share[2] / (1.0 - returned)) as f32
+            let returned = |surface: usize| rho[surface][c] * areas[surface] / whole;
+            let returned: f64 = (0..cap).map(returned).sum();
+            (rho[surface][c] * areas[cap] / whole / (1.0 - returned)) as f32
         })
     };
-    let colours = [colour(0), colour(1), [1.0; 3]];
+    let mut colours: Vec<[f32; 3]> = (0..cap).map(colour).collect();
+    colours.push([1.0; 3]);
     for camera in places.iter().flat_map(|&place| cube_cameras(place, 96)) {
         room.photograph(camera, |struck| colours[struck.surface]);
     }
@@ -109,6 +118,34 @@ fn a_closed_room_whose_luminaire_is_seen_needs_no_lobes() {
     assert!(result.lobes.lobes.is_empty(), "{:?}", result.lights.lights);
     let named = |warning: &String| warning.contains("no virtual light");
     assert!(result.warnings.iter().any(named), "{:?}", result.warnings);
+}
+
+#[test]
+fn a_material_between_the_samples_has_a_reflectance() {
+    let rho = [[0.8, 0.5, 0.1], [0.3, 0.6, 0.7], [0.1, 0.9, 0.4]];
+    let mut room = spotted_furnace(rho, &[DVec3::new(0.03, -0.02, 0.05)], -0.97);
+    let mut options = options();
+    options.transport.rays = 1024;
+    options.samples.spacing_m = Some(0.8);
+    let result = run(&room, &options).unwrap();
+    let spot = 2;
+    assert!(result.samples.samples.iter().all(|sample| sample.material != spot));
+    let found = result.solution.reflectances[spot].unwrap().diffuse;
+    for (found, rho) in found.into_iter().zip(rho[spot]) {
+        assert!((found / rho - 1.0).abs() < 0.05, "{found} for {rho}");
+    }
+    let certainty = result.solution.certainty.as_ref().unwrap().materials[spot].unwrap();
+    assert_eq!(certainty.identified, [false; 3]);
+    for (interval, rho) in certainty.diffuse.into_iter().zip(rho[spot]) {
+        let [low, high] = interval.unwrap();
+        assert!(low <= rho && rho <= high, "{low} to {high} for {rho}");
+    }
+    let tells = |note: &String| note.contains("\"spot\"");
+    assert!(result.solution.notes.iter().any(tells), "{:?}", result.solution.notes);
+
+    room.capture.materials[spot].known_diffuse = Some([0.2; 3]);
+    let result = run(&room, &options).unwrap();
+    assert_eq!(result.solution.reflectances[spot].unwrap().diffuse, [0.2; 3]);
 }
 
 #[test]

@@ -244,3 +244,32 @@ fn every_page_and_dialog_is_as_it_was_stored() {
     }
     differing.tell();
 }
+
+#[test]
+fn the_open_tab_is_in_sight() {
+    let mut window = Window::with_example();
+    // What 1280x720 holds at twice the size of text.
+    window.harness.set_size(egui::vec2(640.0, 360.0));
+    window.key(NONE, Key::F3);
+    window.harness.run_steps(5);
+    // In the bar of tabs on the right: toolbar and menu have a "Run" too.
+    let in_bar = |window: &Window, label: &str| {
+        let bar = window.node("Known light").rect();
+        let found = window.harness.query_all_by_label(label).map(|node| node.rect());
+        found.into_iter().find(|rect| bar.y_range().contains(rect.center().y))
+    };
+    let tab = in_bar(&window, "Run").expect("a tab");
+    let right = in_bar(&window, "Scroll tabs right").map_or(640.0, |arrow| arrow.left());
+    assert!(tab.right() <= right + 1.0, "{tab:?} beside {right}");
+    // A hand may scroll it away.
+    let left = in_bar(&window, "Scroll tabs left").expect("scrolled");
+    window.harness.hover_at(left.center());
+    for pressed in [true, false] {
+        let (button, modifiers) = (egui::PointerButton::Primary, NONE);
+        let pos = left.center();
+        window.harness.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+    }
+    window.harness.run_steps(30);
+    let moved = in_bar(&window, "Run").expect("a tab").left() - tab.left();
+    assert!(moved > 10.0, "{moved}");
+}

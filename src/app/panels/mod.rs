@@ -53,7 +53,7 @@ use eframe::egui;
 use egui_tiles::{TileId, UiResponse};
 
 use self::context::Context;
-use self::state::PanelState;
+use self::state::{OpenedTab, PanelState};
 use super::actions::Action;
 use super::panes::{Pane, panes};
 use super::state::State;
@@ -64,13 +64,15 @@ pub fn workspace_ui(ui: &mut egui::Ui, state: &mut State, actions: &mut Vec<Acti
     let Some(project) = project else { return };
     egui::CentralPanel::no_frame().show(ui, |ui| {
         let context = Context { project, viewport, messages, jobs, actions };
-        layout.ui(&mut Behavior { context, panels }, ui);
+        layout.ui(&mut Behavior { context, panels, bar: None }, ui);
     });
 }
 
 struct Behavior<'a> {
     context: Context<'a>,
     panels: &'a mut PanelState,
+    /// The bar of tabs that is drawn, its open tab, and its width in points.
+    bar: Option<(TileId, Option<TileId>, f32)>,
 }
 
 macro_rules! show {
@@ -115,6 +117,43 @@ impl egui_tiles::Behavior<Pane> for Behavior<'_> {
 
     fn tab_bar_height(&self, _style: &egui::Style) -> f32 {
         24.0
+    }
+
+    fn top_bar_right_ui(
+        &mut self,
+        _tiles: &egui_tiles::Tiles<Pane>,
+        ui: &mut egui::Ui,
+        bar: TileId,
+        tabs: &egui_tiles::Tabs,
+        _scrolled: &mut f32,
+    ) {
+        self.bar = Some((bar, tabs.active, ui.max_rect().width()));
+    }
+
+    /// A tab that was opened, by a key or the palette too, is scrolled into sight where its bar is too
+    /// narrow for all of them; and once more after the bar became wider or narrower.
+    fn on_tab_button(
+        &mut self,
+        _tiles: &mut egui_tiles::Tiles<Pane>,
+        tile: TileId,
+        button: egui::Response,
+    ) -> egui::Response {
+        // The arrows beside the tabs come a frame after these were found to be too many.
+        const FRAMES: usize = 3;
+        if let Some((bar, Some(active), width)) = self.bar
+            && active == tile
+        {
+            let opened = self.panels.opened_tabs.entry(bar).or_default();
+            if (opened.tab, opened.width) != (Some(button.id), width) {
+                *opened = OpenedTab { tab: Some(button.id), width, frames: 0 };
+            }
+            if opened.frames < FRAMES {
+                opened.frames += 1;
+                button.scroll_to_me_animation(None, egui::style::ScrollAnimation::none());
+                button.ctx.request_repaint();
+            }
+        }
+        button
     }
 
     fn tab_text_color(

@@ -1,8 +1,23 @@
 //! Values that panels keep between frames.
 
+use std::collections::HashMap;
+
+use eframe::egui;
+use egui_tiles::TileId;
+
 use crate::app::actions::Select;
 use crate::app::panes::panes;
 use crate::app::solo::Alone;
+
+/// A tab that is scrolled into sight.
+#[derive(Default)]
+pub(super) struct OpenedTab {
+    pub tab: Option<egui::Id>,
+    /// Of its bar, in points.
+    pub width: f32,
+    /// In which it was scrolled to.
+    pub frames: usize,
+}
 
 macro_rules! states {
     ($($pane:ident $file:ident $place:ident, $title:literal, $command:literal, $help:literal;)*) => {
@@ -11,6 +26,8 @@ macro_rules! states {
         #[derive(Default)]
         pub struct PanelState {
             pub title: String,
+            /// The open tab of each bar of tabs.
+            pub(super) opened_tabs: HashMap<TileId, OpenedTab>,
             $(pub(super) $file: super::$file::State,)*
         }
     };
