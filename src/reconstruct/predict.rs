@@ -62,7 +62,7 @@ pub(super) fn radiance(
     options: &Options,
     watch: &Watch,
 ) -> Result<Vec<Predicted>, Cancelled> {
-    let light = Light::new(views, light, options);
+    let light = Light::new(light, options);
     let rays = rays(options);
     let predicted: Vec<Option<Predicted>> = samples
         .par_iter()

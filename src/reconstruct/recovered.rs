@@ -1,6 +1,9 @@
 //! The recovered light in the form that prediction, textures, pictures and exports use.
 
+use std::sync::Arc;
+
 use crate::math::rgb::Rgb;
+use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::solution::Solution;
@@ -19,6 +22,9 @@ pub struct RecoveredLight {
     /// The radiosity of known surfaces that no photograph shows; without patches where it was not
     /// computed.
     pub patch_radiosity: PatchRadiosity,
+    /// Cells of bright surfaces, at which additional rays are aimed; without cells in a result that was
+    /// read from a file.
+    pub bright: Arc<BrightCells>,
 }
 
 impl RecoveredLight {
@@ -34,6 +40,7 @@ impl RecoveredLight {
             lobes: lobes.clone(),
             emission: solution.emission.clone(),
             patch_radiosity: transport.patch_radiosity.clone(),
+            bright: transport.bright.clone(),
         }
     }
 

@@ -39,7 +39,7 @@ pub(super) fn complete(
     if points.iter().all(Vec::is_empty) {
         return Ok(solution);
     }
-    let (light, rays) = (Light::new(views, light, options), predict::rays(options));
+    let (light, rays) = (Light::new(light, options), predict::rays(options));
     let mut names = Vec::new();
     let completed = Arc::make_mut(&mut solution);
     for (material, points) in points.iter().enumerate() {

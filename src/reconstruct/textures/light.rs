@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
-use crate::reconstruct::bright::BrightCells;
 use crate::reconstruct::hemisphere::{Record, hemisphere};
 use crate::reconstruct::lights::VisibilityRays;
 use crate::reconstruct::options::Options;
@@ -22,20 +21,14 @@ pub(in crate::reconstruct) struct Light<'a> {
     /// Indices of the lights with any emission.
     lit: Vec<usize>,
     seed: u64,
-    bright: BrightCells,
 }
 
 impl<'a> Light<'a> {
     /// The seed is that of `options`.
-    pub(in crate::reconstruct) fn new(
-        views: &Views,
-        recovered: &'a RecoveredLight,
-        options: &Options,
-    ) -> Self {
+    pub(in crate::reconstruct) fn new(recovered: &'a RecoveredLight, options: &Options) -> Self {
         let lights = 0..recovered.lights.lights.len();
         let lit = lights.filter(|&light| recovered.shines(light)).collect();
-        let bright = BrightCells::new(views);
-        Self { recovered, lit, seed: options.general.seed as u64, bright }
+        Self { recovered, lit, seed: options.general.seed as u64 }
     }
 
     /// Random numbers for one texel: the same for all, so that what the few rays miss changes
@@ -47,7 +40,7 @@ impl<'a> Light<'a> {
     /// I_s of Eq. 14 at a surface point.
     fn photographed(&self, views: &Views, point: SurfacePoint, options: &TextureOptions) -> Rgb {
         let side = grid_side(options.rays);
-        let gathered = hemisphere(views, &self.bright, point, side, &mut self.random());
+        let gathered = hemisphere(views, &self.recovered.bright, point, side, &mut self.random());
         self.recovered.patch_radiosity.added_to(gathered.irradiance, &gathered.unphotographed)
     }
 
@@ -135,7 +128,8 @@ impl<'a> Light<'a> {
         options: &TextureOptions,
     ) -> Incident {
         let side = grid_side(options.rays);
-        let records = hemisphere(views, &self.bright, point, side, &mut self.random()).records;
+        let bright = &self.recovered.bright;
+        let records = hemisphere(views, bright, point, side, &mut self.random()).records;
         let photographed = Incoming::new(records.iter().map(Record::from_direction));
         let single = |rgb: Rgb| rgb.map(|value| value as f32);
         let lights = self.lights_apart(views, point, options).into_iter();

@@ -90,7 +90,7 @@ pub fn reconstruct(
     if !options.textures.enabled {
         return Ok(textures);
     }
-    let light = Light::new(views, light, options);
+    let light = Light::new(light, options);
     for (surface, tagged) in capture.surfaces.iter().enumerate() {
         let Role::Material(material) = tagged.role else { continue };
         let Some(brdf) = &brdfs[material] else { continue };
