@@ -176,7 +176,8 @@ for page in $pages; do
         command_ "add sphere light"
         pause 8
         click 296 98    # Before | after
-        picture relight 60
+        pause 60        # pictures come after twice as many paths each: without much noise
+        picture relight
         ;;
     speed | stability)
         open

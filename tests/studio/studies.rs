@@ -120,9 +120,9 @@ fn curves_and_sentences_say_what_the_capture_bears() {
         assert!(out.join(file).is_file(), "{file}");
     }
     // The same again is done already; more of it is not.
-    assert!(window.has("0 runs of 6"));
+    assert!(window.has("6 runs done"));
     window.click("Lens distortion wrong");
-    assert!(window.has("4 runs of 10"));
+    assert!(window.has("4 of 10 runs left"));
     window.click("Go on with the study");
     window.wait("the end", |window| !window.harness.state().is_busy());
     assert!(window.has_part("a lens coefficient k1") && curve(&window) >= 4);

@@ -93,13 +93,17 @@ pub fn chart_ui(
     for place in places.iter().filter(marked) {
         let Some([x, y]) = at(place) else { continue };
         let pixel = plot.transform.position_from_point(&PlotPoint::new(x, y));
+        let font = FontId::proportional(12.5);
+        let name = painter.layout_no_wrap(place.setting.clone(), font, text);
         // Left of and below the front is nothing else. Your own options may be a quality, so their
-        // name stands on the other side.
-        let (align, gap) = match place.setting == OWN {
-            true => (Align2::LEFT_BOTTOM, vec2(9.0, -5.0)),
-            false => (Align2::RIGHT_TOP, vec2(-9.0, 5.0)),
+        // name stands above, and on the other side where there is room.
+        let has_room = pixel.x + 9.0 + name.size().x < plot.response.rect.right();
+        let (align, gap) = match (place.setting == OWN, has_room) {
+            (true, true) => (Align2::LEFT_BOTTOM, vec2(9.0, -5.0)),
+            (true, false) => (Align2::RIGHT_BOTTOM, vec2(-9.0, -5.0)),
+            (false, _) => (Align2::RIGHT_TOP, vec2(-9.0, 5.0)),
         };
-        painter.text(pixel + gap, align, &place.setting, FontId::proportional(12.5), text);
+        painter.galley(align.anchor_size(pixel + gap, name.size()).min, name, text);
     }
     let mut clicked = None;
     for place in places {

@@ -96,10 +96,11 @@ pub fn course_ui(
 
 fn estimated(project: &Project, estimate: &Estimate) -> String {
     let left = estimate.runs - estimate.done;
-    let mut text = counted(left, "run", "runs");
-    if estimate.done > 0 {
-        text.push_str(&format!(" of {}", estimate.runs));
-    }
+    let mut text = match (estimate.done, left) {
+        (0, _) => counted(left, "run", "runs"),
+        (_, 0) => format!("{} done", counted(estimate.runs, "run", "runs")),
+        _ => format!("{left} of {} left", counted(estimate.runs, "run", "runs")),
+    };
     let products = &project.products;
     if let (Some(whole), Some((edit, _))) = (&products.whole, &products.of)
         && left > 0

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use glam::Vec3;
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
@@ -24,6 +24,9 @@ const MIRRORED_ERROR: f64 = 5.0;
 const PHOTOGRAPH_ERROR: f64 = 0.1;
 /// Standard deviation of a pattern on a surface, relative: printed walls and wood have about this.
 const PATTERN: f64 = 0.3;
+/// Its correlation between two channels. In natural images channels are correlated by more than this
+/// (Ruderman, Cronin and Chiao 1998).
+const CORRELATION: f64 = 0.9;
 fn brightness(radiance: &Rgb) -> f64 {
     radiance.iter().sum()
 }
@@ -33,14 +36,14 @@ struct Photographed {
     /// Radiance without the specular reflection.
     diffuse: Rgb,
     weight: f64,
-    /// Variance of the brightness of `diffuse`.
-    variance: f64,
+    /// Variance of `diffuse`.
+    variance: Rgb,
 }
 
 /// The mean of what photographs of a texel show of it, with their weights, without those that are far
 /// from the median ([`AGREEMENT`]): a thing in front of the surface, or the mirror image of a bright one, is in few.
-/// With the variance of its brightness.
-fn common(seen: &mut [Photographed]) -> Option<(Rgb, f64)> {
+/// With its variance.
+fn common(seen: &mut [Photographed]) -> Option<(Rgb, Rgb)> {
     seen.sort_by(|a, b| brightness(&a.diffuse).total_cmp(&brightness(&b.diffuse)));
     let half = 0.5 * seen.iter().map(|seen| seen.weight).sum::<f64>();
     let mut passed = 0.0;
@@ -49,28 +52,37 @@ fn common(seen: &mut [Photographed]) -> Option<(Rgb, f64)> {
         passed >= half
     })?;
     let median = brightness(&median.diffuse);
-    let (mut sum, mut weights, mut precision) = ([0.0; CHANNELS], 0.0, 0.0);
+    let (mut sum, mut weights, mut precision) = ([0.0; CHANNELS], 0.0, [0.0; CHANNELS]);
     for Photographed { diffuse, weight, variance } in seen.iter() {
         let own = brightness(diffuse);
         if own <= AGREEMENT * median && own >= median / AGREEMENT || own == median {
             sum.iter_mut().zip(diffuse).for_each(|(sum, value)| *sum += weight * value);
             weights += weight;
-            precision += 1.0 / variance.max(f64::MIN_POSITIVE);
+            for (precision, variance) in precision.iter_mut().zip(variance) {
+                *precision += 1.0 / variance.max(f64::MIN_POSITIVE);
+            }
         }
     }
-    (weights > 0.0).then(|| (sum.map(|sum| sum / weights), 1.0 / precision))
+    (weights > 0.0).then(|| (sum.map(|sum| sum / weights), precision.map(|sum| 1.0 / sum)))
 }
 
-/// The diffuse radiance of a texel of a glossy surface: the weighted mean of the radiance that was
-/// found and the radiance that the mean reflectance of the material would give. The weights follow
-/// from the variance of the former and from how much patterns of surfaces usually vary. A
-/// difference of more than three times the pattern is taken to be specular reflection that the
-/// model does not account for.
-fn drawn(found: Rgb, variance: f64, usual: Rgb) -> Rgb {
-    let pattern = PATTERN * brightness(&usual);
-    let beyond = ((brightness(&found) - brightness(&usual)).abs() - 3.0 * pattern).max(0.0);
-    let part = pattern.powi(2) / (pattern.powi(2) + variance + beyond.powi(2));
-    std::array::from_fn(|c| usual[c] + part * (found[c] - usual[c]))
+/// The diffuse radiance of a texel of a glossy surface, between the radiance that was found and that
+/// which the mean reflectance of the material would give: the estimate of smallest mean square error
+/// (Wiener), by the variance of the former and by how much patterns of surfaces usually vary, and
+/// alike in all channels. Where a dark channel is lost under the reflection of a window, the others
+/// tell of its pattern. A difference of more than three times the pattern is taken to be specular
+/// reflection that the model does not account for.
+fn drawn(found: Rgb, variance: Rgb, usual: Rgb) -> Rgb {
+    let least = (1e-3 * brightness(&usual)).max(1e-100);
+    let unit = DVec3::from(usual).max(DVec3::splat(least));
+    let difference = (DVec3::from(found) - DVec3::from(usual)) / unit;
+    let beyond = (difference.abs() - 3.0 * PATTERN).max(DVec3::ZERO);
+    let noise = DVec3::from(variance) / (unit * unit) + beyond * beyond;
+    let shared = DVec3::splat(PATTERN.powi(2) * CORRELATION);
+    let pattern = DMat3::from_cols(shared, shared, shared)
+        + DMat3::from_diagonal(DVec3::splat(PATTERN.powi(2) * (1.0 - CORRELATION)));
+    let drawn = pattern * (pattern + DMat3::from_diagonal(noise)).inverse() * difference;
+    (DVec3::from(usual) + unit * drawn).to_array()
 }
 
 /// The texels of one surface.
@@ -257,7 +269,10 @@ fn shown(
     Photographed {
         diffuse: std::array::from_fn(|c| radiance[c] - mirrored[c]),
         weight: weight / error,
-        variance: (PHOTOGRAPH_ERROR * brightness(&radiance)).powi(2) * error,
+        variance: std::array::from_fn(|c| {
+            PHOTOGRAPH_ERROR.powi(2)
+                * (radiance[c].powi(2) + (MIRRORED_ERROR * mirrored[c]).powi(2))
+        }),
     }
 }
 
@@ -289,13 +304,13 @@ mod tests {
         let shown = |value: f64| Photographed {
             diffuse: [value; CHANNELS],
             weight: 1.0,
-            variance: (0.1 * value).powi(2),
+            variance: [(0.1 * value).powi(2); CHANNELS],
         };
         let mut seen = [0.0912, 0.0092, 0.0085, 0.0071].map(shown);
         let (found, variance) = common(&mut seen).unwrap();
         assert!((found[0] - (0.0092 + 0.0085 + 0.0071) / 3.0).abs() < 1e-12, "{found:?}");
         // That of the mean of three.
-        assert!((variance.sqrt() / (0.1 * found[0] / 3.0f64.sqrt()) - 1.0).abs() < 0.05);
+        assert!((variance[0].sqrt() / (0.1 * found[0] / 3.0f64.sqrt()) - 1.0).abs() < 0.05);
         // One photograph says what it says, also where the specular light was overestimated.
         assert_eq!(common(&mut [shown(-0.01)]).unwrap().0, [-0.01; CHANNELS]);
         assert!(common(&mut []).is_none());
@@ -304,11 +319,28 @@ mod tests {
     #[test]
     fn a_texel_is_drawn_to_its_material_as_far_as_it_is_uncertain() {
         let (found, usual) = ([0.02; CHANNELS], [0.018; CHANNELS]);
-        let pattern = (PATTERN * brightness(&usual)).powi(2);
+        // Of all channels together.
+        let pattern = (PATTERN * usual[0]).powi(2) * (1.0 + 2.0 * CORRELATION);
         for (variance, expected) in [(0.0, 0.02), (pattern, 0.019), (1e6 * pattern, 0.018)] {
-            assert!((drawn(found, variance, usual)[0] - expected).abs() < 1e-8, "{variance}");
+            let drawn = drawn(found, [variance; CHANNELS], usual);
+            assert!((drawn[0] - expected).abs() < 1e-8, "{variance}");
         }
         // The mirror image of a window is no pattern.
-        assert!(drawn([0.5; CHANNELS], 0.0, usual)[0] < 0.021);
+        assert!(drawn([0.5; CHANNELS], [0.0; CHANNELS], usual)[0] < 0.021);
+    }
+
+    #[test]
+    fn a_channel_of_which_nothing_is_known_follows_the_others() {
+        let usual = [0.2, 0.1, 0.04];
+        let found = [0.26, 0.13, 0.4];
+        let [red, green, blue] = drawn(found, [0.0, 0.0, 1e6], usual);
+        assert!((red - 0.26).abs() < 1e-6 && (green - 0.13).abs() < 1e-6, "{red} {green}");
+        // Of two that agree, each correlated with it by 0.9 and with the other: 2 · 0.9 / 1.9.
+        assert!((blue / usual[2] - 1.0 - 0.3 * 1.8 / 1.9).abs() < 1e-3, "{blue}");
+        // Each channel has a pattern of its own as well.
+        let [.., blue] = drawn([0.26, 0.13, 0.03], [0.0; CHANNELS], usual);
+        assert!((blue - 0.03).abs() < 1e-6, "{blue}");
+        // A channel that a material does not reflect.
+        assert!(drawn([0.2, 0.1, 0.001], [1e-4; CHANNELS], [0.2, 0.1, 0.0])[2].is_finite());
     }
 }
