@@ -10,14 +10,16 @@ use crate::geometry::spaced::TooManyPoints;
 use crate::math::sampling::Random;
 use crate::reconstruct::Stream;
 use crate::scene::views::Run;
-use crate::scene::{Optics, Role, Views};
+use crate::scene::{Optics, Role, SurfacePoint, Views};
 
 /// The conditions on the pixels.
-pub(super) struct Wanted {
+pub(super) struct Wanted<'a> {
     pub min_cosine: f64,
     /// Samples that are aimed at.
     pub samples: usize,
     pub seed: u64,
+    /// Whether pixels of a material, by its index, are wanted.
+    pub of_material: &'a (dyn Fn(usize) -> bool + Sync),
 }
 
 /// A pixel that could become a sample. There are millions, so only its place is stored.
@@ -40,6 +42,13 @@ impl Candidate {
         let buffer = &views.buffers[self.buffer as usize];
         let (pixel, width) = (self.pixel as usize, buffer.camera.width);
         buffer.hit(pixel % width, pixel / width).expect("candidates show something")
+    }
+
+    /// The surface point that the pixel shows, on the side that faces the camera.
+    pub fn point(self, views: &Views) -> SurfacePoint {
+        let (position, triangle) = self.hit(views);
+        let camera = views.buffers[self.buffer as usize].camera.position.as_vec3();
+        views.side(position, triangle, camera - position)
     }
 
     fn triangle(self, views: &Views) -> u32 {
@@ -73,7 +82,7 @@ pub(super) fn find(
     let material = |run: &Run| {
         let usable =
             views.optics(run.triangle) == Optics::Opaque && (!off_edges || run.is_off_edges);
-        capture.material_of(run.triangle).filter(|_| usable)
+        capture.material_of(run.triangle).filter(|&own| usable && (wanted.of_material)(own))
     };
     let kept = thinned(views, wanted.samples, &material);
     let mut candidates = Vec::new();

@@ -113,8 +113,12 @@ pub fn place(
     let capture = views.capture;
     let mut warnings = Vec::new();
     watch.begin(4);
-    let wanted =
-        candidates::Wanted { min_cosine: options.min_cosine, samples: options.count, seed };
+    let wanted = candidates::Wanted {
+        min_cosine: options.min_cosine,
+        samples: options.count,
+        seed,
+        of_material: &|_| true,
+    };
     let mut candidates = candidates::find(views, &wanted, options.reject_edges)?;
     watch.tick()?;
 
@@ -247,8 +251,7 @@ fn read(
     candidate: Candidate,
 ) -> Option<(Sample, Vec<View>)> {
     let (position, triangle) = candidate.hit(views);
-    let towards = views.buffers[candidate.buffer as usize].camera.position.as_vec3() - position;
-    let point = views.side(position, triangle, towards);
+    let point = candidate.point(views);
     let look = |off_edges: bool| -> Vec<View> {
         views
             .buffers

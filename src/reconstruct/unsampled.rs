@@ -12,13 +12,14 @@ use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::math::sampling::Random;
+use crate::reconstruct::candidates::{self, material_of};
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::solution::{MaterialCertainty, Solution};
 use crate::reconstruct::textures::TextureOptions;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::{Stream, predict};
-use crate::scene::{Brdf, Optics, SurfacePoint, Views};
+use crate::reconstruct::{Error, Stream, predict};
+use crate::scene::{Brdf, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Pixels of a material that are used at most.
@@ -27,15 +28,15 @@ const PIXELS: usize = 100;
 /// The solution with a reflectance for every material that a photograph measures.
 ///
 /// # Errors
-/// When cancelled.
+/// `Error::Cancelled`, and `Error::TooManyPixels` as in [`samples::place`](super::samples::place).
 pub(super) fn complete(
     views: &Views,
     light: &RecoveredLight,
     mut solution: Arc<Solution>,
     options: &Options,
     watch: &Watch,
-) -> Result<Arc<Solution>, Cancelled> {
-    let points = points(views, &solution, options, watch)?;
+) -> Result<Arc<Solution>, Error> {
+    let points = points(views, &solution, options)?;
     if points.iter().all(Vec::is_empty) {
         return Ok(solution);
     }
@@ -125,54 +126,32 @@ fn at_points(
     Ok((!found.is_empty()).then(|| std::array::from_fn(channel)))
 }
 
-/// Per material up to [`PIXELS`] points, where pixels show it and it has no BRDF but should: chosen at
-/// random, each pixel with the same probability.
+/// Per material that should have a BRDF and has none, up to [`PIXELS`] points that pixels show, chosen
+/// at random.
 fn points(
     views: &Views,
     solution: &Solution,
     options: &Options,
-    watch: &Watch,
-) -> Result<Vec<Vec<SurfacePoint>>, Cancelled> {
-    let capture = views.capture;
-    let mut points = vec![Vec::new(); capture.materials.len()];
-    if solution.reflectances.iter().all(Option::is_some) {
+) -> Result<Vec<Vec<SurfacePoint>>, Error> {
+    let mut points = vec![Vec::new(); solution.reflectances.len()];
+    let of_material = |material: usize| solution.reflectances[material].is_none();
+    if !(0..points.len()).any(of_material) {
         return Ok(points);
     }
-    let mut shown = vec![0usize; points.len()];
-    let mut random = Random::new(options.general.seed as u64, Stream::Unsampled as u64, 0);
-    for buffer in &views.buffers {
-        let camera = buffer.camera.position.as_vec3();
-        for y in 0..buffer.camera.height {
-            watch.check()?;
-            for run in buffer.runs(y) {
-                let Some(material) = capture.material_of(run.triangle) else { continue };
-                if solution.reflectances[material].is_some()
-                    || views.optics(run.triangle) != Optics::Opaque
-                {
-                    continue;
-                }
-                for x in run.columns {
-                    let Some((position, triangle)) = buffer.hit(x, y) else { continue };
-                    if buffer.image.radiance(x, y).is_none() {
-                        continue;
-                    }
-                    let point = views.side(position, triangle, camera - position);
-                    let cosine = point.normal.dot((camera - position).normalize_or_zero());
-                    if f64::from(cosine) < options.samples.min_cosine {
-                        continue;
-                    }
-                    // Reservoir sampling: of n pixels so far, each is kept with the same probability.
-                    shown[material] += 1;
-                    let kept = &mut points[material];
-                    if kept.len() < PIXELS {
-                        kept.push(point);
-                    } else if let Some(kept) = kept.get_mut(random.below(shown[material])) {
-                        *kept = point;
-                    }
-                }
-            }
+    let seed = options.general.seed as u64;
+    let wanted = candidates::Wanted {
+        min_cosine: options.samples.min_cosine,
+        samples: options.samples.count,
+        seed,
+        of_material: &of_material,
+    };
+    let mut shown = candidates::find(views, &wanted, false)?;
+    Random::new(seed, Stream::Unsampled as u64, 0).shuffle(&mut shown);
+    for candidate in shown {
+        let own = &mut points[material_of(views, candidate)];
+        if own.len() < PIXELS {
+            own.push(candidate.point(views));
         }
-        buffer.image.release();
     }
     Ok(points)
 }

@@ -13,9 +13,9 @@ use crate::app::solo::Alone;
 #[derive(Default)]
 pub(super) struct OpenedTab {
     pub tab: Option<egui::Id>,
-    /// Of its bar, in points.
+    /// Width of its bar, in points.
     pub width: f32,
-    /// In which it was scrolled to.
+    /// Frames in which it was scrolled into sight.
     pub frames: usize,
 }
 
