@@ -68,7 +68,8 @@ fn main() {
     let capture = capture::load(&folder, &watch).expect("the capture is sound");
     let mut options = Options::default();
     options.joint.light_sets = 1;
-    let solved = Solved::from(&run(&capture, &options, &watch, &|_| ()).expect("it reconstructs"));
+    let whole = run(&capture, &options, &watch, &|_| ()).expect("it reconstructs");
+    let solved = Solved::new(&capture, &whole);
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(&capture, &caster, &watch).expect("not cancelled");
     compare(

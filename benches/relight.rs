@@ -156,7 +156,7 @@ fn relight(criterion: &mut Criterion) {
         let mut options = Options::default();
         options.set("joint", "light_sets", "1").expect("an option");
         let whole = reconstruct::run(&capture, &options, &Watch::new(), &|_| ()).expect("a result");
-        let solved = Solved::from(&whole);
+        let solved = Solved::new(&capture, &whole);
         let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
         let views = Views::new(&capture, &caster, &Watch::new()).expect("not cancelled");
         let camera = view(&capture);

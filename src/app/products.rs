@@ -82,13 +82,13 @@ impl Run {
 }
 
 impl Products {
-    /// Those of a finished run.
-    pub fn finish(&mut self, whole: Arc<Reconstruction>) {
+    /// Those of a finished run, which was of `capture`.
+    pub fn finish(&mut self, capture: &Capture, whole: Arc<Reconstruction>) {
         self.samples = Some(whole.samples.clone());
         self.lights = Some((whole.lights.clone(), whole.lobes.clone()));
         self.iterations.clone_from(&whole.solution.iterations);
         self.solution = Some(whole.solution.clone());
-        self.solved = Some(Arc::new(Solved::from(whole.as_ref())));
+        self.solved = Some(Arc::new(Solved::new(capture, &whole)));
         self.whole = Some(whole);
     }
 }

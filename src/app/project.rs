@@ -253,8 +253,9 @@ impl Project {
         let given = Arc::new(GivenLight::of(&capture));
         let masks = Arc::new(masks);
         let of = Edit { materials, absent, masks, options, given, ..(*self.edit).clone() };
-        self.products = Products { of: Some((Arc::new(of), capture)), ..Products::default() };
-        self.products.finish(reconstruction);
+        let of_run = Some((Arc::new(of), capture.clone()));
+        self.products = Products { of: of_run, ..Products::default() };
+        self.products.finish(&capture, reconstruction);
         self.products.stored = stored;
     }
 

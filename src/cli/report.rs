@@ -3,6 +3,7 @@
 use crate::io::export::lights;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::lights::LightKind;
+use crate::reconstruct::materials::Materials;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::{Reconstruction, Stage};
 use crate::scene::{Capture, MaterialKind, Optics};
@@ -89,11 +90,12 @@ fn light_counts(reconstruction: &Reconstruction) -> String {
 /// A line for every diffuse and specular reflectance and exponent, the channels in columns.
 fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<String> {
     let solution = &reconstruction.solution;
+    let Materials { reflectances, certainty } = reconstruction.materials(capture);
     let mut rows: Vec<(&str, &str, Vec<String>)> = Vec::new();
     let (mut has_intervals, mut all_identified) = (false, true);
     for (index, material) in capture.materials.iter().enumerate() {
         let name = material.name.as_str();
-        let Some(reflectance) = solution.reflectances.get(index).copied().flatten() else {
+        let Some(reflectance) = reflectances.get(index).copied().flatten() else {
             let what = match solution.optics.get(index).copied().unwrap_or_default() {
                 Optics::Opaque => "not measured",
                 Optics::Mirror(_) => "mirror",
@@ -102,8 +104,7 @@ fn reflectances(capture: &Capture, reconstruction: &Reconstruction) -> Vec<Strin
             rows.push((name, what, Vec::new()));
             continue;
         };
-        let certainty = solution.certainty.as_ref();
-        let certainty = certainty.and_then(|c| c.materials.get(index).copied()).flatten();
+        let certainty = certainty.get(index).copied().flatten();
         let MaterialCertainty { diffuse, specular, exponent, roughness, identified } = certainty
             .unwrap_or(MaterialCertainty {
                 identified: [true; CHANNELS],

@@ -18,6 +18,7 @@ pub mod joint;
 pub mod cache;
 pub mod lights;
 pub mod lobes;
+pub mod materials;
 pub mod memory;
 pub mod normalize;
 pub mod optics;

@@ -138,8 +138,15 @@ pub struct Trial {
     pub change: f64,
     /// Of `change`, over the blocks.
     pub standard_error: Option<f64>,
-    /// Whether the error fell by more than that, so that the part is used.
+    /// Whether the part is used: as a rule, if the error fell by more than that.
     pub supported: bool,
+}
+
+impl Trial {
+    /// Whether the error fell by more than its standard error.
+    pub fn is_significant(&self) -> bool {
+        self.standard_error.is_some_and(|error| -self.change > error)
+    }
 }
 
 /// A part of a light model.

@@ -9,6 +9,7 @@ use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::Random;
 use crate::reconstruct::lights::LightKind;
+use crate::reconstruct::materials::Materials;
 use crate::reconstruct::solution::MaterialCertainty;
 use crate::reconstruct::textures::Texture;
 use crate::reconstruct::{Reconstruction, RecoveredLight};
@@ -33,22 +34,21 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// Whether a sky is seen where no surface is.
-    pub fn shows_sky(&self) -> bool {
-        self.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
-    }
-}
-
-impl From<&Reconstruction> for Solved {
-    fn from(whole: &Reconstruction) -> Self {
-        let certainty = whole.solution.certainty.as_ref();
+    /// Of a reconstruction of `capture`.
+    pub fn new(capture: &Capture, whole: &Reconstruction) -> Self {
+        let Materials { reflectances, certainty } = whole.materials(capture);
         Self {
-            reflectances: whole.solution.reflectances.clone(),
+            reflectances,
             optics: whole.solution.optics.clone(),
             textures: whole.textures.clone(),
             light: whole.light(),
-            certainty: certainty.map_or_else(Vec::new, |certainty| certainty.materials.clone()),
+            certainty,
         }
+    }
+
+    /// Whether a sky is seen where no surface is.
+    pub fn shows_sky(&self) -> bool {
+        self.light.lights.lights.iter().any(|light| light.kind == LightKind::Sky)
     }
 }
 

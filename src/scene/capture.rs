@@ -92,6 +92,13 @@ pub struct Material {
     pub known_diffuse_sd: Option<Rgb>,
 }
 
+impl Material {
+    /// Whether its diffuse reflectance is known without a deviation.
+    pub fn is_exactly_known(&self) -> bool {
+        self.known_diffuse.is_some() && self.known_diffuse_sd.is_none()
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialKind {
     Diffuse,

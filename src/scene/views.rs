@@ -242,8 +242,13 @@ impl<'a> Views<'a> {
                 return None;
             }
         }
+        self.is_in_sight(buffer, point).then_some(seen)
+    }
+
+    /// Whether nothing lies between a surface point and a camera. [`Self::seen`] does not tell apart
+    /// what lies less than a pixel behind what the photograph shows.
+    pub fn is_in_sight(&self, buffer: &VisibilityBuffer, point: SurfacePoint) -> bool {
         self.is_free_in(self.seen_caster, point, buffer.position, &mut Blocker::default())
-            .then_some(seen)
     }
 
     /// Whether any photograph has a measurement at a surface point.

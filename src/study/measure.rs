@@ -135,7 +135,7 @@ fn predict(
     let small = camera.reduced(step);
     let caster = RayCaster::build(&kept.mesh.positions, &kept.mesh.triangles);
     let views = Views::new(&kept, &caster, watch)?;
-    let (edits, solved) = (Edits::default(), Solved::from(&whole));
+    let (edits, solved) = (Edits::default(), Solved::new(&kept, &whole));
     let geometry = Geometry::new(&kept, &solved, &edits);
     let scene = Scene::new(&views, &geometry, &solved, &edits, &[small.position.as_vec3()]);
     let pictures = RenderOptions { spp: 32, ..RenderOptions::default() };

@@ -307,6 +307,36 @@ fn stripes_of_two_pixels_are_sharper_than_by_the_nearest_pixel() {
     assert!(sharpened < 0.5 * nearest, "{sharpened}, {nearest} by the nearest pixel");
 }
 
+/// Pixels below the eye are 6 mm wide: neither the floor's underside nor what a mat covers of it may
+/// take over what they show, for it is dark there.
+#[test]
+fn what_lies_less_than_a_pixel_behind_is_not_shown() {
+    let mut room = Room::default();
+    let floor = room.diffuse("floor");
+    room.capture.materials[0].textured = true;
+    let mat = room.diffuse("mat");
+    let sky = room.luminaire("sky");
+    room.square(floor, HALF, 0.0);
+    let below = DVec3::new(-HALF, HALF, -0.001);
+    room.rectangle(floor, below, DVec3::X * 2.0 * HALF, DVec3::NEG_Y * 2.0 * HALF);
+    room.square(mat, 0.2, 0.001);
+    let (positions, faces) = icosphere(2);
+    room.triangles(&positions, &faces, |_| sky);
+    for camera in cube_cameras(EYE, 160) {
+        room.photograph(camera, |struck| {
+            let rho = [0.5, 0.1, 1.0][struck.surface];
+            SKY.map(|sky| (rho * sky) as f32)
+        });
+    }
+    let result = run(&room, &quick()).unwrap();
+    let texture = the_texture(&result);
+    let seen = texture.texels.iter().zip(&texture.seen).filter(|(_, seen)| **seen);
+    let seen: Vec<f32> = seen.map(|(texel, _)| texel[1]).collect();
+    assert!(seen.len() > 500, "{} texels", seen.len());
+    let wrong: Vec<f32> = seen.iter().copied().filter(|texel| (texel - 0.5).abs() > 0.05).collect();
+    assert!(wrong.is_empty(), "of {}: {wrong:?}", seen.len());
+}
+
 #[test]
 fn only_textured_materials_get_a_texture() {
     let room = dome(false, gradient);

@@ -95,7 +95,7 @@ pub fn whole() -> Content {
         samples: Some(found.samples.clone()),
         lights: Some((found.lights.clone(), found.lobes.clone())),
         solution: Some(found.solution.clone()),
-        solved: Some(Arc::new(Solved::from(found))),
+        solved: Some(Arc::new(Solved::new(&capture(), found))),
         ..bare()
     }
 }

@@ -226,7 +226,8 @@ fn runner_event(state: &mut State, event: Event) {
             for warning in &whole.warnings {
                 state.messages.warning(warning.clone());
             }
-            project.products.finish(whole);
+            let capture = project.result_capture().clone();
+            project.products.finish(&capture, whole);
             state.messages.info(state.probe.report().unwrap_or_default());
             state.messages.notice(format!("Done in {secs:.1} s. {brief}"));
             state.jobs.derive(project);

@@ -208,7 +208,7 @@ impl Jobs {
         };
         let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             capture: capture.clone(),
-            solved: Arc::new(Solved::from(whole.as_ref())),
+            solved: Arc::new(Solved::new(capture, &whole)),
             edits: Arc::default(),
             frames: vec![frame],
             options: RenderOptions { engine: self.engine, ..RenderOptions::default() },

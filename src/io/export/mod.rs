@@ -28,8 +28,9 @@ use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::options::OptionValue;
 use crate::reconstruct::gain::GainUse;
+use crate::reconstruct::materials::Materials;
 use crate::reconstruct::solution::Iteration;
-use crate::reconstruct::textures::{self, Texture};
+use crate::reconstruct::textures::Texture;
 use crate::reconstruct::{Options, Reconstruction, Stage, emission};
 use crate::scene::{Capture, Gloss, MaterialKind, Optics};
 use crate::watch::Watch;
@@ -92,20 +93,6 @@ pub fn write(
     Ok(())
 }
 
-/// Intervals about the solved values, moved to be about those that are written: the mean of a
-/// texture is larger than the geometric mean that was solved for.
-fn about(
-    intervals: [Option<[f64; 2]>; CHANNELS],
-    solved: Option<Rgb>,
-    written: Option<Rgb>,
-) -> [Option<[f64; 2]>; CHANNELS] {
-    let (Some(solved), Some(written)) = (solved, written) else { return intervals };
-    std::array::from_fn(|c| {
-        let factor = if solved[c] > 0.0 { written[c] / solved[c] } else { 1.0 };
-        intervals[c].map(|ends| ends.map(|end| (end * factor).min(1.0)))
-    })
-}
-
 /// `solution.json` of a reconstruction.
 pub fn summary(
     capture: &Capture,
@@ -118,11 +105,11 @@ pub fn summary(
     for sample in &reconstruction.samples.samples {
         counts[sample.material] += 1;
     }
+    let Materials { reflectances, certainty } = reconstruction.materials(capture);
     let material = |index: usize| {
         let material = &capture.materials[index];
-        let reflectance = result.reflectances[index];
+        let reflectance = reflectances[index];
         let is_specular = material.kind == MaterialKind::Specular;
-        let textured = textures::mean_reflectance(&reconstruction.textures, index);
         let gloss = reflectance.filter(|_| is_specular).and_then(|r| r.gloss());
         let (model, exponent, roughness) = match gloss {
             Some((Gloss::Phong { exponent }, _)) => (Some("phong"), Some(exponent), None),
@@ -135,22 +122,15 @@ pub fn summary(
             Optics::Mirror(reflected) => (Some("mirror"), Some(reflected.map(f64::from))),
             Optics::Glass => (Some("glass"), None),
         };
-        // What is known is what was given, not the mean of a texture made with it.
-        let known = material.known_diffuse.filter(|_| {
-            reflectance.is_some()
-                && material.known_diffuse_sd.is_none()
-                && result.certainty.is_some()
-        });
-        let solved = reflectance.map(|r| r.diffuse);
-        let diffuse = known.or(textured).or(solved);
+        let is_known = material.is_exactly_known() && result.certainty.is_some();
+        let known = material.known_diffuse.filter(|_| is_known);
         // A material without a reflectance has nothing to be certain of.
-        let certainty = result.certainty.as_ref().and_then(|c| c.materials.get(index).copied());
-        let certainty = certainty.flatten().filter(|_| reflectance.is_some());
+        let certainty = certainty.get(index).copied().flatten().filter(|_| reflectance.is_some());
         Material {
             name: material.name.clone(),
             kind: if is_specular { "specular" } else { "diffuse" }.to_owned(),
             surfaces: material.surfaces.iter().map(|&s| capture.surfaces[s].name.clone()).collect(),
-            diffuse,
+            diffuse: reflectance.map(|r| known.unwrap_or(r.diffuse)),
             specular: reflectance
                 .filter(|r| is_specular && r.coat.is_none())
                 .map(|r| r.specular)
@@ -161,7 +141,7 @@ pub fn summary(
             roughness_interval: roughness.and(certainty).and_then(|c| c.roughness),
             diffuse_interval: certainty.and_then(|c| match known {
                 Some(known) => intervals(known.map(|value| Some([value; 2]))),
-                None => intervals(about(c.diffuse, solved, diffuse)),
+                None => intervals(c.diffuse),
             }),
             specular_interval: certainty
                 .filter(|_| is_specular)

@@ -1,7 +1,10 @@
 //! What a reconstruction becomes in the files; what is in them is read back by tests/formats.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::reconstruct::lights::LightKind;
+use crate::reconstruct::unwrap::Unwrap;
 
 fn read(reconstruction: &Reconstruction) -> solution::Solution {
     let folder = tempfile::tempdir().unwrap();
@@ -158,4 +161,38 @@ fn file_names_are_harmless_and_unique() {
     assert_eq!(file_name("../../etc/x", &mut taken), ".._.._etc_x");
     assert_eq!(file_name("", &mut taken), "surface-2");
     assert_eq!(file_name("Böden", &mut taken), "Böden");
+}
+
+#[test]
+fn a_textured_material_has_the_mean_of_its_texels_and_a_known_one_what_was_given() {
+    let (mut capture, mut whole) = (fixture::capture(), fixture::reconstruction());
+    let index = 0;
+    let unwrap =
+        Unwrap { triangles: Vec::new(), corners: Vec::new(), width: 3, height: 1, is_own: true };
+    let texels = vec![[0.75; CHANNELS], [0.25; CHANNELS], [0.9; CHANNELS]];
+    let seen = vec![true, true, false];
+    let texture = Texture { surface: 0, material: index, unwrap, texels, seen };
+    whole.textures = Arc::new(vec![texture]);
+    let mean = [0.5; CHANNELS];
+    let mut solution = (*whole.solution).clone();
+    let solved = [0.4; CHANNELS];
+    solution.reflectances[index].as_mut().unwrap().diffuse = solved;
+    let certainty = solution.certainty.as_mut().unwrap().materials[index].as_mut().unwrap();
+    certainty.diffuse = solved.map(|value| Some([0.9 * value, 1.1 * value]));
+    whole.solution = Arc::new(solution);
+
+    let told = whole.materials(&capture);
+    assert_eq!(told.reflectances[index].unwrap().diffuse, mean);
+    for (interval, mean) in told.certainty[index].unwrap().diffuse.iter().zip(mean) {
+        let [low, high] = interval.unwrap();
+        assert!((low / mean - 0.9).abs() < 1e-12 && (high / mean - 1.1).abs() < 1e-12);
+    }
+    for other in (0..capture.materials.len()).filter(|&other| other != index) {
+        assert_eq!(told.reflectances[other], whole.solution.reflectances[other]);
+    }
+
+    capture.materials[index].known_diffuse = Some(solved);
+    assert_eq!(whole.materials(&capture).reflectances[index].unwrap().diffuse, solved);
+    capture.materials[index].known_diffuse_sd = Some([0.1; CHANNELS]);
+    assert_eq!(whole.materials(&capture).reflectances[index].unwrap().diffuse, mean);
 }

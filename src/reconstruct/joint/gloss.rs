@@ -11,7 +11,7 @@ use crate::math::rgb::Rgb;
 use crate::reconstruct::Error;
 use crate::reconstruct::hemisphere::Record;
 use crate::reconstruct::joint::background::LightSet;
-use crate::reconstruct::joint::compare::{Validated, compare, validate};
+use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, with_terms};
 use crate::reconstruct::joint::glossy::LightOnRow;
 use crate::reconstruct::joint::problem::Problem;
@@ -37,8 +37,10 @@ const FLAT: f64 = 0.05;
 /// Times that exponents halfway between the best and its neighbours are tried.
 const HALVINGS: usize = 2;
 
-/// Chooses for every specular material between three models: diffuse, a coat, and a lobe of its own
-/// strength. The simplest is taken for which no other has a lower held-out error.
+/// Chooses for every specular material between three models: a coat, a lobe of its own strength, and
+/// no gloss at all. Its tag says that it is glossy, and most such surfaces have a coat: that is taken
+/// unless another model has a lower held-out error. Where a lobe has, it is taken in place of no gloss
+/// if its error is lower than without gloss, too.
 ///
 /// # Errors
 /// As [`fit`].
@@ -57,19 +59,30 @@ pub fn choose(problem: &Problem, mut fitted: Fitted) -> Result<(Validated, Vec<T
         let coated = validate(problem, coated, Some(&best))?;
         let cv = compare(problem, &coated, &best);
         trials.push(cv.trial(TrialPart::Lobe(material)));
-        if !cv.is_better() {
+        let is_coat = !cv.is_better();
+        if is_coat {
             best = coated;
         }
         let model = best.fitted.model.with_gloss(material, None);
         let matt = fit(problem, &model, Some(&best.fitted), ROUGH)?;
         let matt = validate(problem, matt, Some(&best))?;
         let cv = compare(problem, &matt, &best);
-        trials.push(cv.trial(TrialPart::Gloss(material)));
-        if !cv.is_better() {
+        let is_kept = is_kept(is_coat, &cv, &compare(problem, &best, &matt));
+        trials.push(Trial { supported: is_kept, ..cv.trial(TrialPart::Gloss(material)) });
+        if !is_kept {
             best = matt;
         }
     }
     Ok((best, trials))
+}
+
+/// Whether a specular material has gloss, by how its gloss and no gloss compare, each in place of the
+/// other.
+fn is_kept(is_coat: bool, gloss: &PairedCv, matt: &PairedCv) -> bool {
+    match is_coat {
+        true => !matt.is_better(),
+        false => gloss.is_better(),
+    }
 }
 
 /// Finds the sharpness of the lobe of every glossy material of a fit in turn, the others' given.
@@ -293,4 +306,27 @@ fn range(problem: &Problem, material: usize, tried: &[(f64, Fitted)], least: usi
 fn least<T>(tried: &[(f64, T)], cost: impl Fn(&T) -> f64) -> usize {
     let costs = tried.iter().map(|(_, value)| cost(value)).enumerate();
     costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(place, _)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coat_is_assumed_unless_it_predicts_worse_and_a_lobe_has_to_predict_better() {
+        let falls_by = |part: f64| PairedCv {
+            before: 1.0,
+            after: 1.0 - part,
+            change: -part,
+            standard_error: 0.02,
+        };
+        let kept = |is_coat, gain| is_kept(is_coat, &falls_by(gain), &falls_by(-gain));
+        for (gain, coat, lobe) in [(0.05, true, true), (0.01, true, false), (-0.01, true, false)] {
+            assert_eq!((kept(true, gain), kept(false, gain)), (coat, lobe), "{gain}");
+        }
+        assert!(!kept(true, -0.05) && !kept(false, -0.05));
+        // Too few blocks to tell.
+        let unknown = PairedCv { standard_error: f64::INFINITY, ..falls_by(0.0) };
+        assert!(is_kept(true, &unknown, &unknown) && !is_kept(false, &unknown, &unknown));
+    }
 }

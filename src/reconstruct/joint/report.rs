@@ -5,6 +5,7 @@ use crate::reconstruct::joint::average::{Ensemble, Posterior};
 use crate::reconstruct::joint::background::World;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::search::Found;
+use crate::reconstruct::joint::uncertainty::listed;
 use crate::reconstruct::solution::{Certainty, MaterialCertainty, Selection, Trial, TrialPart};
 use crate::scene::Gloss;
 
@@ -79,6 +80,24 @@ pub fn notes(problem: &Problem, found: &Found, selection: &Selection) -> Vec<Str
                 high.exponent(),
             ),
         });
+    }
+    let is_assumed = |trial: &&Trial| trial.supported && !trial.is_significant();
+    let assumed: Vec<&str> = selection
+        .trials
+        .iter()
+        .filter(is_assumed)
+        .filter_map(|trial| match trial.part {
+            TrialPart::Gloss(material) => Some(capture.materials[material].name.as_str()),
+            _ => None,
+        })
+        .collect();
+    if !assumed.is_empty() {
+        let (is, they) = if assumed.len() == 1 { ("is", "it is") } else { ("are", "they are") };
+        notes.push(format!(
+            "{} {is} tagged as specular, and the photographs do not tell whether {they} glossy: a \
+             coat is assumed",
+            listed(&assumed)
+        ));
     }
     let told: Vec<String> = selection
         .trials

@@ -234,7 +234,7 @@ fn interval(log: f64, sd: f64) -> [f64; 2] {
     [(log - QUANTILE * sd).exp(), (log + QUANTILE * sd).exp().min(1.0)]
 }
 
-fn listed(names: &[&str]) -> String {
+pub(super) fn listed(names: &[&str]) -> String {
     match names {
         [] => String::new(),
         [one] => (*one).to_owned(),

@@ -21,9 +21,10 @@ use crate::reconstruct::recovered::RecoveredLight;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::textures::cells::Grid;
 use crate::reconstruct::textures::light::Light;
-use crate::reconstruct::textures::texels::Texels;
+use crate::reconstruct::textures::texels::{Estimate, Texels};
 use crate::reconstruct::unwrap::{TexelSize, Unwrap, unwrap};
-use crate::scene::{Brdf, Role, SurfacePoint, Views};
+use crate::scene::views::{Seen, VisibilityBuffer};
+use crate::scene::{Brdf, MaterialKind, Role, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -108,15 +109,18 @@ pub fn reconstruct(
         let stride = options.textures.stride.next_power_of_two();
         let grid = Grid { places: &places, width: unwrap.width, stride, finest: 1 };
         let irradiance = light.irradiance(views, grid, &options.textures, watch)?;
+        let is_specular = capture.materials[material].kind == MaterialKind::Specular;
         let texels = Texels {
             views,
+            surface,
+            is_specular,
             grid,
             irradiance: &irradiance,
             light: &light,
             options: &options.textures,
         };
-        let mut estimated = texels.reflectances(brdf, watch)?;
-        if brdf.gloss().is_none() && options.textures.sharpen > 0 {
+        let mut estimated = without_edges(texels.reflectances(brdf, watch)?, unwrap.width);
+        if !is_specular && options.textures.sharpen > 0 {
             estimated =
                 sharpened(views, &unwrap, estimated, &irradiance, options.textures.sharpen, watch)?;
         }
@@ -209,6 +213,8 @@ fn rasterize(
     watch: &Watch,
 ) -> Result<Vec<Option<Place>>, Cancelled> {
     let mesh = &views.capture.mesh;
+    // An unwrap is of one surface.
+    let surface = unwrap.triangles.first().map_or(0, |&first| mesh.surface[first] as usize);
     let size = Vec2::new(unwrap.width as f32, unwrap.height as f32);
     let mut places: Vec<Option<Place>> = vec![None; unwrap.width * unwrap.height];
     for (&triangle, corners) in unwrap.triangles.iter().zip(&unwrap.corners) {
@@ -244,24 +250,70 @@ fn rasterize(
         .map(|place| {
             watch.check()?;
             Ok(place.and_then(|place| {
-                let point = measured_side(views, place.point)?;
+                let point = measured_side(views, surface, place.point)?;
                 Some(Place { point, ..place })
             }))
         })
         .collect()
 }
 
-/// The side of a surface that is photographed: the outer one, unless only the inner one is.
-fn measured_side(views: &Views, outer: SurfacePoint) -> Option<SurfacePoint> {
+/// The pixel in which a photograph shows a point of a surface, and the radiance there. A thing that
+/// lies on the surface may be flatter than a pixel is wide, so that [`Views::seen`] does not tell them
+/// apart.
+fn shows(
+    views: &Views,
+    buffer: &VisibilityBuffer,
+    surface: usize,
+    point: SurfacePoint,
+) -> Option<(Seen, Radiance)> {
+    let seen = views.seen(buffer, point)?;
+    let is_other = |triangle| views.capture.mesh.surface[triangle as usize] as usize != surface;
+    if buffer.is_off_edges(seen.x, seen.y) && buffer.triangle(seen.x, seen.y).is_some_and(is_other)
+    {
+        return None;
+    }
+    Some((seen, buffer.image.radiance(seen.x, seen.y)?))
+}
+
+/// The side of a surface that is photographed: the outer one, unless only the inner one is. The inner
+/// side of a thin sheet lies less than a pixel behind its front, and is dark.
+fn measured_side(views: &Views, surface: usize, outer: SurfacePoint) -> Option<SurfacePoint> {
+    let is_shown = |buffer, point| shows(views, buffer, surface, point).is_some();
+    if views.buffers.iter().any(|buffer| is_shown(buffer, outer)) {
+        return Some(outer);
+    }
     let inner = SurfacePoint { normal: -outer.normal, ..outer };
-    [outer, inner].into_iter().find(|&point| views.is_measured(point))
+    let is_in_sight = |buffer| is_shown(buffer, inner) && views.is_in_sight(buffer, inner);
+    views.buffers.iter().any(is_in_sight).then_some(inner)
+}
+
+/// The reflectance of every texel. Those that are shown only beside edges, together with another
+/// surface, get the mean of their neighbours that are not; their own is kept where no such texel is
+/// connected with them.
+fn without_edges(estimated: Vec<Option<Estimate>>, width: usize) -> Vec<Option<Radiance>> {
+    let own = |estimate: &Option<Estimate>| estimate.map(|estimate| estimate.reflectance);
+    let is_mixed: Vec<bool> =
+        estimated.iter().map(|texel| texel.is_some_and(|texel| !texel.is_off_edges)).collect();
+    let mut texels: Vec<Option<Radiance>> = estimated
+        .iter()
+        .zip(&is_mixed)
+        .map(|(texel, mixed)| own(texel).filter(|_| !mixed))
+        .collect();
+    spread(&mut texels, width, |index| is_mixed[index]);
+    texels.iter().zip(&estimated).map(|(texel, estimate)| texel.or(own(estimate))).collect()
 }
 
 /// Gives every texel without an estimate the mean of its neighbours that have one, working
 /// outwards; `fallback` where there is no estimate at all.
-pub fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) -> Vec<Radiance> {
-    let height = estimated.len() / width.max(1);
-    let mut texels = estimated;
+pub fn fill(mut texels: Vec<Option<Radiance>>, width: usize, fallback: Radiance) -> Vec<Radiance> {
+    spread(&mut texels, width, |_| true);
+    texels.into_iter().map(|texel| texel.unwrap_or(fallback)).collect()
+}
+
+/// Gives those texels without an estimate that `may` have one the mean of their neighbours that have
+/// one, working outwards.
+fn spread(texels: &mut [Option<Radiance>], width: usize, may: impl Fn(usize) -> bool) {
+    let height = texels.len() / width.max(1);
     let neighbours = |index: usize| {
         let (x, y) = (index % width, index / width);
         let left = (x > 0).then(|| index - 1);
@@ -274,7 +326,7 @@ pub fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) 
         (0..texels.len()).filter(|&index| texels[index].is_some()).collect();
     while let Some(index) = queue.pop_front() {
         for next in neighbours(index) {
-            if texels[next].is_some() {
+            if texels[next].is_some() || !may(next) {
                 continue;
             }
             let (mut sum, mut count) = ([0.0f32; CHANNELS], 0.0);
@@ -288,7 +340,6 @@ pub fn fill(estimated: Vec<Option<Radiance>>, width: usize, fallback: Radiance) 
             queue.push_back(next);
         }
     }
-    texels.into_iter().map(|texel| texel.unwrap_or(fallback)).collect()
 }
 
 #[cfg(test)]
@@ -305,5 +356,17 @@ mod tests {
         assert_eq!(filled[11], [0.6; 3]);
         assert!(filled.iter().all(|t| (0.2..=0.6).contains(&t[0])));
         assert_eq!(fill(vec![None; 4], 2, [0.9; 3]), [[0.9; 3]; 4]);
+    }
+
+    #[test]
+    fn texels_beside_edges_follow_those_that_show_the_surface_alone() {
+        let texel = |value: f32, is_off_edges| {
+            Some(Estimate { reflectance: [value; CHANNELS], is_off_edges })
+        };
+        // One row: clean, two beside an edge, a gap, and two beside an edge alone.
+        let row = [texel(0.2, true), texel(0.6, false), texel(0.8, false), None, texel(0.5, false)];
+        let told = without_edges(row.to_vec(), row.len());
+        let expected = [Some(0.2), Some(0.2), Some(0.2), None, Some(0.5)];
+        assert_eq!(told, expected.map(|value| value.map(|value| [value; CHANNELS])));
     }
 }

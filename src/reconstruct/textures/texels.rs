@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DMat3, DVec3, Vec3};
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::reconstruct::textures::cells::{Cell, Grid, Sum};
 use crate::reconstruct::textures::light::{Incident, Light};
-use crate::reconstruct::textures::{Place, TextureOptions};
+use crate::reconstruct::textures::{Place, TextureOptions, shows};
 use crate::scene::agreement::AGREEMENT;
 use crate::scene::views::{Seen, VisibilityBuffer};
 use crate::scene::{Brdf, Gloss, SurfacePoint, Viewing, Views};
@@ -38,6 +39,16 @@ struct Photographed {
     weight: f64,
     /// Variance of `diffuse`.
     variance: Rgb,
+    /// The pixel shows this surface alone.
+    is_off_edges: bool,
+}
+
+/// The diffuse reflectance of a texel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    pub reflectance: Radiance,
+    /// A pixel beside an edge shows another surface too; the texel is shown by others.
+    pub is_off_edges: bool,
 }
 
 /// The mean of what photographs of a texel show of it, with their weights, without those that are far
@@ -53,7 +64,7 @@ fn common(seen: &mut [Photographed]) -> Option<(Rgb, Rgb)> {
     })?;
     let median = brightness(&median.diffuse);
     let (mut sum, mut weights, mut precision) = ([0.0; CHANNELS], 0.0, [0.0; CHANNELS]);
-    for Photographed { diffuse, weight, variance } in seen.iter() {
+    for Photographed { diffuse, weight, variance, .. } in seen.iter() {
         let own = brightness(diffuse);
         if own <= AGREEMENT * median && own >= median / AGREEMENT || own == median {
             sum.iter_mut().zip(diffuse).for_each(|(sum, value)| *sum += weight * value);
@@ -89,6 +100,10 @@ fn drawn(found: Rgb, variance: Rgb, usual: Rgb) -> Rgb {
 #[derive(Clone, Copy)]
 pub(super) struct Texels<'a> {
     pub views: &'a Views<'a>,
+    /// Index into `Capture::surfaces`.
+    pub surface: usize,
+    /// The surface is tagged as specular; it may mirror light although no highlight could be fitted.
+    pub is_specular: bool,
     pub grid: Grid<'a>,
     /// G of Eq. 14 at every placed texel.
     pub irradiance: &'a [Option<Rgb>],
@@ -96,10 +111,30 @@ pub(super) struct Texels<'a> {
     pub options: &'a TextureOptions,
 }
 
+/// The light at the texels of a cell that no corner of the cells tells of: the same for all
+/// photographs.
+struct OwnLight {
+    /// Ascending.
+    texels: Vec<usize>,
+    incident: Vec<OnceLock<Incident>>,
+}
+
+impl OwnLight {
+    fn of(texels: &[usize]) -> Self {
+        Self { texels: texels.to_vec(), incident: texels.iter().map(|_| OnceLock::new()).collect() }
+    }
+
+    fn at(&self, texel: usize, compute: impl FnOnce() -> Incident) -> Option<&Incident> {
+        let place = self.texels.binary_search(&texel).ok()?;
+        Some(self.incident[place].get_or_init(compute))
+    }
+}
+
 /// The specular reflection at the texels of a surface, towards one photograph.
 struct Mirrored<'a> {
     texels: &'a Texels<'a>,
     incidents: &'a [Option<Incident>],
+    own: &'a OwnLight,
     brdf: &'a Brdf,
     gloss: (Gloss, Rgb),
     camera: Vec3,
@@ -114,7 +149,7 @@ impl Sum for Mirrored<'_> {
         let Some(place) = &self.texels.grid.places[texel] else { return };
         let direction = (self.camera - place.point.position).normalize_or(place.point.normal);
         let viewing = Viewing::from(direction, place.point.normal);
-        let mirrored = self.texels.mirrored(self.incidents, texel, viewing, self.gloss);
+        let mirrored = self.texels.mirrored((self.incidents, self.own), texel, viewing, self.gloss);
         values[0] = mirrored.map(|value| value as f32);
     }
 
@@ -134,7 +169,7 @@ impl Texels<'_> {
         &self,
         brdf: &Brdf,
         watch: &Watch,
-    ) -> Result<Vec<Option<Radiance>>, Cancelled> {
+    ) -> Result<Vec<Option<Estimate>>, Cancelled> {
         let incidents = match brdf.gloss() {
             Some(gloss) => Some((self.incidents(watch)?, gloss)),
             None => None,
@@ -146,6 +181,7 @@ impl Texels<'_> {
                 self.views.buffers.iter().for_each(|buffer| buffer.image.release());
             }
             let texels = self.grid.texels(cell);
+            let own = OwnLight::of(&texels);
             let mut photographed: Vec<Vec<Photographed>> =
                 texels.iter().map(|_| Vec::new()).collect();
             for buffer in &self.views.buffers {
@@ -158,7 +194,8 @@ impl Texels<'_> {
                 let mut mirrored = HashMap::new();
                 if let Some((incidents, gloss)) = &incidents {
                     let camera = buffer.camera.position.as_vec3();
-                    let sum = Mirrored { texels: self, incidents, brdf, gloss: *gloss, camera };
+                    let (own, gloss) = (&own, *gloss);
+                    let sum = Mirrored { texels: self, incidents, own, brdf, gloss, camera };
                     mirrored.extend(self.grid.within(cell, &sum, &watch.within())?);
                 }
                 let each = texels.iter().zip(&mut photographed).zip(seen);
@@ -169,18 +206,18 @@ impl Texels<'_> {
                     }
                 }
             }
-            let usual = incidents.as_ref().map(|_| brdf.diffuse);
+            let usual = self.is_specular.then_some(brdf.diffuse);
             let found = |(texel, mut photographed): (usize, Vec<Photographed>)| {
                 let irradiance = self.irradiance[texel]?;
                 Some((texel, reflectance(irradiance, usual, &mut photographed)?))
             };
             Ok(texels.into_iter().zip(photographed).filter_map(found).collect())
         };
-        let cells: Vec<Vec<(usize, Radiance)>> =
+        let cells: Vec<Vec<(usize, Estimate)>> =
             self.grid.cells().into_par_iter().map(of_cell).collect::<Result<_, Cancelled>>()?;
         let mut reflectances = vec![None; self.grid.places.len()];
-        for (texel, reflectance) in cells.into_iter().flatten() {
-            reflectances[texel] = Some(reflectance);
+        for (texel, estimate) in cells.into_iter().flatten() {
+            reflectances[texel] = Some(estimate);
         }
         Ok(reflectances)
     }
@@ -208,7 +245,7 @@ impl Texels<'_> {
     /// that lie on the same polygon, bilinear; with its own where there is none.
     fn mirrored(
         &self,
-        incidents: &[Option<Incident>],
+        (incidents, own): (&[Option<Incident>], &OwnLight),
         index: usize,
         viewing: Viewing,
         gloss: (Gloss, Rgb),
@@ -236,8 +273,9 @@ impl Texels<'_> {
             weights += weight;
         }
         if weights <= 0.0 {
-            let own = self.light.incident(self.views, place.point, self.options);
-            return self.light.reflected(&own, place.point, viewing, gloss);
+            let compute = || self.light.incident(self.views, place.point, self.options);
+            let Some(own) = own.at(index, compute) else { return [0.0; CHANNELS] };
+            return self.light.reflected(own, place.point, viewing, gloss);
         }
         sum.map(|sum| sum / weights)
     }
@@ -245,8 +283,7 @@ impl Texels<'_> {
     /// The place of a texel in a photograph, and the radiance that is measured there.
     fn seen(&self, buffer: &VisibilityBuffer, texel: usize) -> Option<(Seen, Rgb)> {
         let place = self.grid.places[texel].as_ref()?;
-        let seen = self.views.seen(buffer, place.point)?;
-        let radiance = buffer.image.radiance(seen.x, seen.y)?;
+        let (seen, radiance) = shows(self.views, buffer, self.surface, place.point)?;
         Some((seen, radiance.map(f64::from)))
     }
 }
@@ -262,7 +299,8 @@ fn shown(
     let distance = buffer.camera.position.as_vec3().distance(point.position);
     let weight = f64::from(seen.cosine / (distance * distance).max(1e-12));
     // Beside an edge a pixel shows another surface too: used where there is no other.
-    let weight = if buffer.is_off_edges(seen.x, seen.y) { weight } else { 1e-3 * weight };
+    let is_off_edges = buffer.is_off_edges(seen.x, seen.y);
+    let weight = if is_off_edges { weight } else { 1e-3 * weight };
     // The specular reflection is known less well than the measured radiance.
     let part = brightness(&mirrored) / brightness(&radiance).max(f64::MIN_POSITIVE);
     let error = 1.0 + (MIRRORED_ERROR * part).powi(2);
@@ -273,15 +311,16 @@ fn shown(
             PHOTOGRAPH_ERROR.powi(2)
                 * (radiance[c].powi(2) + (MIRRORED_ERROR * mirrored[c]).powi(2))
         }),
+        is_off_edges,
     }
 }
 
-/// Eq. 13 for one texel; `usual` is the diffuse reflectance of a glossy material.
+/// Eq. 13 for one texel; `usual` is the diffuse reflectance of a material tagged as specular.
 fn reflectance(
     irradiance: Rgb,
     usual: Option<Rgb>,
     photographed: &mut [Photographed],
-) -> Option<Radiance> {
+) -> Option<Estimate> {
     // Without light a texel's reflectance cannot be told.
     if irradiance.iter().any(|&value| value <= 0.0) {
         return None;
@@ -291,7 +330,12 @@ fn reflectance(
         let usual = std::array::from_fn(|c| usual[c] * irradiance[c] / PI);
         diffuse = drawn(diffuse, variance, usual);
     }
-    Some(std::array::from_fn(|c| (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32))
+    Some(Estimate {
+        reflectance: std::array::from_fn(|c| {
+            (PI * diffuse[c] / irradiance[c]).clamp(0.0, 1.0) as f32
+        }),
+        is_off_edges: photographed.iter().any(|photographed| photographed.is_off_edges),
+    })
 }
 
 #[cfg(test)]
@@ -305,6 +349,7 @@ mod tests {
             diffuse: [value; CHANNELS],
             weight: 1.0,
             variance: [(0.1 * value).powi(2); CHANNELS],
+            is_off_edges: true,
         };
         let mut seen = [0.0912, 0.0092, 0.0085, 0.0071].map(shown);
         let (found, variance) = common(&mut seen).unwrap();
