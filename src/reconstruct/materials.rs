@@ -2,12 +2,12 @@
 
 use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Reconstruction;
-use crate::reconstruct::solution::{MaterialCertainty, Solution};
-use crate::reconstruct::textures::{Texture, mean_reflectance};
+use crate::reconstruct::solution::MaterialCertainty;
+use crate::reconstruct::textures::mean_reflectance;
 use crate::scene::{Brdf, Capture};
 
-/// Of the solve, but that a textured material has the mean over its texels: the solve finds their
-/// geometric mean, which is lower.
+/// The reflectances and intervals of the solve, except for textured materials: they have the mean over
+/// their texels, which is larger than the geometric mean that the solve finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Materials {
     /// Per material of the capture; `None` where no photograph shows it.
@@ -19,38 +19,36 @@ pub struct Materials {
 impl Reconstruction {
     /// The reflectances to write and to show; `capture` is that of the reconstruction.
     pub fn materials(&self, capture: &Capture) -> Materials {
-        materials(capture, &self.solution, &self.textures)
-    }
-}
-
-fn materials(capture: &Capture, solution: &Solution, textures: &[Texture]) -> Materials {
-    let mut reflectances = solution.reflectances.clone();
-    let mut certainty =
-        solution.certainty.as_ref().map_or_else(Vec::new, |certainty| certainty.materials.clone());
-    for (index, brdf) in reflectances.iter_mut().enumerate() {
-        let Some(brdf) = brdf else { continue };
-        // What is known is what was given, not the mean of a texture made with it.
-        let material = &capture.materials[index];
-        if material.is_exactly_known() && solution.certainty.is_some() {
-            continue;
+        let solution = &self.solution;
+        let mut reflectances = solution.reflectances.clone();
+        let certainty = solution.certainty.as_ref();
+        let mut certainty =
+            certainty.map_or_else(Vec::new, |certainty| certainty.materials.clone());
+        for (index, brdf) in reflectances.iter_mut().enumerate() {
+            let Some(brdf) = brdf else { continue };
+            // What is known is what was given, not the mean of a texture made with it.
+            let material = &capture.materials[index];
+            if material.is_exactly_known() && solution.certainty.is_some() {
+                continue;
+            }
+            let Some(mean) = mean_reflectance(&self.textures, index) else { continue };
+            if let Some(certainty) = certainty.get_mut(index).and_then(Option::as_mut) {
+                certainty.diffuse = about(certainty.diffuse, brdf.diffuse, mean);
+            }
+            brdf.diffuse = mean;
         }
-        let Some(mean) = mean_reflectance(textures, index) else { continue };
-        if let Some(certainty) = certainty.get_mut(index).and_then(Option::as_mut) {
-            certainty.diffuse = about(certainty.diffuse, brdf.diffuse, mean);
-        }
-        brdf.diffuse = mean;
+        Materials { reflectances, certainty }
     }
-    Materials { reflectances, certainty }
 }
 
 /// Intervals about one value, moved to be about another.
 fn about(
     intervals: [Option<[f64; 2]>; CHANNELS],
-    solved: Rgb,
-    told: Rgb,
+    before: Rgb,
+    after: Rgb,
 ) -> [Option<[f64; 2]>; CHANNELS] {
     std::array::from_fn(|c| {
-        let factor = if solved[c] > 0.0 { told[c] / solved[c] } else { 1.0 };
+        let factor = if before[c] > 0.0 { after[c] / before[c] } else { 1.0 };
         intervals[c].map(|ends| ends.map(|end| (end * factor).min(1.0)))
     })
 }

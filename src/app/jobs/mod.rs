@@ -195,8 +195,9 @@ impl Jobs {
     pub fn compare(&mut self, project: &Project, photograph: usize) {
         self.stop_comparing();
         let capture = project.result_capture();
-        let (Some(whole), Some(seen)) =
-            (project.products.whole.clone(), capture.photographs.get(photograph))
+        let products = &project.products;
+        let (Some(whole), Some(solved), Some(seen)) =
+            (products.whole.clone(), products.solved.clone(), capture.photographs.get(photograph))
         else {
             return;
         };
@@ -208,7 +209,7 @@ impl Jobs {
         };
         let job = self.render_worker.send(Command::Render(Box::new(Rendering {
             capture: capture.clone(),
-            solved: Arc::new(Solved::new(capture, &whole)),
+            solved,
             edits: Arc::default(),
             frames: vec![frame],
             options: RenderOptions { engine: self.engine, ..RenderOptions::default() },

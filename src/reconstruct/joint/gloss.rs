@@ -38,9 +38,9 @@ const FLAT: f64 = 0.05;
 const HALVINGS: usize = 2;
 
 /// Chooses for every specular material between three models: a coat, a lobe of its own strength, and
-/// no gloss at all. Its tag says that it is glossy, and most such surfaces have a coat: that is taken
-/// unless another model has a lower held-out error. Where a lobe has, it is taken in place of no gloss
-/// if its error is lower than without gloss, too.
+/// no gloss at all. The tag says that the material is glossy, and most glossy surfaces have a coat, so
+/// that the coat is taken unless another model has a lower held-out error. A lobe is taken only if its
+/// error is lower than that of the coat and that of no gloss.
 ///
 /// # Errors
 /// As [`fit`].
@@ -76,8 +76,8 @@ pub fn choose(problem: &Problem, mut fitted: Fitted) -> Result<(Validated, Vec<T
     Ok((best, trials))
 }
 
-/// Whether a specular material has gloss, by how its gloss and no gloss compare, each in place of the
-/// other.
+/// Whether the gloss of a material is kept. `gloss` compares the model with gloss to that without, and
+/// `matt` the model without gloss to that with.
 fn is_kept(is_coat: bool, gloss: &PairedCv, matt: &PairedCv) -> bool {
     match is_coat {
         true => !matt.is_better(),
