@@ -13,6 +13,9 @@ use crate::reconstruct::joint::light_model::LightModel;
 use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::rows::Run;
+use crate::reconstruct::joint::strength::{
+    Held, STRENGTH_TOLERANCE, hold, mean_log_strength, where_level,
+};
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, Rows, State, Terms};
 use crate::scene::Gloss;
 use crate::solve::kernels::dot;
@@ -245,7 +248,6 @@ pub fn descend(
     tolerance: Tolerance,
     anchors: impl Fn(usize) -> Vec<Anchor> + Sync,
 ) -> Result<Vec<Fit>, Error> {
-    type Held = [Vec<Option<f64>>; CHANNELS];
     let minima = |held: &Held, starts: Vec<Start>| -> Result<Vec<Fit>, Error> {
         starts
             .into_par_iter()
@@ -263,63 +265,39 @@ pub fn descend(
             .collect()
     };
     let mut held: Held = std::array::from_fn(|channel| model.held(channel));
+    // A light of known colour that was fitted before starts with the strength that it had then.
+    let coloured = model.parts.iter().filter_map(|part| part.colour.zip(Some(part.slot)));
+    let coloured: Vec<(Rgb, usize)> =
+        coloured.map(|(colour, slot)| (colour, model.columns_of(slot).start)).collect();
+    let states = starts.iter().map(|start| &start.state);
+    for &(colour, column) in &coloured {
+        let log = mean_log_strength(states.clone().map(|state| state.emission[column]), colour);
+        hold(&mut held, column, colour, log);
+    }
     let mut fits = minima(&held, starts)?;
-    for part in &model.parts {
-        let Some(colour) = part.colour else { continue };
-        let column = model.columns_of(part.slot).start;
-        let with_strength = |log: f64| -> Held {
-            let mut held = held.clone();
-            for (held, colour) in held.iter_mut().zip(colour) {
-                held[column] = Some(colour * log.exp());
-            }
-            held
-        };
-        // Separate strengths, each about as uncertain as the others, bracket the common one.
-        let strengths = fits.iter().zip(colour).map(|(fit, c)| fit.state.emission[column] / c);
-        let logs: Vec<f64> = strengths.filter(|s| *s > 0.0 && s.is_finite()).map(f64::ln).collect();
-        let Some(bracket) =
-            logs.iter().copied().reduce(f64::min).zip(logs.iter().copied().reduce(f64::max))
+    for (colour, column) in coloured {
+        let Some(first) =
+            mean_log_strength(fits.iter().map(|fit| fit.state.emission[column]), colour)
         else {
             continue;
         };
-        let cost = |fits: &Vec<Fit>| fits.iter().map(|fit| fit.value).sum::<f64>();
         let at = |log: f64, from: &Vec<Fit>| {
-            minima(&with_strength(log), from.iter().map(Start::at).collect())
+            let mut held = held.clone();
+            hold(&mut held, column, colour, Some(log));
+            minima(&held, from.iter().map(Start::at).collect())
         };
-        let (log, best) = golden_section(bracket, STRENGTH_TOLERANCE, fits, at, cost)?;
-        (held, fits) = (with_strength(log), best);
+        if held[0][column].is_none() {
+            fits = at(first, &fits)?;
+        }
+        let slope = |fits: &Vec<Fit>| -> f64 {
+            fits.iter().map(|fit| -fit.gradient[column] * fit.state.emission[column]).sum()
+        };
+        let (log, best) = where_level((first, fits), STRENGTH_TOLERANCE, at, slope)?;
+        hold(&mut held, column, colour, Some(log));
+        fits = best;
     }
     Ok(fits)
 }
-
-/// The minimum of a unimodal cost within a bracket, and the fit there. `at` computes a fit at a
-/// given place, starting from the fit at a place nearby.
-fn golden_section<T>(
-    (mut low, mut high): (f64, f64),
-    tolerance: f64,
-    first: T,
-    at: impl Fn(f64, &T) -> Result<T, Error>,
-    cost: impl Fn(&T) -> f64,
-) -> Result<(f64, T), Error> {
-    let golden = 0.5 * (5.0f64.sqrt() - 1.0);
-    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_a, mut at_b) = (at(a, &first)?, at(b, &first)?);
-    while high - low > tolerance {
-        if cost(&at_a) < cost(&at_b) {
-            (high, b, at_b) = (b, a, at_a);
-            a = high - golden * (high - low);
-            at_a = at(a, &at_b)?;
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = low + golden * (high - low);
-            at_b = at(b, &at_a)?;
-        }
-    }
-    Ok(if cost(&at_a) < cost(&at_b) { (a, at_a) } else { (b, at_b) })
-}
-
-/// Of the logarithm of a light's strength.
-const STRENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Calls a function with the terms of one channel: loss, ridge and bounds, without anchors.
 pub fn with_terms<T>(

@@ -44,6 +44,7 @@ mod report;
 mod rows;
 mod search;
 mod seen_sky;
+mod strength;
 mod sun;
 mod sun_gain;
 pub mod system;

@@ -48,6 +48,10 @@ pub struct Fit {
     pub residuals: Vec<f64>,
     /// The cost: half the sum of the rows' weighted losses, ridge and anchors.
     pub value: f64,
+    /// Direction of descent of the cost by every unknown: the emissions, log ρ_d and ρ_s of every
+    /// material. For an unknown that is held fixed it tells how the cost at the minimum over the others
+    /// changes with it.
+    pub gradient: Vec<f64>,
     /// KKT residual: the largest projected gradient at `state`, relative to its column's norm and the
     /// residuals' (a cosine).
     pub kkt_residual: f64,
@@ -184,7 +188,7 @@ impl Channel<'_> {
         let reflectances = self.unknown_reflectances(terms);
         let mut iterations = 0;
         let mut settled = false;
-        let (kkt_residual, hessian) = loop {
+        let (gradient, kkt_residual, hessian) = loop {
             watch.check()?;
             let linear = self.linearise(terms, &computed, &residuals, curvature);
             let gradient = self.gradient(terms, &ridge, &state, &computed, &linear);
@@ -214,7 +218,7 @@ impl Channel<'_> {
             let quadratic = self.quadratic(terms, &ridge, &state, &working, &gradient, products);
             let kkt_residual = quadratic.kkt_residual(&linear).max(outside);
             if kkt_residual <= KKT_TOLERANCE || is_last {
-                break (kkt_residual, hessian);
+                break (gradient, kkt_residual, hessian);
             }
             iterations += 1;
             let target = self.step(&state, &quadratic, &working, watch)?;
@@ -235,7 +239,7 @@ impl Channel<'_> {
             };
             let Some((next, new_computed, new_residuals, new_value)) = improved else {
                 if is_exact {
-                    break (kkt_residual, hessian);
+                    break (gradient, kkt_residual, hessian);
                 }
                 // Once more with second derivatives of this state.
                 continue;
@@ -245,7 +249,7 @@ impl Channel<'_> {
             earlier = Some(hessian);
         };
         let hessian = Arc::new(hessian);
-        Ok(Fit { state, residuals, value, kkt_residual, iterations, hessian })
+        Ok(Fit { state, residuals, value, gradient, kkt_residual, iterations, hessian })
     }
 
     /// The least-squares problem with the objective's slopes at these residuals, a residual's
