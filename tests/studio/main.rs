@@ -46,6 +46,14 @@ use egui_kittest::kittest::{NodeT as _, Queryable};
 use egui_kittest::{Harness, Node};
 use lobelia::app::{Launch, Studio};
 
+/// How long a frame is taken to last.
+const FRAME: Duration = Duration::from_millis(33);
+
+#[expect(clippy::disallowed_methods, reason = "frames come one after the other in time")]
+fn pause(time: Duration) {
+    std::thread::sleep(time);
+}
+
 /// A window with settings in a folder of its own.
 struct Window {
     harness: Harness<'static, Studio>,
@@ -88,7 +96,7 @@ impl Window {
         };
         let harness = Harness::builder()
             .with_size([1280.0, 720.0])
-            .with_step_dt(1.0 / 30.0)
+            .with_step_dt(FRAME.as_secs_f32())
             .with_max_steps(60)
             .wgpu()
             .build_eframe(move |cc| Studio::new(cc, launch).expect("the window opens"));
@@ -111,8 +119,12 @@ impl Window {
         while quiet < 3 {
             assert!(Instant::now() < limit, "the disk does not answer");
             self.harness.run_steps(1);
-            quiet = if self.harness.state().waits_for_disk() { 0 } else { quiet + 1 };
-            std::thread::yield_now();
+            if self.harness.state().waits_for_disk() {
+                quiet = 0;
+                pause(Duration::from_millis(1));
+            } else {
+                quiet += 1;
+            }
         }
     }
 
@@ -192,7 +204,9 @@ impl Window {
         while !done(self) {
             assert!(Instant::now() < limit, "{what} did not come");
             self.harness.run_steps(1);
-            std::thread::yield_now();
+            // As often as the screen is drawn: frames without a pause would take the processor from the
+            // work that is waited for.
+            pause(FRAME);
         }
         self.step();
     }
