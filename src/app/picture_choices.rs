@@ -1,5 +1,6 @@
 //! The settings of pictures that are rendered to files: views, size, number of paths, file kinds.
 
+use crate::io::exr::ColorSpace;
 use crate::scene::{Camera, Capture};
 use crate::worker::Frame;
 
@@ -23,6 +24,8 @@ pub struct PictureChoices {
     pub has_png: bool,
     /// The edits set into the photographs.
     pub has_composite: bool,
+    /// Of the EXR files.
+    pub color_space: ColorSpace,
     /// Light by light, albedo, normals and distance in the EXR files.
     pub has_layers: bool,
 }
@@ -39,6 +42,7 @@ impl Default for PictureChoices {
             noise: None,
             has_png: true,
             has_composite: true,
+            color_space: ColorSpace::Rec709,
             has_layers: true,
         }
     }

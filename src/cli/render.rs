@@ -53,6 +53,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         folder: folder.clone(),
         png: matches.get_flag("png").then_some(Development::Automatic),
         composite: matches.get_flag("composite"),
+        color_space: arguments::color_space(matches),
         layers: true,
     };
     let rendering = Rendering { capture, solved, edits, frames, options, files: Some(files) };

@@ -18,8 +18,9 @@ use exr::meta::attribute::Chromaticities;
 use exr::meta::header::Header;
 use exr::prelude::{Compression, SampleType, Vec2};
 
+pub use self::color::ColorSpace;
 use self::decode::{block_size, decode};
-pub use self::write::{write_rgb, write_rgb_with};
+pub use self::write::{write_rgb, write_rgb_in, write_rgb_with};
 use super::picture::{LARGEST_BYTES, LARGEST_SIDE_PRODUCT, Picture};
 use super::{Error, Fault};
 use crate::math::rgb::Radiance;

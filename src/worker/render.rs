@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::geometry::bvh::RayCaster;
 use crate::io;
 use crate::io::export::pictures::{self, Development, Written};
+use crate::io::exr::ColorSpace;
 use crate::render::edits::Edits;
 use crate::render::film::Film;
 use crate::render::scene::{Geometry, Scene, Solved};
@@ -54,6 +55,8 @@ pub struct Files {
     pub png: Option<Development>,
     /// Also the edits set into the photographs.
     pub composite: bool,
+    /// Of the OpenEXR files.
+    pub color_space: ColorSpace,
     /// Light by light, albedo, normals and distance beside the radiance.
     pub layers: bool,
 }
@@ -110,6 +113,7 @@ pub(super) fn perform(
             film: &film,
             lights: &lights,
             shows_sky: solved.shows_sky(),
+            color_space: files.color_space,
             has_layers: files.layers,
             png: files.png.as_ref(),
             composite: without

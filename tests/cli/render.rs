@@ -130,6 +130,38 @@ fn layers_add_up_and_files_are_named_after_their_frames() {
     }
 }
 
+/// Read again, which converts by the chromaticities of the file, it is the same picture.
+#[test]
+fn pictures_in_acescg_state_it_and_are_the_same_light() {
+    let pictures = Pictures::new();
+    let (cameras, edits) = (pictures.cameras(&["one.exr"]), pictures.edits());
+    let flags = ["--cameras", text(&cameras), "--edits", text(&edits), "--spp", "1"];
+    Run::of(&mut pictures.render("plain", &flags)).succeeds();
+    let wide = [&flags[..], &["--color-space", "acescg"]].concat();
+    Run::of(&mut pictures.render("wide", &wide)).succeeds();
+    let (plain, wide) = (pictures.at("plain/one.exr"), pictures.at("wide/one.exr"));
+    let read = |file: &Path| exr::read(file).unwrap().pixels;
+    for (plain, wide) in read(&plain).iter().zip(&read(&wide)) {
+        for (plain, wide) in plain.iter().zip(wide) {
+            assert!((plain - wide).abs() < 1e-4 * plain.abs().max(0.1), "{plain} {wide}");
+        }
+    }
+    assert!(channel(&plain, "R") != channel(&wide, "R"));
+    // Layers of colours are converted like the picture, others are not.
+    let sum = |layers: [&str; 2]| -> Vec<f32> {
+        let layers = layers.map(|layer| channel(&wide, &format!("{layer}.G")));
+        std::iter::zip(&layers[0], &layers[1]).map(|(a, b)| a + b).collect()
+    };
+    for (whole, parts) in channel(&wide, "G").iter().zip(sum(["direct", "indirect"])) {
+        assert!((whole - parts).abs() <= 1e-5 * whole.abs().max(0.01), "{whole} {parts}");
+    }
+    for layer in ["Z", "normal.X"] {
+        assert_eq!(channel(&plain, layer), channel(&wide, layer));
+    }
+    let unknown = [&flags[..], &["--color-space", "xyz"]].concat();
+    Run::of(&mut pictures.render("none", &unknown)).fails(2, &["rec709, acescg"]);
+}
+
 #[test]
 fn without_edits_the_composite_is_the_photograph() {
     let (pictures, copy) = (Pictures::new(), Copy::new());

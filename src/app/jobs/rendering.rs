@@ -74,6 +74,7 @@ impl Jobs {
                 folder: folder.clone(),
                 png: choices.has_png.then_some(shown),
                 composite: choices.has_composite,
+                color_space: choices.color_space,
                 layers: choices.has_layers,
             }),
         })));

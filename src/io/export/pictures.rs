@@ -6,6 +6,7 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::super::exr::ColorSpace;
 use super::super::{Error, exr, png};
 use super::file_name;
 use crate::math::rgb::{CHANNELS, Radiance, srgb_code};
@@ -41,6 +42,8 @@ pub struct Written<'a> {
     pub lights: &'a [&'a str],
     /// A recovered sky is seen beyond the surfaces, so that no place of the picture is empty.
     pub shows_sky: bool,
+    /// Of the OpenEXR files.
+    pub color_space: ColorSpace,
     /// All layers of the radiance's file, not the coverage alone.
     pub has_layers: bool,
     /// Also a picture to look at.
@@ -61,7 +64,8 @@ pub fn name(file_path: &str, taken: &mut BTreeSet<String>) -> String {
 /// Writes `NAME.exr` with the layers direct, indirect, albedo, normal, Z (metres) and one per
 /// light, as far as they are wanted, and where asked for `NAME.png` and `NAME-composite.exr`.
 pub fn write(written: &Written) -> Result<(), Error> {
-    let Written { folder, name, film, lights, shows_sky, has_layers, png, composite } = written;
+    let Written { folder, name, film, lights, shows_sky, has_layers, png, composite, color_space } =
+        written;
     let (width, height) = (film.width, film.height);
     let beauty = film.beauty();
     let direct = film.direct();
@@ -78,23 +82,27 @@ pub fn write(written: &Written) -> Result<(), Error> {
             layers.push((format!("{layer}.{channel}"), values));
         }
     };
-    split("direct", ["R", "G", "B"], &direct);
-    split("indirect", ["R", "G", "B"], &indirect);
-    split("albedo", ["R", "G", "B"], &film.albedo());
     split("normal", ["X", "Y", "Z"], &film.normal());
-    split("light recovered", ["R", "G", "B"], &film.layer(0));
+    let mut split = |layer: &str, colors: &[Radiance]| {
+        split(layer, ["R", "G", "B"], &color_space.of_rec_709(colors));
+    };
+    split("direct", &direct);
+    split("indirect", &indirect);
+    split("albedo", &film.albedo());
+    split("light recovered", &film.layer(0));
     let mut taken = BTreeSet::from(["recovered".to_owned()]);
     for (index, light) in lights.iter().enumerate() {
         // A point in a layer's name would make a layer within a layer of it.
         let name = file_name(&light.replace('.', "_"), &mut taken);
-        split(&format!("light {name}"), ["R", "G", "B"], &film.layer(1 + index));
+        split(&format!("light {name}"), &film.layer(1 + index));
     }
     if !has_layers {
         layers.truncate(1);
     }
     let layers: Vec<(&str, &[f32])> =
         layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
-    exr::write_rgb_with(&folder.join(format!("{name}.exr")), width, height, &beauty, &layers)?;
+    let (file, colors) = (folder.join(format!("{name}.exr")), color_space.of_rec_709(&beauty));
+    exr::write_rgb_in(*color_space, &file, (width, height), &colors, &layers)?;
     if let Some(development) = png {
         let file = folder.join(format!("{name}.png"));
         // Where the 3D view shows its background, the picture is transparent.
@@ -106,13 +114,15 @@ pub fn write(written: &Written) -> Result<(), Error> {
         let file = folder.join(format!("{name}-composite.exr"));
         let object = film.object_coverage();
         let mut further = vec![("object.A".to_owned(), object)];
+        let change = color_space.of_rec_709(&composed.change);
         for (c, channel) in ["R", "G", "B"].into_iter().enumerate() {
-            let change = composed.change.iter().map(|pixel| pixel[c]).collect();
+            let change = change.iter().map(|pixel| pixel[c]).collect();
             further.push((format!("change.{channel}"), change));
         }
         let further: Vec<(&str, &[f32])> =
             further.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
-        exr::write_rgb_with(&file, width, height, &composed.picture, &further)?;
+        let colors = color_space.of_rec_709(&composed.picture);
+        exr::write_rgb_in(*color_space, &file, (width, height), &colors, &further)?;
         if let Some(development) = png {
             let file = folder.join(format!("{name}-composite.png"));
             write_png(&file, width, height, &composed.picture, None, development)?;

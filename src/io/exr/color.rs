@@ -1,9 +1,12 @@
 //! The colour space that a file states, brought to linear Rec. 709, in which everything is computed.
 
+use std::borrow::Cow;
+
 use exr::meta::attribute::Chromaticities;
 use exr::prelude::Vec2;
 use glam::{DMat3, DVec3};
 
+use crate::choices;
 use crate::math::rgb::Radiance;
 
 /// Rec. ITU-R BT.709 with its white, D65: what OpenEXR files are in that state nothing else.
@@ -13,6 +16,50 @@ pub(super) const REC_709: Chromaticities = Chromaticities {
     blue: Vec2(0.15, 0.06),
     white: Vec2(0.3127, 0.329),
 };
+
+/// The primaries of ACES, AP1, with the white of ACES (Academy S-2014-004).
+const ACES_CG: Chromaticities = Chromaticities {
+    red: Vec2(0.713, 0.293),
+    green: Vec2(0.165, 0.83),
+    blue: Vec2(0.128, 0.044),
+    white: Vec2(0.32168, 0.33767),
+};
+
+choices! {
+    /// The linear colour space of a file that is written; it states its chromaticities.
+    ColorSpace {
+        /// That in which everything is computed.
+        Rec709 = "rec709",
+        /// The working space of ACES.
+        AcesCg = "acescg",
+    }
+}
+
+impl ColorSpace {
+    /// Both of them.
+    pub const ALL: [Self; 2] = [Self::Rec709, Self::AcesCg];
+
+    pub(super) fn chromaticities(self) -> Chromaticities {
+        match self {
+            Self::Rec709 => REC_709,
+            Self::AcesCg => ACES_CG,
+        }
+    }
+
+    /// Colours of linear Rec. 709 in this space, white to white. What its primaries cannot make has a
+    /// channel below 0.
+    pub fn of_rec_709(self, pixels: &[Radiance]) -> Cow<'_, [Radiance]> {
+        let matrix = match self {
+            Self::Rec709 => None,
+            Self::AcesCg => rec_709_from(&ACES_CG).map(|matrix| matrix.inverse()),
+        };
+        let Some(matrix) = matrix else { return Cow::Borrowed(pixels) };
+        let convert = |pixel: &Radiance| {
+            (matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(|value| value as f32)
+        };
+        pixels.iter().map(convert).collect()
+    }
+}
 
 /// Cone responses of XYZ by which whites are adapted (Bradford; ICC.1:2022, Annex E).
 const BRADFORD: DMat3 = DMat3::from_cols_array(&[
@@ -108,6 +155,23 @@ mod tests {
             }
             assert_eq!(is_rec_709(&stated), name == "ITU-R BT.709");
         }
+    }
+
+    /// Against colour-science, too; and there and back.
+    #[test]
+    fn acescg_is_written_by_the_inverse_of_the_matrix_that_it_is_read_by() {
+        let golden = include_str!("../../../tests/golden/color/matrices.json");
+        let golden: serde_json::Value = serde_json::from_str(golden).unwrap();
+        let pixel = [0.2, 0.5, 0.9];
+        let written = ColorSpace::AcesCg.of_rec_709(&[pixel])[0];
+        for (row, expected) in pixel.into_iter().enumerate() {
+            let row = &golden["spaces"]["ACEScg"]["rec709_from"][row];
+            let back: f64 = (0..3).map(|k| row[k].as_f64().unwrap() * f64::from(written[k])).sum();
+            assert!((back - f64::from(expected)).abs() < 1e-5, "{back} for {expected}");
+        }
+        let white = ColorSpace::AcesCg.of_rec_709(&[[1.0; 3]])[0];
+        assert!(white.iter().all(|value| (value - 1.0).abs() < 1e-5), "{white:?}");
+        assert_eq!(*ColorSpace::Rec709.of_rec_709(&[pixel]), [pixel]);
     }
 
     #[test]

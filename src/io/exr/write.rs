@@ -7,7 +7,7 @@ use exr::prelude::{
     WritableImage,
 };
 
-use super::color::REC_709;
+use super::color::ColorSpace;
 use crate::io::{Error, atomic};
 use crate::math::rgb::Radiance;
 
@@ -33,6 +33,20 @@ pub fn write_rgb_with(
     pixels: &[Radiance],
     further: &[(&str, &[f32])],
 ) -> Result<(), Error> {
+    write_rgb_in(ColorSpace::Rec709, file, (width, height), pixels, further)
+}
+
+/// As [`write_rgb_with`], with pixels that are in a colour space, whose chromaticities the file states.
+///
+/// # Panics
+/// As [`write_rgb_with`].
+pub fn write_rgb_in(
+    space: ColorSpace,
+    file: &Path,
+    (width, height): (usize, usize),
+    pixels: &[Radiance],
+    further: &[(&str, &[f32])],
+) -> Result<(), Error> {
     assert_eq!(pixels.len(), width * height);
     let colour = ["R", "G", "B"].into_iter().enumerate().map(|(channel, name)| {
         let samples = pixels.iter().map(|pixel| pixel[channel]).collect();
@@ -53,7 +67,7 @@ pub fn write_rgb_with(
         AnyChannels::sort(colour.chain(further).collect()),
     );
     let mut image = exr::image::Image::from_layer(layer);
-    image.attributes.chromaticities = Some(REC_709);
+    image.attributes.chromaticities = Some(space.chromaticities());
     atomic::write(file, |out| {
         image.write().non_parallel().to_buffered(out).map_err(|failure| match failure {
             exr::error::Error::Io(source) => source,
