@@ -163,7 +163,7 @@ fn relight(criterion: &mut Criterion) {
         let name = std::env::var("LOBELIA_ENGINE").unwrap_or_else(|_| "processor".to_owned());
         let engine = Engine::parse(&name).expect("auto, processor or card");
         let Chosen { tracer, reason } = engine::tracer(engine);
-        assert_eq!(reason, None);
+        assert!(engine != Engine::Card || reason.is_none(), "{reason:?}");
         println!("traced by {}", tracer.name());
         let mut preview = Preview::by(tracer, &views, &solved);
         // A lamp that adds about as much light as there is.

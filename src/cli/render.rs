@@ -12,8 +12,8 @@ use crate::cli::{Ending, arguments, job};
 use crate::io;
 use crate::io::export::pictures::Development;
 use crate::io::transforms::{self, Images};
-use crate::render::RenderOptions;
 use crate::render::tracer::{Processor, Tracer};
+use crate::render::{Engine, RenderOptions};
 use crate::worker::engine::{self as engines, Chosen};
 use crate::worker::{Command, Files, Frame, Rendering, Worker};
 
@@ -24,7 +24,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     io::export::check_folder(&folder)?;
     job::catch_interrupts()?;
     let Chosen { tracer, reason } = engines::tracer(options.engine);
-    if let Some(reason) = reason {
+    if let Some(reason) = reason.filter(|_| options.engine == Engine::Card) {
         return Err(anyhow!("--engine card: {reason}").into());
     }
     let mut display = Display::new(matches.get_flag("quiet"));

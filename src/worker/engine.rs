@@ -9,7 +9,7 @@ use crate::render::tracer::{Processor, Tracer};
 pub struct Chosen {
     /// The device.
     pub tracer: Arc<dyn Tracer>,
-    /// Why it is the processor though a card was asked for.
+    /// Why it is the processor though a card was allowed or asked for.
     pub reason: Option<String>,
 }
 
@@ -18,8 +18,7 @@ pub fn tracer(engine: Engine) -> Chosen {
     let processor = || -> Arc<dyn Tracer> { Arc::new(Processor) };
     match engine {
         Engine::Processor => Chosen { tracer: processor(), reason: None },
-        Engine::Auto => Chosen { tracer: card().unwrap_or_else(|_| processor()), reason: None },
-        Engine::Card => match card() {
+        Engine::Auto | Engine::Card => match card() {
             Ok(tracer) => Chosen { tracer, reason: None },
             Err(reason) => Chosen { tracer: processor(), reason: Some(reason) },
         },
@@ -40,4 +39,19 @@ fn card() -> Result<Arc<dyn Tracer>, String> {
 #[cfg(not(feature = "gpu"))]
 fn card() -> Result<Arc<dyn Tracer>, String> {
     Err("this program was built without the feature gpu".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_processor_traces_for_a_reason_or_because_it_was_asked_to() {
+        for engine in [Engine::Auto, Engine::Card] {
+            let Chosen { tracer, reason } = tracer(engine);
+            assert_eq!(reason.is_some(), tracer.name() == Processor.name(), "{reason:?}");
+        }
+        let Chosen { tracer, reason } = tracer(Engine::Processor);
+        assert_eq!((tracer.name(), reason), (Processor.name(), None));
+    }
 }

@@ -10,7 +10,7 @@ use crate::render::preview::{Asked, Picture, Plan, Preview};
 use crate::render::scene::Solved;
 use crate::scene::{Capture, Views};
 use crate::watch::{Cancelled, Watch};
-use crate::worker::engine;
+use crate::worker::engine::{self, Chosen};
 use crate::worker::event::JobEvent;
 
 /// A session over one recovered scene; it lasts until it is cancelled.
@@ -36,6 +36,8 @@ pub struct Relit {
     pub number: u64,
     /// As far as it is refined.
     pub picture: Picture,
+    /// Why no graphics card traces it, though one may.
+    pub no_card: Option<String>,
 }
 
 impl std::ops::Deref for Relit {
@@ -143,11 +145,15 @@ fn answer_all(
     let Relighting { capture, solved, engine, latest } = relighting;
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
     let views = Views::new(capture, &caster, watch)?;
-    let mut preview = Preview::by(engine::tracer(*engine).tracer, &views, solved);
+    let Chosen { tracer, reason } = engine::tracer(*engine);
+    let mut preview = Preview::by(tracer.clone(), &views, solved);
     let mut seen = 0;
     let show = |preview: &mut Preview, number: u64| {
         if let Some(picture) = preview.picture() {
-            emit(JobEvent::Relit(Arc::new(Relit { number, picture })));
+            let failed =
+                tracer.trouble().map(|trouble| format!("the graphics card failed: {trouble}"));
+            let no_card = failed.or_else(|| reason.clone());
+            emit(JobEvent::Relit(Arc::new(Relit { number, picture, no_card })));
         }
     };
     let mut plan: Option<Plan> = None;

@@ -167,7 +167,15 @@ fn relighter_event(state: &mut State, event: Event) {
         return;
     };
     match event.what {
-        JobEvent::Relit(relit) => relight.relit = Some(relit),
+        JobEvent::Relit(relit) => {
+            let before = relight.relit.replace(relit.clone());
+            // What was so from the beginning is in the hover text of the number of paths.
+            if let Some(reason) = &relit.no_card
+                && before.is_some_and(|before| before.no_card.as_ref() != Some(reason))
+            {
+                state.messages.warning(format!("The processor traces paths from now on: {reason}"));
+            }
+        }
         JobEvent::Failed(text) => state.messages.error("The relit picture cannot be made", text),
         _ => {}
     }

@@ -121,18 +121,18 @@ fn quality_ui(ui: &mut egui::Ui, own: &mut PictureChoices) {
 }
 
 fn files_ui(ui: &mut egui::Ui, own: &mut PictureChoices, through: bool) {
+    ui.weak("EXR colours");
+    ui.horizontal(|ui| {
+        for (space, name) in [(ColorSpace::Rec709, "Rec. 709"), (ColorSpace::AcesCg, "ACEScg")] {
+            ui.radio_value(&mut own.color_space, space, name)
+                .on_hover_text("Linear; the EXR files state their primaries and their white");
+        }
+    });
+    ui.end_row();
     ui.weak("Files");
     ui.vertical(|ui| {
         ui.add_enabled(false, egui::Checkbox::new(&mut true, "EXR, linear radiance"))
             .on_disabled_hover_text("Always written");
-        ui.horizontal(|ui| {
-            ui.label("Colours of the EXR");
-            for (space, name) in [(ColorSpace::Rec709, "Rec. 709"), (ColorSpace::AcesCg, "ACEScg")]
-            {
-                ui.radio_value(&mut own.color_space, space, name)
-                    .on_hover_text("Linear; the file states its primaries and its white");
-            }
-        });
         ui.checkbox(&mut own.has_layers, "Layers in the EXR")
             .on_hover_text("Each light, direct, indirect, albedo, normal and distance");
         ui.checkbox(&mut own.has_png, "PNG as the 3D view shows it")

@@ -336,6 +336,8 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
         }
     });
     let tracer = jobs.relit().map_or("processor", |relit| &relit.tracer);
+    let no_card = jobs.relit().and_then(|relit| relit.no_card.as_ref());
+    let no_card = no_card.map(|reason| format!(": {reason}")).unwrap_or_default();
     // Always one line, or what is below would jump away from under the pointer.
     ui.weak(match jobs.relit() {
         Some(relit) => {
@@ -351,6 +353,6 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
     .on_hover_text(format!(
         "Every light is kept as a layer of its own. Strength, colour, on and off recombine the \
          layers; a light that is moved is traced anew alone; view, objects and materials change \
-         all of them. Paths are traced by the {tracer}",
+         all of them. Paths are traced by the {tracer}{no_card}",
     ));
 }

@@ -62,8 +62,8 @@ pub fn without_emitters<'a>(
         .map(|(surface, count)| {
             format!(
                 "{count} samples on \"{}\" are far brighter than the light model accounts for, and \
-                 are left out: if something emits light there, model it and tag it as a visible \
-                 light",
+                 are left out: photographs may show a lamp or another thing in front of it; model \
+                 it (tag a lamp as a visible light) or mask it",
                 capture.surfaces[surface].name
             )
         })
