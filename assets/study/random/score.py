@@ -71,7 +71,7 @@ def main():
             lines.append((capture.name, truth["kind"], *columns))
             print("{} error {:.4f} one scale {:.4f}".format(capture.name, *columns), flush=True)
     with open(out, "w", newline="") as file:
-        writer = csv.writer(file)
+        writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for name, kind, error, one, inside, intervals, values, half in lines:
             half = "" if half is None else f"{half:.4f}"
