@@ -10,7 +10,6 @@ use glam::Vec3;
 
 use crate::exposures::MergeOptions;
 use crate::io::export::elsewhere::Format;
-use crate::io::exr::ColorSpace;
 use crate::io::import::{Axis, Surfaces, Unit};
 use crate::math::rgb::Rgb;
 use crate::options::{Declaration, Kind, OptionError, OptionGroup, OptionValue};
@@ -125,26 +124,9 @@ fn render() -> Command {
         .arg(path("cameras", "Cameras (transforms.json) [default: the capture's own]"))
         .arg(switch("png", "Also write sRGB pictures, the 99th percentile white"))
         .arg(switch("composite", "Also set the edits into the capture's photographs"))
-        .arg(colors_of_files())
-        .arg(quiet());
+        .args([super::color_space::flag(), quiet()]);
     with_flags(command, &RenderOptions::default().declarations())
 }
-
-/// The colour space of the OpenEXR files that a command writes.
-fn colors_of_files() -> Arg {
-    Arg::new(COLOR_SPACE)
-        .long(COLOR_SPACE)
-        .value_name("NAME")
-        .help("Linear colour space of the EXR files, which state it [default: rec709]")
-        .value_parser(ColorSpace::ALL.map(|space| space.text()))
-}
-
-pub(super) fn color_space(matches: &ArgMatches) -> ColorSpace {
-    let named = matches.get_one::<String>(COLOR_SPACE);
-    named.and_then(|name| ColorSpace::parse(name).ok()).unwrap_or(ColorSpace::Rec709)
-}
-
-const COLOR_SPACE: &str = "color-space";
 
 fn merge() -> Command {
     let command = Command::new("merge")

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod chart;
+mod color_space;
 mod export;
 mod import;
 mod info;

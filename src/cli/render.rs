@@ -8,7 +8,7 @@ use clap::ArgMatches;
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::recovered::{self, Recovered};
-use crate::cli::{Ending, arguments, job};
+use crate::cli::{Ending, arguments, color_space, job};
 use crate::io;
 use crate::io::export::pictures::Development;
 use crate::io::transforms::{self, Images};
@@ -53,7 +53,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         folder: folder.clone(),
         png: matches.get_flag("png").then_some(Development::Automatic),
         composite: matches.get_flag("composite"),
-        color_space: arguments::color_space(matches),
+        color_space: color_space::chosen(matches),
         layers: true,
     };
     let rendering = Rendering { capture, solved, edits, frames, options, files: Some(files) };
