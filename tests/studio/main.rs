@@ -49,7 +49,7 @@ use lobelia::app::{Launch, Studio};
 /// How long a frame is taken to last.
 const FRAME: Duration = Duration::from_millis(33);
 
-#[expect(clippy::disallowed_methods, reason = "frames come one after the other in time")]
+#[expect(clippy::disallowed_methods, reason = "a window draws frames at intervals")]
 fn pause(time: Duration) {
     std::thread::sleep(time);
 }

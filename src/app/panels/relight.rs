@@ -335,11 +335,12 @@ fn pictures_ui(ui: &mut egui::Ui, jobs: &Jobs, actions: &mut Vec<Action>) {
             }
         }
     });
-    let tracer = jobs.relit().map_or("processor", |relit| &relit.tracer);
-    let no_card = jobs.relit().and_then(|relit| relit.no_card.as_ref());
+    let relit = jobs.relit();
+    let tracer = relit.map_or("processor", |relit| &relit.tracer);
+    let no_card = relit.and_then(|relit| relit.no_card.as_ref());
     let no_card = no_card.map(|reason| format!(": {reason}")).unwrap_or_default();
     // Always one line, or what is below would jump away from under the pointer.
-    ui.weak(match jobs.relit() {
+    ui.weak(match relit {
         Some(relit) => {
             let state = match (relit.is_done, relit.traced) {
                 (true, _) => "done",

@@ -54,10 +54,7 @@ impl ColorSpace {
             Self::AcesCg => rec_709_from(&ACES_CG).map(|matrix| matrix.inverse()),
         };
         let Some(matrix) = matrix else { return Cow::Borrowed(pixels) };
-        let convert = |pixel: &Radiance| {
-            (matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(|value| value as f32)
-        };
-        pixels.iter().map(convert).collect()
+        pixels.iter().map(|&pixel| product(&matrix, pixel).map(|value| value as f32)).collect()
     }
 }
 
@@ -95,8 +92,11 @@ pub(in crate::io) fn converted(pixel: Radiance, matrix: &DMat3) -> Radiance {
     if !pixel.iter().all(|value| value.is_finite() && *value >= 0.0) {
         return pixel;
     }
-    let converted = *matrix * DVec3::from_array(pixel.map(f64::from));
-    converted.to_array().map(|value| value.max(0.0) as f32)
+    product(matrix, pixel).map(|value| value.max(0.0) as f32)
+}
+
+fn product(matrix: &DMat3, pixel: Radiance) -> [f64; 3] {
+    (*matrix * DVec3::from_array(pixel.map(f64::from))).to_array()
 }
 
 /// R, G, B of Y, RY = (R − Y)/Y, BY = (B − Y)/Y, with the luminance of Rec. 709, OpenEXR's
@@ -132,12 +132,15 @@ fn xyz_from_rgb(space: &Chromaticities) -> Option<DMat3> {
 mod tests {
     use super::*;
 
+    fn golden() -> serde_json::Value {
+        serde_json::from_str(include_str!("../../../tests/golden/color/matrices.json")).unwrap()
+    }
+
     /// Against colour-science (`tests/golden/color/make.py`); chromaticities are floats in the file,
     /// six digits of them.
     #[test]
     fn matrices_are_those_of_colour_science() {
-        let golden = include_str!("../../../tests/golden/color/matrices.json");
-        let golden: serde_json::Value = serde_json::from_str(golden).unwrap();
+        let golden = golden();
         let spaces = golden["spaces"].as_object().unwrap();
         assert_eq!(spaces.len(), 6);
         for (name, space) in spaces {
@@ -160,8 +163,7 @@ mod tests {
     /// Against colour-science, too; and there and back.
     #[test]
     fn acescg_is_written_by_the_inverse_of_the_matrix_that_it_is_read_by() {
-        let golden = include_str!("../../../tests/golden/color/matrices.json");
-        let golden: serde_json::Value = serde_json::from_str(golden).unwrap();
+        let golden = golden();
         let pixel = [0.2, 0.5, 0.9];
         let written = ColorSpace::AcesCg.of_rec_709(&[pixel])[0];
         for (row, expected) in pixel.into_iter().enumerate() {

@@ -14,7 +14,7 @@ use crate::reconstruct::joint::part::Part;
 use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::joint::rows::Run;
 use crate::reconstruct::joint::strength::{
-    Held, STRENGTH_TOLERANCE, hold, mean_log_strength, where_level,
+    Held, STRENGTH_TOLERANCE, hold, mean_log_strength, zero_of_slope,
 };
 use crate::reconstruct::joint::system::{Anchor, Channel, Design, Fit, Rows, State, Terms};
 use crate::scene::Gloss;
@@ -266,9 +266,8 @@ pub fn descend(
     };
     let mut held: Held = std::array::from_fn(|channel| model.held(channel));
     // A light of known colour that was fitted before starts with the strength that it had then.
-    let coloured = model.parts.iter().filter_map(|part| part.colour.zip(Some(part.slot)));
-    let coloured: Vec<(Rgb, usize)> =
-        coloured.map(|(colour, slot)| (colour, model.columns_of(slot).start)).collect();
+    let column_of = |part: &Part| Some((part.colour?, model.columns_of(part.slot).start));
+    let coloured: Vec<(Rgb, usize)> = model.parts.iter().filter_map(column_of).collect();
     let states = starts.iter().map(|start| &start.state);
     for &(colour, column) in &coloured {
         let log = mean_log_strength(states.clone().map(|state| state.emission[column]), colour);
@@ -292,7 +291,7 @@ pub fn descend(
         let slope = |fits: &Vec<Fit>| -> f64 {
             fits.iter().map(|fit| -fit.gradient[column] * fit.state.emission[column]).sum()
         };
-        let (log, best) = where_level((first, fits), STRENGTH_TOLERANCE, at, slope)?;
+        let (log, best) = zero_of_slope((first, fits), STRENGTH_TOLERANCE, at, slope)?;
         hold(&mut held, column, colour, Some(log));
         fits = best;
     }

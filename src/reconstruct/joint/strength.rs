@@ -29,10 +29,11 @@ pub fn mean_log_strength(emissions: impl Iterator<Item = f64>, colour: Rgb) -> O
     (!logs.is_empty()).then(|| logs.iter().sum::<f64>() / logs.len() as f64)
 }
 
-/// Where the slope of a unimodal cost is 0, and the fit there, by the method of false position
-/// (Illinois: Dowell and Jarratt 1971). `at` computes the fit at a place from that at a place nearby,
-/// `slope` its slope. Ends when a step is smaller than the tolerance.
-pub fn where_level<T>(
+/// Where the slope of a cost with one minimum is 0, and the fit there, by the Illinois variant of the
+/// method of false position (Dowell and Jarratt 1971). The search starts from a place and the fit there.
+/// `at` computes the fit at another place, starting from a fit nearby; `slope` is the slope of the cost
+/// at a fit. Ends when a step is smaller than the tolerance.
+pub fn zero_of_slope<T>(
     (mut a, mut at_a): (f64, T),
     tolerance: f64,
     at: impl Fn(f64, &T) -> Result<T, Error>,
@@ -86,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_place_without_a_slope_is_found_from_either_side_and_from_far_away() {
+    fn the_zero_of_the_slope_is_found_from_either_side_and_from_far_away() {
         // The derivative of cosh(x − 1.3) + x²/8, whose zero was found by bisection.
         let slope = |x: &f64| (x - 1.3).sinh() + 0.25 * x;
         let zero = 1.042_289_69;
@@ -97,7 +98,7 @@ mod tests {
                 calls.set(calls.get() + 1);
                 Ok(x)
             };
-            let (place, value) = where_level((start, start), 1e-3, at, slope).unwrap();
+            let (place, value) = zero_of_slope((start, start), 1e-3, at, slope).unwrap();
             assert_eq!(place, value);
             assert!((place - zero).abs() < 2e-3, "{place} from {start}");
             assert!(calls.get() <= if (start - zero).abs() < 0.2 { 5 } else { 15 }, "{start}");
@@ -106,9 +107,9 @@ mod tests {
 
     #[test]
     fn a_cost_that_always_falls_ends_the_search() {
-        let (place, _) = where_level((0.0, 0.0), 1e-3, |x, _| Ok(x), |_| -1.0).unwrap();
+        let (place, _) = zero_of_slope((0.0, 0.0), 1e-3, |x, _| Ok(x), |_| -1.0).unwrap();
         assert!((FARTHEST..3.0 * FARTHEST).contains(&place), "{place}");
-        assert!(where_level((0.0, 0.0), 1e-3, |x, _| Ok(x), |_| f64::NAN).is_ok());
+        assert!(zero_of_slope((0.0, 0.0), 1e-3, |x, _| Ok(x), |_| f64::NAN).is_ok());
     }
 
     #[test]
