@@ -19,7 +19,11 @@ pub fn completed(model: &Model) -> (Model, Vec<String>) {
     let positions = model.strokes.iter().filter(|s| matches!(s, Stroke::Position { .. })).count();
     let held_kinds: Vec<Kind> = model.things.iter().flat_map(held_kinds).collect();
     let holds = |kind: Kind| held_kinds.contains(&kind);
-    let is_lengthless = !model.strokes.iter().any(|s| matches!(s, Stroke::Length { .. }));
+    let is_told = |s: &Stroke| match s {
+        Stroke::Length { between, .. } => between.iter().all(|&at| can_be_placed(&model, at)),
+        _ => false,
+    };
+    let is_lengthless = !model.strokes.iter().any(is_told);
     let is_scaleless =
         is_lengthless && positions < 2 && !holds(Kind::Length) && !model.scale_is_found();
     let runs_level = |s: &Stroke| matches!(s, Stroke::Line { axis: Axis::X | Axis::Y, .. });
@@ -62,6 +66,16 @@ pub fn completed(model: &Model) -> (Model, Vec<String>) {
         thing.held.push(("yaw".to_owned(), 0.0));
     }
     (model, notes)
+}
+
+/// Whether enough is drawn of a place to find it: a point alone needs two photographs that show it, or a
+/// position. A length that ends elsewhere does not give the scale.
+fn can_be_placed(model: &Model, place: Place) -> bool {
+    let Place::Point(_) = place else { return true };
+    let strokes = || model.strokes.iter().filter(|stroke| stroke.places().contains(&place));
+    let mut photographs: Vec<usize> = strokes().filter_map(Stroke::photograph).collect();
+    photographs.dedup();
+    photographs.len() > 1 || strokes().any(|stroke| matches!(stroke, Stroke::Position { .. }))
 }
 
 /// What the numbers measure that were typed for a thing.

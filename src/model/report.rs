@@ -120,7 +120,8 @@ pub(super) fn photographs(
         PhotographReport {
             photograph,
             strokes: own.len(),
-            rms_px: (own.iter().sum::<f64>() / own.len().max(1) as f64).sqrt(),
+            // Without strokes 0: the sum of nothing is −0.
+            rms_px: (own.iter().sum::<f64>() / own.len().max(1) as f64).sqrt().abs(),
             direction_sd: together(first),
             position_sd_m: together(first + 3),
         }

@@ -183,6 +183,31 @@ fn photographs_from_one_place_do_not_tell_where_a_point_is() {
 }
 
 #[test]
+fn a_length_to_a_point_that_is_not_placed_gives_no_scale() {
+    let eyes = [DVec3::new(2.4, -3.1, 2.2), DVec3::new(3.2, -1.9, 2.4)];
+    let eyes = eyes.map(|place| Eye::at(place, DVec3::new(0.0, 0.0, 0.4)));
+    let mut model = model(2, Some(FOCAL));
+    model.things.push(cube("box"));
+    model.points.push(Point { id: "roof".into() });
+    for (photograph, eye) in eyes.iter().enumerate() {
+        model.strokes.extend(picks(eye, photograph, 0, &[0, 1, 2, 4, 5, 6, 7]));
+    }
+    let point = Place::Point(0);
+    let pixel = eyes[0].sees(DVec3::new(0.0, 0.5, 1.5));
+    model.strokes.push(Stroke::Pick { photograph: 0, at: point, pixel });
+    let corner = Place::Corner { thing: 0, corner: 4 };
+    model.strokes.push(Stroke::Length { between: [corner, point], length_m: 3.0, sd_m: 1e-3 });
+    let solution = solve(&model, &AdjustOptions::default()).unwrap();
+    assert!(solution.problems.is_empty(), "{:?}", solution.problems);
+    // The box is placed all the same, with the length that is chosen where none is known.
+    assert_eq!(solution.unplaced.len(), 1, "{:?}", solution.unplaced);
+    assert!(solution.unplaced[0].place.contains("roof"), "{:?}", solution.unplaced);
+    assert!(solution.notes.iter().any(|note| note.contains("1 m")), "{:?}", solution.notes);
+    let corners = &solution.corners[0];
+    assert!((corners[0].distance(corners[1]) - 1.0).abs() < 1e-6, "{corners:?}");
+}
+
+#[test]
 fn a_box_with_its_top_below_is_turned_inside_out() {
     let eye = Eye::at(DVec3::new(2.4, -3.1, 2.2), DVec3::new(0.0, 0.0, 0.4));
     let mut model = model(1, Some(FOCAL));
