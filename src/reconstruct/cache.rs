@@ -50,6 +50,15 @@ impl StageCache {
         Self { afresh: true, ..self.clone() }
     }
 
+    /// A cache of its own with the same products, which later runs with either do not change in the
+    /// other. The products themselves are shared.
+    pub fn fork(&self) -> Self {
+        let runs = self.lock();
+        let (ended, stopped) = (runs.ended.clone(), runs.stopped.clone());
+        let runs = CachedRuns { ended, stopped, changes: runs.changes };
+        Self { runs: Arc::new(Mutex::new(runs)), afresh: self.afresh }
+    }
+
     /// For each of [`Stage::ALL`] whether a run with these inputs would take its products over.
     pub fn stages(&self, capture: &Capture, options: &Options) -> [bool; 5] {
         let inputs = Inputs::of_all(capture, options);
