@@ -15,30 +15,42 @@ use crate::app::products::Run;
 use crate::app::project::Project;
 use crate::app::state::State;
 use crate::reconstruct::Update;
-use crate::worker::{Event, JobEvent};
+use crate::worker::{Event, JobEvent, Worker};
 
 /// Takes all events since the last frame.
 pub fn drain(state: &mut State) {
-    let events: Vec<Event> = state.jobs.loader.events().try_iter().collect();
-    for event in events {
-        loader_event(state, event);
-    }
-    let events: Vec<Event> = state.jobs.runner.events().try_iter().collect();
-    for event in events {
-        runner_event(state, event);
-    }
-    let events: Vec<Event> = state.jobs.render_worker.events().try_iter().collect();
-    for event in events {
-        render_event(state, event);
-    }
-    let events: Vec<Event> = state.jobs.relighter.events().try_iter().collect();
-    for event in events {
-        relighter_event(state, event);
+    let jobs = &state.jobs;
+    let workers: [(&Worker, fn(&mut State, Event)); 4] = [
+        (&jobs.loader, loader_event),
+        (&jobs.runner, runner_event),
+        (&jobs.render_worker, render_event),
+        (&jobs.relighter, relighter_event),
+    ];
+    let events = workers.map(|(worker, handle)| {
+        let events: Vec<Event> = worker.events().try_iter().collect();
+        (events, handle)
+    });
+    for (events, handle) in events {
+        for event in events {
+            handle(state, event);
+        }
     }
     studies::drain(state);
     if state.jobs.is_rendering() || state.jobs.is_suggesting() {
         state.jobs.ctx.request_repaint_after(PULSE);
     }
+    stop_what_is_outdated(state);
+    take_derived(state);
+    if let Some(project) = &mut state.project
+        && let Some(run) = &mut project.run
+    {
+        run.progress = state.jobs.runner.progress(run.job).filter(|_| run.stage().is_some());
+        state.jobs.ctx.request_repaint_after(PULSE);
+    }
+}
+
+/// Stops jobs whose answers are for a result or a project that is not shown any more.
+fn stop_what_is_outdated(state: &mut State) {
     let shown = state.project.as_ref().and_then(|project| project.products.whole.as_ref());
     if state
         .jobs
@@ -53,25 +65,32 @@ pub fn drain(state: &mut State) {
     {
         state.jobs.loader.cancel(coverage.job);
     }
-    if let Some((whole, answer)) = &state.jobs.derived {
-        let answer = answer.answer();
-        // Another project, or another run's results, may be shown by now.
-        if let (Answer::Ready(derived), Some(Project { products, .. })) =
-            (&answer, &mut state.project)
-            && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
-        {
-            products.derived = Some(derived.clone());
-        }
-        if answer.is_over() {
-            state.jobs.derived = None;
-        }
-    }
-    if let Some(project) = &mut state.project
-        && let Some(run) = &mut project.run
+}
+
+/// Takes what was derived from a result, once it is there.
+fn take_derived(state: &mut State) {
+    let Some((whole, answer)) = &state.jobs.derived else { return };
+    let answer = answer.answer();
+    // Another project, or another run's results, may be shown by now.
+    if let (Answer::Ready(derived), Some(Project { products, .. })) = (&answer, &mut state.project)
+        && products.whole.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, whole))
     {
-        run.progress = state.jobs.runner.progress(run.job).filter(|_| run.stage().is_some());
-        state.jobs.ctx.request_repaint_after(PULSE);
+        products.derived = Some(derived.clone());
     }
+    if answer.is_over() {
+        state.jobs.derived = None;
+    }
+}
+
+/// Hands an event that ends a task to this task; any other event is given back.
+fn task_event(state: &mut State, lane: Lane, event: Event) -> Option<Event> {
+    if event.what.is_ending()
+        && let Some(task) = state.jobs.take_ended(lane, event.job)
+    {
+        ended(state, task, event.what);
+        return None;
+    }
+    Some(event)
 }
 
 fn loader_event(state: &mut State, event: Event) {
@@ -90,11 +109,8 @@ fn loader_event(state: &mut State, event: Event) {
         }
         return;
     }
+    let Some(event) = task_event(state, Lane::Loader, event) else { return };
     if !event.what.is_ending() {
-        return;
-    }
-    if let Some(task) = state.jobs.take_ended(Lane::Loader, event.job) {
-        ended(state, task, event.what);
         return;
     }
     if state.dialogs.begin.as_ref().is_some_and(|own| own.job == Some(event.job)) {
@@ -182,12 +198,7 @@ fn relighter_event(state: &mut State, event: Event) {
 }
 
 fn render_event(state: &mut State, event: Event) {
-    if event.what.is_ending()
-        && let Some(task) = state.jobs.take_ended(Lane::Renderer, event.job)
-    {
-        ended(state, task, event.what);
-        return;
-    }
+    let Some(event) = task_event(state, Lane::Renderer, event) else { return };
     if state.jobs.rendering.as_ref().is_some_and(|own| own.job == event.job) {
         state.jobs.pictures_event(event.what, &mut state.messages);
         return;
@@ -208,12 +219,7 @@ fn render_event(state: &mut State, event: Event) {
 }
 
 fn runner_event(state: &mut State, event: Event) {
-    if event.what.is_ending()
-        && let Some(task) = state.jobs.take_ended(Lane::Runner, event.job)
-    {
-        ended(state, task, event.what);
-        return;
-    }
+    let Some(event) = task_event(state, Lane::Runner, event) else { return };
     let Some(project) = &mut state.project else { return };
     if project.run.as_ref().is_none_or(|run| run.job != event.job) {
         return;
