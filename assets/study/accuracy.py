@@ -15,11 +15,12 @@ accuracy.csv   a line per capture and run; the run is `joint` (default options),
     seconds              of the run, on a machine that may do other work as well
 pictures.csv   with --pictures, a line per capture, method and kind of picture: PSNR in dB, FLIP and relative RMS,
                means over the pictures. 64 paths a pixel, denoised
-    view                 cameras that are not among the photographs
+    view                 cameras that are not among the photographs; the only one for the run `paper`
     relit, light_only    the first of them with truth.json's added light; the added light alone
     inserted             the first of them with truth.json's added object
 
-Captures that were measured replace their lines; others stay. Needs Python 3.11 alone.
+Captures that were measured replace their lines; others stay. `tables.py` writes the tables of the guide from both
+files. Needs Python 3.11 alone.
 """
 
 import csv
@@ -111,7 +112,7 @@ def pinned(capture, folder, solution, truth):
     return folder
 
 
-def pictures(program, capture, truth, solution, scratch):
+def pictures(program, capture, truth, solution, scratch, run):
     cameras = json.loads((capture / "truth/transforms.json").read_text())
     light, added = truth.get("added_light"), truth.get("added_object")
     lights, objects = [], []
@@ -131,6 +132,8 @@ def pictures(program, capture, truth, solution, scratch):
         "light_only": ("light_only", {"lights": lights, "original_light": 0}),
         "inserted": ("inserted", {"objects": objects}),
     }
+    if run == "paper":
+        kinds = {"view": kinds["view"]}
     for kind, (key, edits) in kinds.items():
         frames = [frame for frame in cameras["frames"] if key in frame]
         own, true = scratch / f"{kind}-own", scratch / f"{kind}-true"
@@ -181,8 +184,8 @@ def main():
     with_pictures = len(arguments) + 1 < len(sys.argv)
     program, folder, *names = arguments
     if not names:
-        listed = tomllib.loads((HERE / "captures.toml").read_text())["capture"]
-        names = [entry["name"] for entry in listed]
+        listed = tomllib.loads((HERE / "captures.toml").read_text())
+        names = [entry["name"] for entry in listed["capture"] + listed["furnished"]]
     command = ["git", "-C", HERE, "describe", "--always", "--dirty"]
     build = subprocess.run(command, capture_output=True, text=True).stdout.strip()
     for name in names:
@@ -204,7 +207,7 @@ def main():
                 update("accuracy.csv", ACCURACY, (0, 1), [[name, run, build, *line]])
                 print(f"{name} {run}: {line[0]:.4f}, {line[2]:.4f} after one scale", flush=True)
                 if with_pictures and run != "pinned" and (capture / "truth/transforms.json").exists():
-                    for line in pictures(program, capture, truth, scratch / run, scratch):
+                    for line in pictures(program, capture, truth, scratch / run, scratch, run):
                         update("pictures.csv", PICTURES, (0, 1, 3), [[name, run, build, *line]])
                         print(f"{name} {run} {line[0]}: {line[2]:.1f} dB, FLIP {line[3]:.3f}", flush=True)
 

@@ -5,6 +5,7 @@ mod accuracy;
 mod captures;
 mod commands;
 mod degradations;
+mod figures;
 mod flip;
 
 #[path = "../shared/skip.rs"]
