@@ -14,75 +14,9 @@ photographs=$(cd "${1:?the folder of the photographs}" && pwd)
 shift
 walk=table
 . "$(dirname "$0")/window.sh"
+. "$(dirname "$0")/hand.sh"
 
-hands=0 began=$SECONDS
-# Movements of the hand: clicks, drags, keys (combinations count once), texts.
-text() { hands=$((hands + 1)); xdotool type --delay 15 "$1"; sleep 0.5; }
-press() { hands=$((hands + $#)); for key in "$@"; do keys "$key"; done; }
-click() {
-    hands=$((hands + 1))
-    xdotool mousemove "$1" "$2" mousemove "$(($1 + 2))" "$2"
-    sleep 0.4; xdotool mousedown 1; sleep 0.2; xdotool mouseup 1; sleep 0.8
-}
-# A drag through places.
-drag() {
-    local x=$1 y=$2 part
-    hands=$((hands + 1))
-    xdotool mousemove "$x" "$y"; sleep 0.4; xdotool mousedown 1; sleep 0.2
-    shift 2
-    while [ $# -gt 1 ]; do
-        for part in 1 2 3 4; do
-            xdotool mousemove $((x + ($1 - x) * part / 4)) $((y + ($2 - y) * part / 4)); sleep 0.05
-        done
-        x=$1 y=$2
-        shift 2
-    done
-    sleep 0.3; xdotool mouseup 1; sleep 1
-}
-command_() { press ctrl+p; text "$1"; press Return; }
-step() { still "$1"; echo "  after $((SECONDS - began)) s, $hands movements of the hand"; }
-# Waits until a command succeeds: "the model" 60 test -f FILE.
-wait_until() {
-    local what=$1 most=$2 _
-    shift 2
-    for _ in $(seq $((2 * most))); do "$@" && return; sleep 0.5; done
-    fail "$what did not come"
-}
-# The lower left corner, where the window says what it does; "Ready" at rest.
-state() { import -window root -crop 44x22+0+697 +repage "$1"; }
-is_ready() {
-    state "$work/now.png"
-    [ "$(compare -metric AE "$work/ready.png" "$work/now.png" null: 2>&1)" = 0 ]
-}
-wait_ready() { xdotool mousemove 640 716; wait_until "rest" "$1" is_ready; }
-saved() { press ctrl+s; sleep 1; python3 - "$work/table/model.json" "$1" <<'PY'
-import json, sys
-model = json.load(open(sys.argv[1]))
-things = [thing["id"] for thing in model.get("things", [])]
-picks = [stroke for stroke in model.get("strokes", []) if stroke["kind"] == "pick"]
-sys.exit(f"{things}, {len(picks)} picks: {sys.argv[2]} is not so" if not eval(sys.argv[2]) else 0)
-PY
-}
-
-start
-xdotool mousemove 640 716; sleep 1
-state "$work/ready.png"
-press ctrl+n; sleep 2
-click 425 350; sleep 2
-text "$photographs"
-press Return; sleep 2
-click 597 505
-press ctrl+a
-text "$work/table"
-press Tab
-click 386 537
-wait_until "the capture" 60 test -f "$work/table/transforms.json"
-sleep 6
-click 60 62   # Find cameras…
-sleep 2
-click 1119 270
-wait_until "the cameras" 120 test -f "$work/table/model.unsaved.json"
-sleep 3
+begin_from_photographs "$photographs" 505
 step table-1-cameras
 
 click 1238 43
@@ -123,7 +57,7 @@ saved 'len(picks) > 26 and things[-1] == "box1"' || fail "the carton was not dra
 step table-3-box
 
 press ctrl+m
-wait_until "the mesh" 60 test -s "$work/table/scene.obj"
+wait_until "the mesh" 60 test -s "$work/$walk/scene.obj"
 sleep 5
 press F3
 click 1019 203   # Take for radiance (sRGB)
