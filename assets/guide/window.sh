@@ -1,5 +1,5 @@
-# Sourced by walk.sh, model.sh, hour.sh, table.sh and castle.sh, which set `walk` to their own names: a screen that nobody sees,
-# the studio on it, keys, and pictures. $1 is the theme, $2 the folder of the pictures.
+# Sourced by walk.sh, model.sh, hour.sh, table.sh and castle.sh, which set `walk` to their own names: a screen that
+# nobody sees, the studio on it, keys, and pictures. $1 is the theme, $2 the folder of the pictures.
 #
 # Nothing of the user's settings is read or written. LOBELIA names another program, WALK_SCREEN another
 # size of the screen (1280x720), WALK_SCALE another size of text (1), WALK_PATIENCE how many times as long the

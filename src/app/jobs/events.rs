@@ -17,10 +17,13 @@ use crate::app::state::State;
 use crate::reconstruct::Update;
 use crate::worker::{Event, JobEvent, Worker};
 
+/// What an event changes.
+type Handler = fn(&mut State, Event);
+
 /// Takes all events since the last frame.
 pub fn drain(state: &mut State) {
     let jobs = &state.jobs;
-    let workers: [(&Worker, fn(&mut State, Event)); 4] = [
+    let workers: [(&Worker, Handler); 4] = [
         (&jobs.loader, loader_event),
         (&jobs.runner, runner_event),
         (&jobs.render_worker, render_event),
