@@ -54,6 +54,17 @@ if [ "$what" = all ]; then
     foreign=$(x86_64-w64-mingw32-objdump -p "$work/lobelia.exe" | sed -n 's/.*DLL Name: //p' | grep -iE 'gcc|pthread|stdc' || true)
     [ -z "$foreign" ] || fail "the program needs libraries of mingw: $foreign"
 
+    # Windows has had this library since version 8; the wine of Debian 12 has not. Rust's standard library takes
+    # random numbers from it.
+    cat >"$work/random.c" <<'C'
+#include <windows.h>
+BOOLEAN NTAPI SystemFunction036(void *, ULONG);
+__declspec(dllexport) BOOL WINAPI ProcessPrng(BYTE *bytes, SIZE_T count) {
+    return SystemFunction036(bytes, (ULONG)count);
+}
+C
+    x86_64-w64-mingw32-gcc -shared -o "$work/bcryptprimitives.dll" "$work/random.c" -ladvapi32
+
     step "Under wine"
     export WINEPREFIX=$work/wine WINEDEBUG=-all
     unset DISPLAY WAYLAND_DISPLAY
