@@ -11,7 +11,6 @@
 photographs=$(cd "${1:?the folder of the photographs}" && pwd)
 shift
 walk=castle
-. "$(dirname "$0")/window.sh"
 . "$(dirname "$0")/hand.sh"
 
 begin_from_photographs "$photographs" 450

@@ -1,5 +1,6 @@
-# Sourced by table.sh and castle.sh after window.sh: what a hand does is counted and timed, and files tell what it
-# has made.
+# Sourced by table.sh and castle.sh: the window of window.sh, and a hand in it. What the hand does is counted and
+# timed, and files tell what it has made.
+. "$(dirname "${BASH_SOURCE[0]}")/window.sh"
 
 hands=0 began=$SECONDS
 # Movements of the hand: clicks, drags, keys (combinations count once), texts.

@@ -13,7 +13,6 @@
 photographs=$(cd "${1:?the folder of the photographs}" && pwd)
 shift
 walk=table
-. "$(dirname "$0")/window.sh"
 . "$(dirname "$0")/hand.sh"
 
 begin_from_photographs "$photographs" 505

@@ -19,8 +19,9 @@ pub fn completed(model: &Model) -> (Model, Vec<String>) {
     let positions = model.strokes.iter().filter(|s| matches!(s, Stroke::Position { .. })).count();
     let held_kinds: Vec<Kind> = model.things.iter().flat_map(held_kinds).collect();
     let holds = |kind: Kind| held_kinds.contains(&kind);
+    // A length that ends where nothing can be placed does not give the scale.
     let is_told = |s: &Stroke| match s {
-        Stroke::Length { between, .. } => between.iter().all(|&at| can_be_placed(&model, at)),
+        Stroke::Length { between, .. } => between.iter().all(|&at| model.can_place(at, |_| true)),
         _ => false,
     };
     let is_lengthless = !model.strokes.iter().any(is_told);
@@ -66,16 +67,6 @@ pub fn completed(model: &Model) -> (Model, Vec<String>) {
         thing.held.push(("yaw".to_owned(), 0.0));
     }
     (model, notes)
-}
-
-/// Whether enough is drawn of a place to find it: a point alone needs two photographs that show it, or a
-/// position. A length that ends elsewhere does not give the scale.
-fn can_be_placed(model: &Model, place: Place) -> bool {
-    let Place::Point(_) = place else { return true };
-    let strokes = || model.strokes.iter().filter(|stroke| stroke.places().contains(&place));
-    let mut photographs: Vec<usize> = strokes().filter_map(Stroke::photograph).collect();
-    photographs.dedup();
-    photographs.len() > 1 || strokes().any(|stroke| matches!(stroke, Stroke::Position { .. }))
 }
 
 /// What the numbers measure that were typed for a thing.

@@ -154,6 +154,17 @@ impl Model {
         }
     }
 
+    /// Whether enough is drawn of a place to find it. A corner belongs to a thing; a point alone has to be shown
+    /// in two photographs of those that `is_used` accepts, or to have a known position.
+    pub fn can_place(&self, place: Place, is_used: impl Fn(usize) -> bool) -> bool {
+        let Place::Point(_) = place else { return true };
+        let strokes = || self.strokes.iter().filter(|own| own.places().contains(&place));
+        let mut shown: Vec<usize> =
+            strokes().filter_map(Stroke::photograph).filter(|&index| is_used(index)).collect();
+        shown.dedup();
+        shown.len() > 1 || strokes().any(|own| matches!(own, Stroke::Position { .. }))
+    }
+
     /// What a stroke is called in messages: where it stands and what it says.
     pub fn stroke_name(&self, index: usize) -> String {
         let stroke = &self.strokes[index];

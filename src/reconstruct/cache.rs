@@ -37,7 +37,7 @@ pub struct StageCache {
     afresh: bool,
 }
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct CachedRuns {
     ended: Option<RunProducts>,
     stopped: Option<RunProducts>,
@@ -53,9 +53,7 @@ impl StageCache {
     /// A cache of its own with the same products, which later runs with either do not change in the
     /// other. The products themselves are shared.
     pub fn fork(&self) -> Self {
-        let runs = self.lock();
-        let (ended, stopped) = (runs.ended.clone(), runs.stopped.clone());
-        let runs = CachedRuns { ended, stopped, changes: runs.changes };
+        let runs = self.lock().clone();
         Self { runs: Arc::new(Mutex::new(runs)), afresh: self.afresh }
     }
 

@@ -77,7 +77,9 @@ pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
                     seen.photographs[photograph] = true;
                     grows = true;
                 }
-                if seen.photographs[photograph] && is_told(model, rotations, place) {
+                if seen.photographs[photograph]
+                    && model.can_place(place, |index| rotations[index].is_some())
+                {
                     grows |= reach(&mut seen, place);
                 }
             }
@@ -88,16 +90,4 @@ pub(super) fn connected(model: &Model, rotations: &[Option<DMat3>]) -> Seen {
 
 fn is_found(model: &Model, photograph: usize) -> bool {
     model.photographs[photograph].found.is_some()
-}
-
-/// A corner belongs to a thing; a point alone needs rays of two photographs, or a position.
-fn is_told(model: &Model, rotations: &[Option<DMat3>], place: Place) -> bool {
-    let Place::Point(_) = place else { return true };
-    let strokes = || model.strokes.iter().filter(|own| own.places().contains(&place));
-    let mut shown: Vec<usize> = strokes()
-        .filter_map(Stroke::photograph)
-        .filter(|&index| rotations[index].is_some())
-        .collect();
-    shown.dedup();
-    shown.len() > 1 || strokes().any(|own| matches!(own, Stroke::Position { .. }))
 }
