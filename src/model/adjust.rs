@@ -11,6 +11,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::residuals::{self, Row};
+use super::rig::Rig;
 use super::unknowns::{State, Unknowns};
 use super::{Model, ModelError};
 
@@ -25,11 +26,14 @@ pub struct AdjustOptions {
     /// Ends when a step changes the residuals by less than this in all, in pixels: the length of
     /// the step, each unknown in the units of its column of the Jacobian. > 0. Default 1e-9.
     pub tolerance_px: f64,
+    /// What an engine's points tell is made quadratic anew until that changes the result by less
+    /// than this, in the same units. > 0. Default 0.01.
+    pub tracks_px: f64,
 }
 
 impl Default for AdjustOptions {
     fn default() -> Self {
-        Self { loss_px: 3.0, max_steps: 500, tolerance_px: 1e-9 }
+        Self { loss_px: 3.0, max_steps: 500, tolerance_px: 1e-9, tracks_px: 0.01 }
     }
 }
 
@@ -66,13 +70,14 @@ pub fn weight(row: &Row, loss_px: f64) -> f64 {
     if row.is_drawn { 1.0 / (1.0 + (row.value / loss_px).powi(2)) } else { 1.0 }
 }
 
-/// Adjusts everything that is placed in `start`.
+/// Adjusts everything that is placed in `start`, with what an engine tells about its cameras.
 pub fn adjust(
     model: &Model,
+    rig: &Rig,
     start: &State,
     options: &AdjustOptions,
 ) -> Result<Adjusted, ModelError> {
-    let rows = |state: &State, unknowns: &Unknowns| residuals::rows(model, state, unknowns);
+    let rows = |state: &State, unknowns: &Unknowns| residuals::rows(model, rig, state, unknowns);
     minimise(start, Unknowns::of(model, start), rows, options).map_err(|stroke| {
         ModelError::new(
             format!("strokes[{stroke}]"),

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::adjust::{Adjusted, weight};
 use super::residuals::{self, Row};
+use super::rig::Rig;
 use super::things::Kind;
 use super::unknowns::{Owner, State, Unknowns};
 use super::{Model, ModelError};
@@ -121,9 +122,9 @@ fn unseen(model: &Model, unknowns: &Unknowns, norms: &[f64]) -> Option<ModelErro
 }
 
 /// The changes of the whole world that are undetermined: three shifts, three rotations, the scale.
-pub fn untold(model: &Model, state: &State) -> [bool; 7] {
+pub fn untold(model: &Model, rig: &Rig, state: &State) -> [bool; 7] {
     let unknowns = Unknowns::of(model, state);
-    let Ok(rows) = residuals::rows(model, state, &unknowns) else { return [false; 7] };
+    let Ok(rows) = residuals::rows(model, rig, state, &unknowns) else { return [false; 7] };
     let mut squares = vec![0.0; unknowns.list.len()];
     let slopes = || rows.iter().flat_map(|row| &row.slopes);
     slopes().for_each(|&(j, slope)| squares[j] += slope * slope);

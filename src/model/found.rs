@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::things::{self, Kind};
+use super::tracks;
 use super::{Fit, Lens, Model, Pose, Stroke, Thing};
 use crate::scene::Camera;
 
@@ -40,6 +41,8 @@ pub struct FoundPoint {
     pub position: DVec3,
     /// The photographs that show it, by index.
     pub photographs: Vec<usize>,
+    /// Where each of these shows it, in pixels; empty where that is not known.
+    pub pixels: Vec<DVec2>,
 }
 
 /// Where an engine has placed a photograph.
@@ -86,6 +89,15 @@ impl Similarity {
         self.scale * (self.rotation * found) + self.shift
     }
 
+    /// A camera's pose in the world, as it is in the coordinates of what was found.
+    pub fn back(&self, pose: &Pose) -> Pose {
+        let back = self.rotation.transpose();
+        Pose {
+            world_from_camera: back * pose.world_from_camera,
+            position: back * ((pose.position - self.shift) / self.scale),
+        }
+    }
+
     /// Brings a camera's pose into the world.
     pub fn pose(&self, found: &Pose) -> Pose {
         let world_from_camera = self.rotation * found.world_from_camera;
@@ -115,15 +127,16 @@ impl FoundCameras {
 }
 
 impl Model {
-    /// Takes over what an engine has found, in place of what another found before. Lenses are held
-    /// as it says: it has looked at thousands of points. Photographs that it could not place keep
-    /// their strokes.
+    /// Takes over what an engine has found, in place of what another found before. Focal length and
+    /// k1 are adjusted further where its points tell of them, and lenses are held as it says
+    /// otherwise. Photographs that it could not place keep their strokes.
     pub fn take_found(&mut self, found: &FoundCameras) {
         for (photograph, pose) in self.photographs.iter_mut().zip(found.poses()) {
             photograph.found = pose;
         }
         self.found_points = Arc::new(found.points.clone());
         self.found_in_metres = found.in_metres;
+        let tracked = tracks::is_tracked(&self.found_points, self.photographs.len());
         let mut taken: Vec<(usize, &Camera)> = Vec::new();
         for (index, camera) in found.cameras.iter().enumerate() {
             let (Some(camera), true) = (camera, index < self.photographs.len()) else { continue };
@@ -144,7 +157,11 @@ impl Model {
             own.focal_px = Some(0.5 * (camera.focal_px.x + camera.focal_px.y));
             own.principal_px = Some(camera.principal_px);
             own.radial = DVec2::new(k1, k2);
-            own.fit = Fit { focal: false, principal: false, k1: false, k2: false };
+            let is_told = |photograph: usize| {
+                tracked[photograph] && self.photographs[photograph].lens == lens
+            };
+            let is_told = (0..tracked.len()).any(is_told);
+            own.fit = Fit { focal: is_told, principal: false, k1: is_told, k2: false };
         }
     }
 

@@ -29,6 +29,7 @@ mod solve;
 pub mod strokes;
 pub mod things;
 pub mod to_edges;
+mod tracks;
 pub mod unknowns;
 pub mod view;
 
@@ -57,8 +58,8 @@ pub struct Model {
     pub points: Vec<Point>,
     /// The strokes.
     pub strokes: Vec<Stroke>,
-    /// Points that an engine has found: things can be fitted to them; they take no part in the
-    /// adjustment.
+    /// Points that an engine has found: things can be fitted to them, and they tell how its cameras
+    /// stand to each other.
     pub found_points: Arc<Vec<FoundPoint>>,
     /// The unit of [`Photograph::found`] is the metre: where no length is given, that is kept.
     pub found_in_metres: bool,
@@ -123,6 +124,13 @@ pub struct ModelError {
     pub problem: String,
     /// Without a full stop.
     pub remedy: String,
+}
+
+impl Fit {
+    /// Focal length, principal point (x, y), k1, k2.
+    pub fn parts(self) -> [bool; 5] {
+        [self.focal, self.principal, self.principal, self.k1, self.k2]
+    }
 }
 
 impl Default for Fit {

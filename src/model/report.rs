@@ -82,9 +82,7 @@ pub(super) fn lenses(
     certainty: Option<&Certainty>,
 ) -> Vec<LensReport> {
     let report = |lens: usize| {
-        let own = adjusted.state.lenses[lens];
-        let values =
-            [own.focal_px, own.principal_px.x, own.principal_px.y, own.radial.x, own.radial.y];
+        let values = adjusted.state.lenses[lens].numbers();
         let names = ["focal_px", "cx", "cy", "k1", "k2"];
         let columns = adjusted.unknowns.lens(lens);
         let number = |k: usize| Estimate {

@@ -10,9 +10,10 @@
 use glam::{DVec2, DVec3};
 
 use super::jet::{Jet, Jet3, position, slopes};
+use super::rig::Rig;
 use super::unknowns::{State, Unknowns};
 use super::view::{Undistorted, flip, turned};
-use super::{Model, Place, Stroke, rig, things};
+use super::{Model, Place, Stroke, things};
 
 /// What [`Row::stroke`] is where the residual is of no stroke.
 pub const NO_STROKE: usize = usize::MAX;
@@ -30,9 +31,15 @@ pub struct Row {
     pub is_drawn: bool,
 }
 
-/// The residuals of all strokes whose cameras and things are placed, in the strokes' order. Strokes
+/// The residuals of all strokes whose cameras and things are placed, in the strokes' order, and
+/// those of the rig. Strokes
 /// whose places lie behind the camera, or beyond what the lens model describes, are the error.
-pub fn rows(model: &Model, state: &State, unknowns: &Unknowns) -> Result<Vec<Row>, usize> {
+pub fn rows(
+    model: &Model,
+    rig: &Rig,
+    state: &State,
+    unknowns: &Unknowns,
+) -> Result<Vec<Row>, usize> {
     let values = unknowns.jets(state);
     let is_placed = |index: usize| state.things[index].is_some();
     let corners: Vec<Vec<Jet3>> = (0..model.things.len())
@@ -97,7 +104,7 @@ pub fn rows(model: &Model, state: &State, unknowns: &Unknowns) -> Result<Vec<Row
         let made = made.filter(|rows| rows.iter().all(|row: &Row| row.value.is_finite()));
         all.extend(made.ok_or(index)?.into_iter().map(|row| Row { stroke: index, ..row }));
     }
-    all.extend(rig::rows(model, state, unknowns));
+    all.extend(rig.rows(model, state, unknowns));
     Ok(all)
 }
 

@@ -1,64 +1,181 @@
 //! The photographs that an engine placed, as one rig that strokes place in the world.
 //!
 //! An engine has adjusted these cameras to thousands of points, so their relative poses are more
-//! certain than a stroke. Each camera is held near its pose in the rig by residuals in pixels. The
-//! [`Similarity`](super::Similarity) from the rig to the world, which the engine cannot determine,
-//! is unknown. Those of its numbers that no stroke determines keep their guessed values, and a note
-//! says so.
+//! certain than a stroke. What its points tell of them is one term of the adjustment
+//! ([`tracks`]); where the points' pixels are not known, each camera is held near its pose in the
+//! rig by residuals in pixels. The [`Similarity`](super::Similarity) from the rig to the world,
+//! which the engine cannot determine, is unknown. Those of its numbers that no stroke determines
+//! keep their guessed values, and a note says so.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::residuals::{NO_STROKE, Row};
+use super::tracks::{self, Number};
 use super::unknowns::{State, Unknowns};
-use super::{Model, determined};
+use super::{Lens, Model, Optic, Pose, determined};
 
-/// How far an engine's cameras are believed, in pixels of the photograph.
+/// How far an engine's cameras are believed, in pixels of the photograph, where its points are not
+/// known.
 const FOUND_PX: f64 = 0.25;
+/// How far an engine's lens is believed where its points tell no more: the focal length as a part of
+/// itself, and k1. Engines that adjust lenses by four photographs were off by 1 to 5 % (the castle of
+/// OpenMVS), so that these hold only what nothing else does.
+const FOCAL: f64 = 0.05;
+const RADIAL: f64 = 0.05;
 
-/// The residuals of every photograph that an engine placed: its turn from where the engine has it,
-/// and its distance from there, as far as they move what it shows, over a quarter
-/// of a pixel.
-pub fn rows(model: &Model, state: &State, unknowns: &Unknowns) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let columns = unknowns.found();
-    let whole = &state.found;
-    for (index, own) in model.photographs.iter().enumerate() {
-        let (Some(found), Some(pose)) = (own.found, state.poses[index]) else { continue };
-        let Some(first) = unknowns.pose(index) else { continue };
-        let longest = own.size.0.max(own.size.1) as f64;
-        let focal_px = model.lenses[own.lens].focal_px.unwrap_or(longest);
-        let actual = pose.world_from_camera;
-        let expected = whole.rotation * found.pose.world_from_camera;
-        let turn = rotation_vector(&(expected.transpose() * actual));
-        let (slope, weight) = (turn_slope(turn), focal_px / FOUND_PX);
-        for k in 0..3 {
-            let mut row = Row { stroke: NO_STROKE, value: weight * turn[k], ..Row::default() };
-            for (j, axis) in DVec3::AXES.into_iter().enumerate() {
-                row.slopes.push((first + j, weight * slope.col(j)[k]));
-                let by_world = -(slope * (actual.transpose() * axis));
-                row.slopes.extend(columns[1 + j].map(|column| (column, weight * by_world[k])));
-            }
-            rows.push(row);
-        }
-        // In the engine's unit, so that the size of the world says nothing.
-        let weight = weight / found.distance;
-        let place = (pose.position - whole.shift) / whole.scale;
-        let expected = whole.rotation * found.pose.position;
-        for k in 0..3 {
-            let value = weight * (place[k] - expected[k]);
-            let mut row = Row { stroke: NO_STROKE, value, ..Row::default() };
-            let shift = weight / whole.scale;
-            row.slopes.push((first + 3 + k, shift));
-            row.slopes.extend(columns[4 + k].map(|column| (column, -shift)));
-            row.slopes.extend(columns[0].map(|column| (column, -weight * place[k])));
-            for (j, axis) in DVec3::AXES.into_iter().enumerate() {
-                let by = -weight * axis.cross(expected)[k];
-                row.slopes.extend(columns[1 + j].map(|column| (column, by)));
-            }
-            rows.push(row);
-        }
+/// What an engine tells about its cameras, in its own coordinates.
+#[derive(Clone, Debug, Default)]
+pub struct Rig {
+    /// By photograph: about which pose the residuals are made.
+    poses: Vec<Option<Pose>>,
+    lenses: Vec<Optic>,
+    term: Option<tracks::Term>,
+}
+
+impl Rig {
+    /// About the poses of the engine and the lenses of a state in which photographs are placed.
+    /// `loss_px` is c of the robust loss of points.
+    pub fn of(model: &Model, state: &State, loss_px: f64) -> Self {
+        let placed = model.photographs.iter().zip(&state.poses);
+        let poses = placed.map(|(own, pose)| Some(own.found.filter(|_| pose.is_some())?.pose));
+        Self::about(model, poses.collect(), state, loss_px)
     }
-    rows
+
+    /// About the poses and lenses of a state, where points tell of them: their term is exact there.
+    /// `None` where there are none, so that nothing changes.
+    pub fn again(&self, model: &Model, state: &State, loss_px: f64) -> Option<Self> {
+        self.term.as_ref()?;
+        let pose = |(old, pose): (&Option<Pose>, &Option<Pose>)| {
+            old.and(*pose).map(|pose| state.found.back(&pose))
+        };
+        let poses = self.poses.iter().zip(&state.poses).map(pose).collect();
+        Some(Self::about(model, poses, state, loss_px))
+    }
+
+    fn about(model: &Model, poses: Vec<Option<Pose>>, state: &State, loss_px: f64) -> Self {
+        let tracked = tracks::is_tracked(&model.found_points, poses.len());
+        let camera = |(index, pose): (usize, &Option<Pose>)| {
+            let lens = model.photographs[index].lens;
+            let optic = state.lenses[lens];
+            let is_free = model.lenses[lens].fit.parts();
+            pose.filter(|_| tracked[index]).map(|pose| tracks::Camera {
+                pose,
+                lens,
+                optic,
+                is_free,
+            })
+        };
+        let cameras: Vec<_> = poses.iter().enumerate().map(camera).collect();
+        let term = tracks::linearised(&model.found_points, &cameras, loss_px);
+        Self { poses, lenses: state.lenses.clone(), term }
+    }
+
+    /// The residuals of every photograph of the rig. Those of which points tell have a common term,
+    /// and their lenses are drawn to those of the engine. For others they are the turn from where the
+    /// engine has it, and the distance from there, as far as they move what it shows, over a quarter
+    /// of a pixel.
+    pub fn rows(&self, model: &Model, state: &State, unknowns: &Unknowns) -> Vec<Row> {
+        let own = self.poses.iter().enumerate();
+        let changes: Vec<Option<[Row; 6]>> =
+            own.map(|(index, pose)| change(pose.as_ref()?, state, unknowns, index)).collect();
+        let numbers = self.term.iter().flat_map(|term| &term.numbers);
+        let is_told = |index: usize| numbers.clone().any(|own| *own == Number::Pose(index, 0));
+        let mut rows = Vec::new();
+        for (index, change) in changes.iter().enumerate().filter(|own| !is_told(own.0)) {
+            let own = &model.photographs[index];
+            let (Some(found), Some(change)) = (own.found, change) else { continue };
+            let longest = own.size.0.max(own.size.1) as f64;
+            let focal_px = model.lenses[own.lens].focal_px.unwrap_or(longest);
+            let turn = focal_px / FOUND_PX;
+            let weight = |part: usize| if part < 3 { turn } else { turn / found.distance };
+            rows.extend(change.iter().enumerate().map(|(part, row)| times(row, weight(part))));
+        }
+        let Some(term) = &self.term else { return rows };
+        let one = |own: &Number| match *own {
+            Number::Pose(photograph, part) => {
+                changes[photograph].as_ref().map(|all| &all[part]).cloned()
+            }
+            Number::Lens(lens, part) => {
+                let value = state.lenses[lens].numbers()[part] - self.lenses[lens].numbers()[part];
+                let slopes = unknowns.lens(lens)[part].map(|column| (column, 1.0));
+                Some(row(value, slopes.into_iter().collect()))
+            }
+        };
+        let changes: Vec<Row> =
+            term.numbers.iter().map(|own| one(own).unwrap_or_default()).collect();
+        let mut slopes = vec![0.0; unknowns.list.len()];
+        for (i, offset) in term.offset.iter().enumerate() {
+            slopes.fill(0.0);
+            let mut value = *offset;
+            for (j, change) in changes.iter().enumerate().skip(i) {
+                let factor = term.factor[(i, j)];
+                value += factor * change.value;
+                change.slopes.iter().for_each(|&(column, by)| slopes[column] += factor * by);
+            }
+            let slopes = slopes.iter().copied().enumerate().filter(|own| own.1 != 0.0);
+            rows.push(row(value, slopes.collect()));
+        }
+        for own in &term.numbers {
+            let &Number::Lens(index, part) = own else { continue };
+            let Lens { focal_px, radial, .. } = model.lenses[index];
+            let (expected, sd) = match (part, focal_px) {
+                (0, Some(focal_px)) => (focal_px, FOCAL * focal_px),
+                (3, _) => (radial.x, RADIAL),
+                (4, _) => (radial.y, RADIAL),
+                _ => continue,
+            };
+            if let Some(column) = unknowns.lens(index)[part] {
+                let value = (state.lenses[index].numbers()[part] - expected) / sd;
+                rows.push(row(value, vec![(column, 1.0 / sd)]));
+            }
+        }
+        rows
+    }
+}
+
+fn row(value: f64, slopes: Vec<(usize, f64)>) -> Row {
+    Row { stroke: NO_STROKE, value, slopes, is_drawn: false }
+}
+
+fn times(own: &Row, weight: f64) -> Row {
+    let slopes = own.slopes.iter().map(|&(column, by)| (column, weight * by));
+    row(weight * own.value, slopes.collect())
+}
+
+/// By how much a photograph is turned from a pose in the rig, about the axes of its camera, and
+/// moved, in the engine's coordinates; `None` where it is not adjusted.
+fn change(from: &Pose, state: &State, unknowns: &Unknowns, photograph: usize) -> Option<[Row; 6]> {
+    let (pose, first) = (state.poses[photograph]?, unknowns.pose(photograph)?);
+    let (columns, whole) = (unknowns.found(), &state.found);
+    let actual = pose.world_from_camera;
+    let expected = whole.rotation * from.world_from_camera;
+    let turn = rotation_vector(&(expected.transpose() * actual));
+    let slope = turn_slope(turn);
+    // In the engine's unit, so that the size of the world says nothing.
+    let back = whole.rotation.transpose();
+    let place = (pose.position - whole.shift) / whole.scale;
+    let moved = back * place - from.position;
+    Some(std::array::from_fn(|part| {
+        let k = part % 3;
+        let mut slopes = Vec::with_capacity(10);
+        if part < 3 {
+            for (j, axis) in DVec3::AXES.into_iter().enumerate() {
+                slopes.push((first + j, slope.col(j)[k]));
+                let by_world = -(slope * (actual.transpose() * axis));
+                slopes.extend(columns[1 + j].map(|column| (column, by_world[k])));
+            }
+            return row(turn[k], slopes);
+        }
+        slopes.extend(columns[0].map(|column| (column, -(back * place)[k])));
+        for (j, axis) in DVec3::AXES.into_iter().enumerate() {
+            let shift = back.col(j)[k] / whole.scale;
+            slopes.push((first + 3 + j, shift));
+            slopes.extend(columns[4 + j].map(|column| (column, -shift)));
+            let by_turn = -(back * axis.cross(place))[k];
+            slopes.extend(columns[1 + j].map(|column| (column, by_turn)));
+        }
+        row(moved[k], slopes)
+    }))
 }
 
 /// The axis of a rotation, as long as its angle. Exact also where that is tiny, which the adjustment
@@ -90,12 +207,12 @@ fn turn_slope(turn: DVec3) -> DMat3 {
 }
 
 /// Keeps the guessed values of undetermined numbers of the rig's pose in the world, and notes them.
-pub fn keep(model: &Model, state: &mut State) -> Vec<String> {
+pub fn keep(model: &Model, rig: &Rig, state: &mut State) -> Vec<String> {
     let mut placed = model.photographs.iter().zip(&state.poses);
     if !placed.any(|(own, pose)| own.found.is_some() && pose.is_some()) {
         return Vec::new();
     }
-    let [x, y, z, tilt, roll, yaw, scale] = determined::untold(model, state);
+    let [x, y, z, tilt, roll, yaw, scale] = determined::untold(model, rig, state);
     // What nothing contradicts holds exactly: 1 is the metre of what was found.
     let is_metric = model.scale_is_found();
     state.kept = [scale || is_metric, tilt, roll, yaw, x, y, z];

@@ -5,11 +5,12 @@ use glam::DVec3;
 
 use super::adjust::{self, AdjustOptions, Adjusted, Stopped};
 use super::determined::{self, Certainty};
+use super::rig::{self, Rig};
 use super::things::{self, Face, Kind};
 use super::unknowns::State;
 use super::{
     LensReport, Model, ModelError, PhotographReport, Shape, Stroke, StrokeReport, Support,
-    ThingReport, calibrate, check, conventions, report, rig,
+    ThingReport, calibrate, check, conventions, report,
 };
 use crate::scene::Camera;
 
@@ -19,6 +20,8 @@ const CONTRADICTORY: f64 = 0.01;
 const CONTRADICTED: f64 = 0.25;
 /// A stroke that is off by more than this many times what strokes are off by is named.
 const OUTLYING: f64 = 5.0;
+/// As often the term of an engine's points is made at most; two or three are usual.
+const MOST_TERMS: usize = 20;
 
 /// The solution of a model.
 #[derive(Clone, Debug)]
@@ -71,8 +74,9 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
     check::check(model)?;
     let (completed, mut notes) = conventions::completed(model);
     let mut start = calibrate::start(&completed)?;
-    notes.extend(rig::keep(&completed, &mut start.state));
-    let adjusted = adjust::adjust(&completed, &start.state, options)?;
+    let rig = Rig::of(&completed, &start.state, options.loss_px);
+    notes.extend(rig::keep(&completed, &rig, &mut start.state));
+    let adjusted = adjusted(&completed, rig, &start.state, options)?;
     let mut problems = boundless(model, &adjusted.state);
     problems.extend(inside_out(model, &adjusted.state));
     let certainty = match determined::certainty(&completed, &adjusted, options.loss_px) {
@@ -122,6 +126,29 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
         unplaced: start.unplaced,
         problems,
     })
+}
+
+/// Adjusts all, with the term of an engine's points made anew until it changes nothing.
+fn adjusted(
+    model: &Model,
+    mut rig: Rig,
+    start: &State,
+    options: &AdjustOptions,
+) -> Result<Adjusted, ModelError> {
+    let mut adjusted = adjust::adjust(model, &rig, start, options)?;
+    for _ in 1..MOST_TERMS {
+        let Some(next) = rig.again(model, &adjusted.state, options.loss_px) else { break };
+        rig = next;
+        let steps = adjusted.steps;
+        adjusted = adjust::adjust(model, &rig, &adjusted.state, options)?;
+        let [before, after] = adjusted.cost;
+        adjusted.steps += steps;
+        // A step of that length lowers a quadratic cost by half its square.
+        if before - after <= 0.5 * options.tracks_px * options.tracks_px {
+            break;
+        }
+    }
+    Ok(adjusted)
 }
 
 /// The faces of all placed things.

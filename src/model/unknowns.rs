@@ -84,8 +84,7 @@ impl Unknowns {
                 .iter()
                 .zip(&state.poses)
                 .any(|(photograph, pose)| photograph.lens == index && pose.is_some());
-            let fit = lens.fit;
-            let free = [fit.focal, fit.principal, fit.principal, fit.k1, fit.k2];
+            let free = lens.fit.parts();
             let columns =
                 std::array::from_fn(|k| all.add(Owner::Lens(index), k, is_used && free[k]));
             all.lenses.push(columns);

@@ -53,6 +53,12 @@ pub struct Undistorted {
 }
 
 impl Optic {
+    /// Focal length, principal point (x, y), k1, k2.
+    pub fn numbers(&self) -> [f64; 5] {
+        let Self { focal_px, principal_px, radial } = self;
+        [*focal_px, principal_px.x, principal_px.y, radial.x, radial.y]
+    }
+
     /// How the lens distorts a normalised point, and the derivative of that.
     fn distort(&self, u: DVec2) -> (DVec2, DMat2) {
         let r2 = u.length_squared();

@@ -27,7 +27,7 @@ fn a_damaged_file_is_told_with_its_place() {
     type Change = fn(&mut Value);
     let cases: [(Change, &[&str]); 14] = [
         (|m| m["format"] = json!("other"), &["format", "lobelia-model"]),
-        (|m| m["version"] = json!(7), &["version", "version 1"]),
+        (|m| m["version"] = json!(7), &["version", "versions up to 2"]),
         (|m| m["lenses"][0]["focal_px"] = json!("long"), &["lenses[0].focal_px", "finite number"]),
         (|m| m["lenses"][0]["fit"] = json!(["zoom"]), &["lenses[0].fit[0]", "focal_px"]),
         (

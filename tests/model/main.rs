@@ -9,6 +9,7 @@ mod opencv; // projections against OpenCV
 mod rig; // cameras that an engine placed, put into the world
 mod to_edges; // things moved onto the lines of photographs
 mod to_edges_captures; // the same on captures that are not in the repository
+mod tracks; // points of an engine in the adjustment
 mod scipy; // the adjustment against SciPy's least_squares
 mod scenes; // strokes with one pixel of error on captures of known answer
 

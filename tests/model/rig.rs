@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use lobelia::model::rig::rows;
+use lobelia::model::rig::Rig;
 use lobelia::model::unknowns::{State, Unknowns};
 use lobelia::model::{
     AdjustOptions, Axis, Fit, FoundCameras, FoundPoint, FoundPose, Lens, Model, Optic, Photograph,
@@ -100,14 +100,16 @@ fn derivatives_are_those_of_differences() {
         })
         .collect();
     let unknowns = Unknowns::of(&model, &state);
-    let base = rows(&model, &state, &unknowns);
+    let rig = Rig::of(&model, &state, 3.0);
+    let rows = |state: &State| rig.rows(&model, state, &unknowns);
+    let base = rows(&state);
     assert_eq!(base.len(), 24);
     let mut checked = 0;
     for column in 0..unknowns.list.len() {
         let at = |h: f64| {
             let mut step = vec![0.0; unknowns.list.len()];
             step[column] = h;
-            rows(&model, &unknowns.moved(&state, &step), &unknowns)
+            rows(&unknowns.moved(&state, &step))
         };
         let (low, high) = (at(-1e-6), at(1e-6));
         for (index, row) in base.iter().enumerate() {
@@ -219,6 +221,7 @@ fn what_was_found_is_written_and_read_again_and_damage_is_told() {
     let point = |x: f64, photographs: &[usize]| FoundPoint {
         position: DVec3::new(x, -1.5e-7, 3.0),
         photographs: photographs.to_vec(),
+        pixels: Vec::new(),
     };
     model.found_points = Arc::new(vec![point(0.1, &[0, 3]), point(2.0, &[1, 2, 3])]);
     model.photographs[1].found = None;

@@ -95,8 +95,11 @@ pub fn found(points: &[DVec3]) -> Model {
         camera
     };
     let photographs: Vec<usize> = (0..5).collect();
-    let point =
-        |place: &DVec3| FoundPoint { position: own(*place), photographs: photographs.clone() };
+    let point = |place: &DVec3| FoundPoint {
+        position: own(*place),
+        photographs: photographs.clone(),
+        pixels: Vec::new(),
+    };
     let cameras = FoundCameras {
         engine: "test".to_owned(),
         cameras: cameras().into_iter().map(|own| Some(camera(own))).collect(),

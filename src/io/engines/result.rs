@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::pictures::{FOLDER, Picture};
 use super::{Engine, REMEDY, Subject};
@@ -14,8 +14,10 @@ use crate::watch::Watch;
 
 /// Focal lengths beyond these, in lengths of the longer side, are none of a photograph.
 const FOCAL: std::ops::Range<f64> = 0.1..100.0;
-/// As many points are kept: those that most photographs show.
+/// As many points are kept: those that most photographs show, and of each photograph as many that
+/// it shows.
 const MOST_POINTS: usize = 2000;
+const OF_EACH: usize = 100;
 
 /// The models below a folder.
 pub(super) fn models(out: &Path) -> Vec<PathBuf> {
@@ -73,7 +75,7 @@ fn taken(
     photographs: &[Subject],
 ) -> Result<FoundCameras, String> {
     let mut cameras: Vec<Option<Camera>> = vec![None; photographs.len()];
-    let mut seen: Vec<Vec<usize>> = vec![Vec::new(); import.points.len()];
+    let mut seen: Vec<Vec<(usize, DVec2)>> = vec![Vec::new(); import.points.len()];
     for shot in &import.shots {
         let name = Path::new(&shot.name).file_stem().and_then(|own| own.to_str());
         let index = name.and_then(|own| own.parse::<usize>().ok());
@@ -104,7 +106,7 @@ fn taken(
         ));
         for observation in &shot.observations {
             if let Some(own) = seen.get_mut(observation.point as usize) {
-                own.push(index);
+                own.push((index, observation.pixel.as_dvec2() * step + corner));
             }
         }
     }
@@ -117,17 +119,31 @@ fn taken(
         .points
         .iter()
         .zip(seen)
-        .map(|(position, mut photographs)| {
-            photographs.sort_unstable();
-            photographs.dedup();
-            FoundPoint { position: *position, photographs }
+        .map(|(position, mut seen)| {
+            // Sorting keeps the order of those of one photograph.
+            seen.sort_by_key(|own| own.0);
+            seen.dedup_by_key(|own| own.0);
+            let (photographs, pixels) = seen.into_iter().unzip();
+            FoundPoint { position: *position, photographs, pixels }
         })
         .filter(|own| own.position.is_finite() && own.photographs.len() > 1)
         .collect();
     // Sorting keeps the order of those that as many show.
     points.sort_by_key(|own| std::cmp::Reverse(own.photographs.len()));
-    points.truncate(MOST_POINTS);
+    let points = kept(points, photographs.len());
     let error_px = import.reprojection.as_ref().map(|own| own.median_px);
     let engine = engine.name().to_owned();
     Ok(FoundCameras { engine, cameras, points, error_px, in_metres: false })
+}
+
+/// The first of the points, and of each photograph the first that it shows, in their order.
+fn kept(points: Vec<FoundPoint>, photographs: usize) -> Vec<FoundPoint> {
+    let mut counts = vec![0; photographs];
+    let is_kept = |(rank, point): (usize, &FoundPoint)| {
+        let is_scarce = point.photographs.iter().any(|&photograph| counts[photograph] < OF_EACH);
+        point.photographs.iter().for_each(|&photograph| counts[photograph] += 1);
+        rank < MOST_POINTS || is_scarce
+    };
+    let kept: Vec<bool> = points.iter().enumerate().map(is_kept).collect();
+    points.into_iter().zip(kept).filter(|own| own.1).map(|own| own.0).collect()
 }

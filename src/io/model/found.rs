@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::io::Error;
@@ -29,12 +29,14 @@ pub(super) fn pose(item: &Field) -> Result<Option<FoundPose>, Error> {
     Ok(Some(FoundPose { pose: Pose { world_from_camera, position }, distance }))
 }
 
-/// `found_points`: position, then the photographs that show it.
+/// `found_points`: position, then the photographs that show it, each with the pixel where that is
+/// known: `2@312.5,220.25`.
 pub(super) fn points(items: Vec<Field>, photographs: usize) -> Result<Vec<FoundPoint>, Error> {
     let point = |item: Field| {
         let wrong = || {
             item.wrong_with(
-                "this is no point: \"x y z\" and the numbers of photographs are due",
+                "this is no point: \"x y z\" and the numbers of photographs are due, all or none \
+                 with \"@x,y\" in pixels",
                 "Correct it, or leave found_points out: cameras and things stand without them",
             )
         };
@@ -42,11 +44,26 @@ pub(super) fn points(items: Vec<Field>, photographs: usize) -> Result<Vec<FoundP
         let mut number = || words.next()?.parse::<f64>().ok().filter(|own| own.is_finite());
         let position = number().zip(number()).zip(number()).ok_or_else(wrong)?;
         let ((x, y), z) = position;
-        let shown = words.map(|word| word.parse().ok().filter(|index| *index < photographs));
-        let photographs = shown.collect::<Option<Vec<usize>>>().ok_or_else(wrong)?;
-        Ok(FoundPoint { position: DVec3::new(x, y, z), photographs })
+        let shown = words.map(|word| seen(word).filter(|own| own.0 < photographs));
+        let shown = shown.collect::<Option<Vec<_>>>().ok_or_else(wrong)?;
+        let pixels: Vec<DVec2> = shown.iter().filter_map(|own| own.1).collect();
+        if !pixels.is_empty() && pixels.len() < shown.len() {
+            return Err(wrong());
+        }
+        let photographs = shown.into_iter().map(|own| own.0).collect();
+        Ok(FoundPoint { position: DVec3::new(x, y, z), photographs, pixels })
     };
     items.into_iter().map(point).collect()
+}
+
+/// A photograph, and where it shows the point.
+fn seen(word: &str) -> Option<(usize, Option<DVec2>)> {
+    let Some((photograph, pixel)) = word.split_once('@') else {
+        return Some((word.parse().ok()?, None));
+    };
+    let (x, y) = pixel.split_once(',')?;
+    let pixel = DVec2::new(x.parse().ok()?, y.parse().ok()?);
+    Some((photograph.parse().ok()?, Some(pixel).filter(|own| own.is_finite())))
 }
 
 /// As [`pose`] reads it.
@@ -63,8 +80,11 @@ pub(super) fn pose_value(own: &FoundPose) -> Value {
 pub(super) fn point_value(own: &FoundPoint) -> Value {
     let DVec3 { x, y, z } = own.position;
     let mut text = format!("{x} {y} {z} ");
-    for index in &own.photographs {
+    for (place, index) in own.photographs.iter().enumerate() {
         let _ = write!(text, " {index}");
+        if let Some(pixel) = own.pixels.get(place) {
+            let _ = write!(text, "@{},{}", pixel.x, pixel.y);
+        }
     }
     Value::String(text)
 }

@@ -28,8 +28,9 @@
 //!
 //! Cameras that an engine found stand at the photographs, in coordinates of the engine's own:
 //! `"found": { "rotation": [w, x, y, z], "position": [x, y, z], "distance": 3.1 }`, axes of the
-//! camera as OpenGL's. `found_points` are its points: `"x y z  0 2 5"` with the photographs that
-//! show them, counted from 0. `found_in_metres` says that the unit is the metre, which is then kept
+//! camera as OpenGL's. `found_points` are its points: `"x y z  0@12.5,80 2@40,71.25"` with the
+//! photographs that show them, counted from 0, and the pixels (version 2; without `@x,y` where they
+//! are not known). `found_in_metres` says that the unit is the metre, which is then kept
 //! where no length is given.
 //!
 //! Only `format`, `version` and `photographs` must be there. Without `lenses` all photographs share
@@ -63,6 +64,6 @@ pub const NAME: &str = "model.json";
 pub const UNSAVED: &str = "model.unsaved.json";
 /// What the file says that it is.
 const FORMAT: &str = "lobelia-model";
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 /// Standard deviation of typed positions and lengths that give none, in metres.
 const TYPED_SD_M: f64 = 1e-3;

@@ -27,9 +27,9 @@ pub fn read(file: &Path) -> Result<Model, Error> {
         return Err(format.wrong(&format!("this is no model: the format must be \"{FORMAT}\"")));
     }
     let version = root.need("version")?;
-    if version.number()? != VERSION as f64 {
+    if ![1.0, VERSION as f64].contains(&version.number()?) {
         return Err(version.wrong_with(
-            &format!("this program reads version {VERSION} of the format"),
+            &format!("this program reads versions up to {VERSION} of the format"),
             "Open the file with the program that wrote it, or with a newer one",
         ));
     }

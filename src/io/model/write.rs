@@ -45,9 +45,11 @@ pub fn to_text(model: &Model) -> String {
         }
         item
     };
+    // Version 1 has no pixels of points; what needs no newer one is read by older programs.
+    let is_first = model.found_points.iter().all(|own| own.pixels.is_empty());
     let mut value = json!({
         "format": FORMAT,
-        "version": VERSION,
+        "version": if is_first { 1 } else { VERSION },
         "lenses": model.lenses.iter().map(lens).collect::<Vec<_>>(),
         "photographs": model.photographs.iter().map(photograph).collect::<Vec<_>>(),
         "things": model.things.iter().map(|own| thing(model, own)).collect::<Vec<_>>(),

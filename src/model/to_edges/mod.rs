@@ -25,6 +25,7 @@ use super::adjust::{self, AdjustOptions};
 use super::jet;
 use super::lines::Line;
 use super::residuals::{self, Row};
+use super::rig::Rig;
 use super::solve::{faces, inside_out};
 use super::things::Face;
 use super::unknowns::{Owner, State, Unknowns};
@@ -311,7 +312,7 @@ impl Fit<'_> {
             if rows.len() < matches.len() {
                 return Err(residuals::NO_STROKE);
             }
-            rows.extend(residuals::rows(&typed, state, unknowns)?);
+            rows.extend(residuals::rows(&typed, &Rig::default(), state, unknowns)?);
             let values = state.things[self.thing].as_deref().unwrap_or_default();
             for (column, own) in unknowns.list.iter().enumerate() {
                 let weight = scales[column] / BEFORE_PX;
@@ -320,7 +321,8 @@ impl Fit<'_> {
             }
             Ok(rows)
         };
-        let options = AdjustOptions { loss_px, max_steps: 50, tolerance_px: 1e-4 };
+        let options =
+            AdjustOptions { loss_px, max_steps: 50, tolerance_px: 1e-4, ..Default::default() };
         let adjusted = adjust::minimise(state, self.unknowns.clone(), rows, &options);
         // Where the first state has no residuals, nothing can be told by them.
         adjusted.map_or_else(|_| state.clone(), |own| own.state)
