@@ -9,13 +9,18 @@
 
 use faer::{Mat, Side};
 use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
 
+use super::view::Projected;
 use super::{FoundPoint, Optic, Pose};
 
 /// Least standard deviation of a point's place in a photograph, in pixels. A detector is not better.
 const LEAST_PX: f64 = 0.25;
 /// A photograph takes part that shows as many points.
 const FEWEST: usize = 8;
+/// Observations that take part, and the least of each photograph.
+const OBSERVATIONS: usize = 2000;
+const LEAST_SHARE: usize = 100;
 /// Steps by which a point is placed anew at most; Gauss–Newton's method takes five to eight.
 const STEPS: usize = 30;
 /// Scales of the robust loss by which a point is placed one after the other, in its own scale. With
@@ -60,17 +65,38 @@ pub(super) struct Camera {
 
 /// Where a photograph shows a point.
 struct Sight {
+    photograph: usize,
     residual: DVec2,
-    weight: f64,
-    by_point: [DVec2; 3],
-    by_numbers: Vec<(usize, DVec2)>,
+    seen: Projected,
+}
+
+/// A point where the photographs agree on best.
+struct Placed {
+    sights: Vec<Sight>,
+    /// Of its own normal equations.
+    inverse: DMat3,
+}
+
+/// The points that take part: the first that show in a photograph, up to its share of all
+/// observations. More would make a solve too slow for a drag, and tell little more.
+fn chosen(points: &[FoundPoint], photographs: usize) -> Vec<&FoundPoint> {
+    let share = (OBSERVATIONS / photographs.max(1)).max(LEAST_SHARE);
+    let mut counts = vec![0; photographs];
+    let shown = points.iter().filter(|own| own.pixels.len() == own.photographs.len());
+    let chosen = shown.filter(|own| {
+        let is_wanted = own.photographs.iter().any(|&photograph| counts[photograph] < share);
+        if is_wanted {
+            own.photographs.iter().for_each(|&photograph| counts[photograph] += 1);
+        }
+        is_wanted
+    });
+    chosen.collect()
 }
 
 /// Whether points say enough about each photograph.
 pub(super) fn is_tracked(points: &[FoundPoint], photographs: usize) -> Vec<bool> {
     let mut counts = vec![0; photographs];
-    let shown = points.iter().filter(|own| own.pixels.len() == own.photographs.len());
-    for &photograph in shown.flat_map(|own| &own.photographs) {
+    for &photograph in chosen(points, photographs).iter().flat_map(|own| &own.photographs) {
         counts[photograph] += 1;
     }
     counts.into_iter().map(|count| count >= FEWEST).collect()
@@ -113,50 +139,54 @@ impl<'a> Columns<'a> {
         1.0 / (1.0 + residual.length_squared() / (stage * self.loss_px).powi(2))
     }
 
-    /// Where the cameras show a point that lies at a place; `None` where it is behind one.
-    fn sights(&self, point: &FoundPoint, at: DVec3) -> Option<Vec<Sight>> {
+    /// Where the cameras show a point that lies at a place; an item is `None` where it is behind
+    /// the camera.
+    fn sights<'b>(
+        &'b self,
+        point: &'b FoundPoint,
+        at: DVec3,
+    ) -> impl Iterator<Item = Option<Sight>> + 'b {
         let shown = point.photographs.iter().zip(&point.pixels);
-        let shown = shown.filter_map(|(&index, pixel)| Some((index, pixel, self.cameras[index]?)));
-        let sight = |(index, pixel, camera): (usize, &DVec2, Camera)| {
-            let seen = camera.pose.project(&camera.optic, at)?;
-            let residual = seen.pixel - *pixel;
-            let first = self.poses[index];
-            let turns = (0..3).map(|k| (first + k, seen.by_turn[k]));
-            let shifts = (0..3).map(|k| (first + 3 + k, -seen.by_point[k]));
-            let [k1, k2] = seen.by_radial;
-            let by_lens = [seen.by_focal, DVec2::X, DVec2::Y, k1, k2];
-            let lens = self.lenses[index].iter().zip(by_lens);
-            let lens = lens.filter_map(|(column, by)| Some(((*column)?, by)));
-            Some(Sight {
-                residual,
-                weight: self.weight(residual, 1.0),
-                by_point: seen.by_point,
-                by_numbers: turns.chain(shifts).chain(lens).collect(),
-            })
-        };
-        shown.map(sight).collect()
+        shown.filter_map(move |(&photograph, pixel)| {
+            let camera = self.cameras[photograph].as_ref()?;
+            let seen = camera.pose.project(&camera.optic, at);
+            Some(seen.map(|seen| Sight { photograph, residual: seen.pixel - *pixel, seen }))
+        })
     }
 
-    /// Where a point is shown once it lies where the photographs agree on best, with the inverse of
-    /// its normal equations; `None` where fewer than two show it, or their rays are parallel.
-    fn placed(&self, point: &FoundPoint) -> Option<(Vec<Sight>, DMat3)> {
+    /// The columns that a sight depends on, with its derivatives.
+    fn slopes(&self, sight: &Sight) -> impl Iterator<Item = (usize, DVec2)> {
+        let (first, seen) = (self.poses[sight.photograph], sight.seen);
+        let turns = (0..3).map(move |k| (first + k, seen.by_turn[k]));
+        let shifts = (0..3).map(move |k| (first + 3 + k, -seen.by_point[k]));
+        let [k1, k2] = seen.by_radial;
+        let by_lens = [seen.by_focal, DVec2::X, DVec2::Y, k1, k2];
+        let lens = self.lenses[sight.photograph].into_iter().zip(by_lens);
+        turns.chain(shifts).chain(lens.filter_map(|(column, by)| Some((column?, by))))
+    }
+
+    /// Places a point where the photographs agree on best; `None` where fewer than two show it, or
+    /// their rays are parallel.
+    fn placed(&self, point: &FoundPoint) -> Option<Placed> {
         let (mut at, mut steps) = (point.position, 0);
         let mut stages = STAGES.into_iter();
         let mut stage = stages.next()?;
         loop {
-            let all = self.sights(point, at).filter(|all| all.len() > 1)?;
-            let (mut matrix, mut gradient) = (DMat3::ZERO, DVec3::ZERO);
-            for own in &all {
-                let weight = self.weight(own.residual, stage);
+            let (mut matrix, mut gradient, mut count) = (DMat3::ZERO, DVec3::ZERO, 0);
+            for sight in self.sights(point, at) {
+                let Sight { residual, seen, .. } = sight?;
+                let weight = self.weight(residual, stage);
                 for axis in 0..2 {
-                    let row = DVec3::from(own.by_point.map(|by| by[axis]));
+                    let row = DVec3::from(seen.by_point.map(|by| by[axis]));
                     matrix += DMat3::from_cols(row * row.x, row * row.y, row * row.z) * weight;
-                    gradient += row * (weight * own.residual[axis]);
+                    gradient += row * (weight * residual[axis]);
                 }
+                count += 1;
             }
             let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
             let determinant = matrix.determinant();
-            if determinant.is_nan() || determinant <= PARALLEL * (trace / 3.0).powi(3) {
+            let is_told = determinant > PARALLEL * (trace / 3.0).powi(3);
+            if count < 2 || !is_told {
                 return None;
             }
             let inverse = matrix.inverse();
@@ -165,7 +195,10 @@ impl<'a> Columns<'a> {
             let square = gradient.dot(shift);
             match stages.as_slice() {
                 // By less than rounding of the pixels.
-                [] if square <= 1e-20 || steps >= STEPS => return Some((all, inverse)),
+                [] if square <= 1e-20 || steps >= STEPS => {
+                    let sights = self.sights(point, at).collect::<Option<_>>()?;
+                    return Some(Placed { sights, inverse });
+                }
                 [] => {}
                 _ if square <= 0.01 || steps >= STEPS => stage = stages.next()?,
                 _ => {}
@@ -189,11 +222,14 @@ pub(super) fn linearised(
     }
     let mut sum = Normal { matrix: Mat::zeros(count, count), gradient: vec![0.0; count] };
     let (mut squares, mut freedom) = (0.0, 7.0 - count as f64);
-    let shown = points.iter().filter(|own| own.pixels.len() == own.photographs.len());
-    for (sights, inverse) in shown.filter_map(|own| columns.placed(own)) {
-        squares += sights.iter().map(|own| own.weight * own.residual.length_squared()).sum::<f64>();
-        freedom += 2.0 * sights.len() as f64 - 3.0;
-        sum.add(&sights, &inverse);
+    let chosen = chosen(points, cameras.len());
+    let placed: Vec<Placed> = chosen.par_iter().filter_map(|own| columns.placed(own)).collect();
+    for own in &placed {
+        let square =
+            |own: &Sight| columns.weight(own.residual, 1.0) * own.residual.length_squared();
+        squares += own.sights.iter().map(square).sum::<f64>();
+        freedom += 2.0 * own.sights.len() as f64 - 3.0;
+        sum.add(&columns, own);
     }
     if freedom <= 0.0 {
         return None;
@@ -232,18 +268,20 @@ struct Normal {
 }
 
 impl Normal {
-    /// Adds a point that is placed and eliminates it; `inverse` is of its own normal equations.
-    fn add(&mut self, sights: &[Sight], inverse: &DMat3) {
+    /// Adds a point that is placed, and eliminates it.
+    fn add(&mut self, columns: &Columns, Placed { sights, inverse }: &Placed) {
         let mut mixed: Vec<(usize, DVec3)> = Vec::new();
         let mut pull = DVec3::ZERO;
         for own in sights {
-            pull += DVec3::from(own.by_point.map(|by| by.dot(own.residual))) * own.weight;
-            for &(i, by) in &own.by_numbers {
-                self.gradient[i] += own.weight * by.dot(own.residual);
-                for &(j, other) in own.by_numbers.iter().filter(|(j, _)| *j <= i) {
-                    self.matrix[(i, j)] += own.weight * by.dot(other);
+            let weight = columns.weight(own.residual, 1.0);
+            let by_point = |by: DVec2| DVec3::from(own.seen.by_point.map(|own| own.dot(by)));
+            pull += by_point(own.residual) * weight;
+            for (i, by) in columns.slopes(own) {
+                self.gradient[i] += weight * by.dot(own.residual);
+                for (j, other) in columns.slopes(own).filter(|(j, _)| *j <= i) {
+                    self.matrix[(i, j)] += weight * by.dot(other);
                 }
-                let change = DVec3::from(own.by_point.map(|point| point.dot(by))) * own.weight;
+                let change = by_point(by) * weight;
                 match mixed.iter_mut().find(|(column, _)| *column == i) {
                     Some((_, sum)) => *sum += change,
                     None => mixed.push((i, change)),

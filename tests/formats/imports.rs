@@ -10,7 +10,7 @@ use lobelia::io::import::{
     Axis, Copying, Holds, Import, Options, Shot, Surfaces, Tidied, Unit, Writing, check_shot,
     holds, read, survey, write,
 };
-use lobelia::io::{Error, capture, exr, mesh};
+use lobelia::io::{Error, capture, exr, mesh, model};
 use lobelia::scene::{Camera, Distortion};
 use lobelia::watch::Watch;
 use serde_json::Value;
@@ -680,4 +680,54 @@ fn nerfstudios_applied_transform_can_be_undone() {
     let camera = undone.shots[0].camera;
     assert!((camera.position - DVec3::new(0.0, 0.0, 1.0)).length() < 1e-12);
     assert!((camera.world_from_camera.x_axis - DVec3::X).length() < 1e-12);
+}
+
+#[test]
+fn colmaps_points_come_with_its_cameras_into_the_model() {
+    let photos = folder();
+    photographs(photos.path(), &case("COLMAP text"));
+    let options =
+        Options { unit: Unit::of("cm").unwrap(), up: Axis::MinusY, ..with_images(photos.path()) };
+    let import = import(&data("import/colmap_text"), &options).unwrap();
+    let capture = photos.path().join("capture");
+    write(&import, &capture, &Writing::default(), &Watch::new()).unwrap();
+    let opened = || {
+        let opened = model::open(&capture).unwrap();
+        (opened.model, opened.warnings.join("\n"))
+    };
+    let (own, warnings) = opened();
+    assert_eq!((own.found_points.len(), warnings.as_str()), (12, ""));
+    for point in own.found_points.iter() {
+        assert_eq!(point.photographs.len(), point.pixels.len());
+        for (&photograph, &pixel) in point.photographs.iter().zip(&point.pixels) {
+            let shot = &import.shots[photograph];
+            let (seen, _) = shot.camera.project(point.position).unwrap();
+            // Noise of 0.4 px a coordinate.
+            assert!(seen.distance(pixel) < 2.0, "{}: {seen} and {pixel}", shot.name);
+        }
+    }
+    // Twelve points in each photograph tell of its lens.
+    assert!(own.lenses.iter().all(|lens| lens.fit.focal && lens.fit.k1));
+    let solution = lobelia::model::solve(&own, &Default::default()).unwrap();
+    assert!(solution.is_usable(), "{:?}", solution.problems);
+    // Of other cameras they would say nonsense, and damage does not keep the cameras away.
+    let file = capture.join("points.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let upside_down = text.replace('@', "@-");
+    std::fs::write(&file, upside_down).unwrap();
+    let (own, warnings) = opened();
+    assert!(own.found_points.is_empty() && own.has_found());
+    assert!(warnings.contains("not of the cameras"), "{warnings}");
+    std::fs::write(&file, text.replace("lobelia-points", "points")).unwrap();
+    let (own, warnings) = opened();
+    assert!(own.found_points.is_empty() && own.has_found());
+    assert!(warnings.contains("these are no points"), "{warnings}");
+    // Photographs that are no longer there show nothing.
+    let one = import.shots.len() - 1;
+    let name = own.photographs[one].name.clone();
+    std::fs::write(&file, text.replace(&name, "gone.exr")).unwrap();
+    let (own, warnings) = opened();
+    assert!(warnings.is_empty(), "{warnings}");
+    assert!(own.found_points.iter().all(|point| !point.photographs.contains(&one)));
+    assert!(own.found_points.iter().all(|point| point.photographs.len() == point.pixels.len()));
 }

@@ -12,7 +12,8 @@ use crate::worker::{Command, Modelling, PointsFitted};
 
 const NOT_FITTED: &str = "Nothing was fitted";
 /// Why the tools are of no use.
-pub const NO_POINTS: &str = "There are no points: Find cameras… gives them.";
+pub const NO_POINTS: &str =
+    "There are no points: Find cameras… gives them, or an import from COLMAP.";
 
 /// Has a thing fitted, or says why it cannot be.
 pub(super) fn begin(state: &mut State, photograph: usize, outline: Vec<DVec2>, wanted: Wanted) {

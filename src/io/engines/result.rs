@@ -2,23 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::pictures::{FOLDER, Picture};
 use super::{Engine, REMEDY, Subject};
 use crate::io::import::{self, Import, colmap};
 use crate::io::{Error, Fault};
-use crate::model::{FoundCameras, FoundPoint};
+use crate::model::FoundCameras;
 use crate::scene::Camera;
 use crate::watch::Watch;
 
 /// Focal lengths beyond these, in lengths of the longer side, are none of a photograph.
 const FOCAL: std::ops::Range<f64> = 0.1..100.0;
-/// As many points are kept: those that most photographs show, and of each photograph as many that
-/// it shows.
-const MOST_POINTS: usize = 2000;
-const OF_EACH: usize = 100;
-
 /// The models below a folder.
 pub(super) fn models(out: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(out.join("sparse")).into_iter().flatten().flatten();
@@ -75,11 +70,8 @@ fn taken(
     photographs: &[Subject],
 ) -> Result<FoundCameras, String> {
     let mut cameras: Vec<Option<Camera>> = vec![None; photographs.len()];
-    let mut seen: Vec<Vec<(usize, DVec2)>> = vec![Vec::new(); import.points.len()];
     for shot in &import.shots {
-        let name = Path::new(&shot.name).file_stem().and_then(|own| own.to_str());
-        let index = name.and_then(|own| own.parse::<usize>().ok());
-        let Some(index) = index.filter(|own| *own < photographs.len()) else {
+        let Some(index) = number(&shot.name, photographs.len()) else {
             return Err(format!("it placed a photograph that is none of these: {}", shot.name));
         };
         let longest = shot.camera.width.max(shot.camera.height) as f64;
@@ -104,46 +96,24 @@ fn taken(
             old.world_from_camera,
             old.position,
         ));
-        for observation in &shot.observations {
-            if let Some(own) = seen.get_mut(observation.point as usize) {
-                own.push((index, observation.pixel.as_dvec2() * step + corner));
-            }
-        }
     }
     let placed: Vec<DVec3> = cameras.iter().flatten().map(|camera| camera.position).collect();
     let spread = placed.iter().map(|own| own.distance(placed[0])).fold(0.0, f64::max);
     if placed.len() < 2 || spread.is_nan() || spread <= 0.0 {
         return Err("all its cameras stand in one place".to_owned());
     }
-    let mut points: Vec<FoundPoint> = import
-        .points
-        .iter()
-        .zip(seen)
-        .map(|(position, mut seen)| {
-            // Sorting keeps the order of those of one photograph.
-            seen.sort_by_key(|own| own.0);
-            seen.dedup_by_key(|own| own.0);
-            let (photographs, pixels) = seen.into_iter().unzip();
-            FoundPoint { position: *position, photographs, pixels }
-        })
-        .filter(|own| own.position.is_finite() && own.photographs.len() > 1)
-        .collect();
-    // Sorting keeps the order of those that as many show.
-    points.sort_by_key(|own| std::cmp::Reverse(own.photographs.len()));
-    let points = kept(points, photographs.len());
+    let number = |shot: usize| number(&import.shots[shot].name, photographs.len());
+    let points = import::tracks(import, number, |photograph, pixel| {
+        let Picture { step, corner } = pictures[photograph];
+        pixel * step + corner
+    });
     let error_px = import.reprojection.as_ref().map(|own| own.median_px);
     let engine = engine.name().to_owned();
     Ok(FoundCameras { engine, cameras, points, error_px, in_metres: false })
 }
 
-/// The first of the points, and of each photograph the first that it shows, in their order.
-fn kept(points: Vec<FoundPoint>, photographs: usize) -> Vec<FoundPoint> {
-    let mut counts = vec![0; photographs];
-    let is_kept = |(rank, point): (usize, &FoundPoint)| {
-        let is_scarce = point.photographs.iter().any(|&photograph| counts[photograph] < OF_EACH);
-        point.photographs.iter().for_each(|&photograph| counts[photograph] += 1);
-        rank < MOST_POINTS || is_scarce
-    };
-    let kept: Vec<bool> = points.iter().enumerate().map(is_kept).collect();
-    points.into_iter().zip(kept).filter(|own| own.1).map(|own| own.0).collect()
+/// The number of a picture by its name.
+fn number(name: &str, photographs: usize) -> Option<usize> {
+    let name = Path::new(name).file_stem()?.to_str()?;
+    name.parse().ok().filter(|own| *own < photographs)
 }

@@ -46,6 +46,7 @@ mod reprojection;
 mod series;
 mod shown;
 mod source;
+mod tracks;
 mod world;
 mod write;
 
@@ -69,6 +70,7 @@ pub use read::read;
 pub use reprojection::{Observation, Reprojection};
 pub use shown::{Shown, read as show};
 pub use source::is_foreign;
+pub(in crate::io) use tracks::tracks;
 pub use write::{Copying, Holds, Writing, Written, check_folder, holds, write};
 
 /// What is to be said where no photograph measures anything.

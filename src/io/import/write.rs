@@ -1,4 +1,5 @@
-//! Writes an import as a capture: `images/`, `masks/`, `scene.obj` with its library, `transforms.json`.
+//! Writes an import as a capture: `images/`, `masks/`, `scene.obj` with its library, `transforms.json`,
+//! and `points.json` where the source has points.
 //!
 //! Everything is made in a folder beside and renamed at the end, so that a capture is there whole
 //! or not at all.
@@ -7,16 +8,16 @@ use std::collections::HashSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{Import, Shot, ShotSeries, files};
+use super::{Import, Shot, ShotSeries, files, tracks};
 use crate::exposures::MergeOptions;
 use crate::io::brackets::{self, Found, Series};
 use crate::io::orientation::Orientation;
-use crate::io::{Error, Fault, atomic, exr};
+use crate::io::{Error, Fault, atomic, exr, model};
 use crate::watch::Watch;
 
 /// What a capture consists of: a folder with anything else in it is not replaced.
-const PARTS: [&str; 6] =
-    ["images", "masks", "scene.obj", "scene.mtl", "transforms.json", "tags.json"];
+const PARTS: [&str; 7] =
+    ["images", "masks", "scene.obj", "scene.mtl", "transforms.json", "tags.json", model::POINTS];
 
 /// How photographs come into the capture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,6 +141,11 @@ pub fn write(
         let text = serde_json::to_string_pretty(&files::cameras(&shots, &names, writing.as_srgb));
         let text = text.map_err(|failure| failed(folder)(failure.into()))? + "\n";
         atomic::write_bytes(&made.path().join("transforms.json"), text.as_bytes())?;
+        let photograph = |shot: usize| kept.iter().position(|own| *own == shot);
+        let points = tracks(import, photograph, |_, pixel| pixel);
+        if !points.is_empty() {
+            model::write_points(&made.path().join(model::POINTS), &names, &points)?;
+        }
     }
     watch.check()?;
     // What was there goes only once the new capture stands in its place.
@@ -210,7 +216,6 @@ fn kept(import: &Import, series: &[ShotSeries]) -> Vec<usize> {
 
 /// A photograph as it will be: radiance where it is merged.
 fn as_written(import: &Import, series: &[ShotSeries], index: usize) -> Shot {
-    // The observations are of no use to a capture.
     let mut shot = Shot { observations: Vec::new(), ..import.shots[index].clone() };
     if series.iter().any(|view| view.shot == index) {
         shot.is_measurement = true;

@@ -46,6 +46,7 @@ mod found;
 mod lines;
 mod mesh;
 mod open;
+mod points;
 mod read;
 mod strokes;
 mod write;
@@ -55,6 +56,7 @@ pub use cameras::{Unplaced, orientation, unplaced, write_cameras};
 pub use lines::{LONGEST, caster, lines, lines_of, photograph, show};
 pub use mesh::{check_own, geometry, write_glb, write_obj};
 pub use open::{Opened, forget, is_begun, keep, lacks_mesh, open, save};
+pub use points::{POINTS, read_points, write_points};
 pub use read::read;
 pub use write::{to_text, write};
 

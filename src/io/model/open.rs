@@ -4,14 +4,18 @@ use std::path::Path;
 
 use glam::DVec2;
 
+use super::points::{POINTS, read_points};
 use super::{NAME, UNSAVED, read, unplaced, write};
 use crate::io::json::{self, Field};
 use crate::io::transforms::{self, Frame, Images};
 use crate::io::{Error, capture, exif_lens, inside, orientation, photograph, picture};
-use crate::model::{Fit, FoundCameras, Lens, Model, Photograph};
+use crate::model::{Fit, FoundCameras, FoundPoint, Lens, Model, Photograph};
 use crate::scene::{Camera, Distortion};
 
 const CAMERAS: &str = "transforms.json";
+/// Cameras that show points farther from their pixels in the median, as a part of the image's diagonal,
+/// are other cameras: at a thousand pixels ten.
+const ELSEWHERE: f64 = 0.01;
 
 /// A capture's model.
 #[derive(Clone, Debug)]
@@ -163,7 +167,50 @@ fn take_cameras(
         ));
     }
     let engine = CAMERAS.to_owned();
-    model.take_found(&FoundCameras { engine, cameras, in_metres: true, ..Default::default() });
+    let points = points(folder, model, &cameras, warnings);
+    let found = FoundCameras { engine, cameras, points, in_metres: true, ..Default::default() };
+    model.take_found(&found);
+}
+
+/// The points that stand beside the cameras, if they are of these cameras.
+fn points(
+    folder: &Path,
+    model: &Model,
+    cameras: &[Option<Camera>],
+    warnings: &mut Vec<String>,
+) -> Vec<FoundPoint> {
+    let file = folder.join(POINTS);
+    if !file.is_file() {
+        return Vec::new();
+    }
+    let names: Vec<&str> = model.photographs.iter().map(|own| own.name.as_str()).collect();
+    let points = match read_points(&file, &names) {
+        Ok(points) => points,
+        Err(error) => {
+            warnings.push(format!("{error} The cameras are used without the points."));
+            return Vec::new();
+        }
+    };
+    // Parts of the image's diagonal by which the cameras show points elsewhere than the pixels say.
+    let mut off: Vec<f64> = Vec::new();
+    for point in &points {
+        for (&photograph, &pixel) in point.photographs.iter().zip(&point.pixels) {
+            let Some(camera) = &cameras[photograph] else { continue };
+            let diagonal = (camera.width as f64).hypot(camera.height as f64);
+            let seen = camera.project(point.position).map(|(seen, _)| seen.distance(pixel));
+            off.push(seen.map_or(f64::INFINITY, |distance| distance / diagonal));
+        }
+    }
+    off.sort_by(f64::total_cmp);
+    if off.get(off.len() / 2).is_some_and(|median| *median > ELSEWHERE) {
+        warnings.push(format!(
+            "{}: the points are not of the cameras of {CAMERAS}, which show them elsewhere. They \
+             are left out: import the capture again to have them.",
+            file.display()
+        ));
+        return Vec::new();
+    }
+    points
 }
 
 #[cfg(test)]
