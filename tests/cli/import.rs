@@ -32,7 +32,8 @@ fn a_model_photographs_and_a_mesh_become_a_capture() {
         assert!(run.out.contains(part), "{part}: {}", run.out);
     }
     let files = files_below(&out);
-    assert_eq!(files.len(), 9, "{files:?}");
+    assert_eq!(files.len(), 10, "{files:?}");
+    assert!(files.contains(&"points.json".to_owned()), "{files:?}");
     assert!(files.contains(&"images/sub folder/1 ä.exr".to_owned()), "{files:?}");
     // What was written is a capture.
     let info = Run::of(lobelia().arg("info").arg(&out)).succeeds();

@@ -696,16 +696,21 @@ fn colmaps_points_come_with_its_cameras_into_the_model() {
         (opened.model, opened.warnings.join("\n"))
     };
     let (own, warnings) = opened();
-    assert_eq!((own.found_points.len(), warnings.as_str()), (12, ""));
+    assert_eq!(own.found_points.len(), 12);
+    assert!(!warnings.contains("points"), "{warnings}");
+    let mut compared = 0;
     for point in own.found_points.iter() {
         assert_eq!(point.photographs.len(), point.pixels.len());
         for (&photograph, &pixel) in point.photographs.iter().zip(&point.pixels) {
             let shot = &import.shots[photograph];
-            let (seen, _) = shot.camera.project(point.position).unwrap();
+            // Some were observed beyond the edge.
+            let Some((seen, _)) = shot.camera.project(point.position) else { continue };
             // Noise of 0.4 px a coordinate.
             assert!(seen.distance(pixel) < 2.0, "{}: {seen} and {pixel}", shot.name);
+            compared += 1;
         }
     }
+    assert!(compared > 60, "{compared}");
     // Twelve points in each photograph tell of its lens.
     assert!(own.lenses.iter().all(|lens| lens.fit.focal && lens.fit.k1));
     let solution = lobelia::model::solve(&own, &Default::default()).unwrap();
@@ -727,7 +732,7 @@ fn colmaps_points_come_with_its_cameras_into_the_model() {
     let name = own.photographs[one].name.clone();
     std::fs::write(&file, text.replace(&name, "gone.exr")).unwrap();
     let (own, warnings) = opened();
-    assert!(warnings.is_empty(), "{warnings}");
+    assert!(!warnings.contains("points"), "{warnings}");
     assert!(own.found_points.iter().all(|point| !point.photographs.contains(&one)));
     assert!(own.found_points.iter().all(|point| point.photographs.len() == point.pixels.len()));
 }
