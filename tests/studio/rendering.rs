@@ -3,6 +3,8 @@
 use std::fs;
 
 use eframe::egui;
+use egui_kittest::Node;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use crate::Window;
 use crate::relighting::relit;
@@ -85,7 +87,11 @@ fn a_picture_is_written_as_it_is_seen() {
 
 /// A number typed into a field that shows one.
 fn number(window: &mut Window, field: &str, text: &str) {
-    window.click(field);
+    // The text beside it may have the same label.
+    let is_field = |node: &Node| node.accesskit_node().role() == egui::accesskit::Role::SpinButton;
+    let fields = window.harness.query_all_by_label(field);
+    fields.filter(is_field).next().expect("a field").click();
+    window.step();
     window.key(egui::Modifiers::COMMAND, egui::Key::A);
     window.harness.event(egui::Event::Text(text.to_owned()));
     window.step();
