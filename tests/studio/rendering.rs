@@ -89,8 +89,7 @@ fn a_picture_is_written_as_it_is_seen() {
 fn number(window: &mut Window, field: &str, text: &str) {
     // The text beside it may have the same label.
     let is_field = |node: &Node| node.accesskit_node().role() == egui::accesskit::Role::SpinButton;
-    let fields = window.harness.query_all_by_label(field);
-    fields.filter(is_field).next().expect("a field").click();
+    window.harness.query_all_by_label(field).find(is_field).expect("a field").click();
     window.step();
     window.key(egui::Modifiers::COMMAND, egui::Key::A);
     window.harness.event(egui::Event::Text(text.to_owned()));
