@@ -158,13 +158,14 @@ pub fn cost(rows: &[Row], loss_px: f64) -> f64 {
 }
 
 /// The normal equations of one linearisation.
-struct Normal {
+pub(super) struct Normal {
+    /// The lower triangle.
     matrix: Mat<f64>,
     gradient: Vec<f64>,
 }
 
 impl Normal {
-    fn of(rows: &[Row], unknowns: usize, loss_px: f64) -> Self {
+    pub(super) fn of(rows: &[Row], unknowns: usize, loss_px: f64) -> Self {
         let mut matrix = Mat::zeros(unknowns, unknowns);
         let mut gradient = vec![0.0; unknowns];
         for row in rows {
@@ -178,6 +179,11 @@ impl Normal {
             }
         }
         Self { matrix, gradient }
+    }
+
+    /// An element of the matrix, which is symmetric.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        self.matrix[(i.max(j), i.min(j))]
     }
 
     /// What the diagonal is taken for where it vanishes.

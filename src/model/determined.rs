@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, Side};
 use glam::DVec3;
 
-use super::adjust::{Adjusted, weight};
+use super::adjust::{Adjusted, Normal, weight};
+use super::movement::Movement;
 use super::residuals::{self, Row};
 use super::rig::Rig;
-use super::things::Kind;
 use super::unknowns::{Owner, State, Unknowns};
 use super::{Model, ModelError};
 
@@ -16,6 +17,9 @@ use super::{Model, ModelError};
 /// leave a combination of unknowns open. Rounding leaves 1e-15, drawn lines that are nearly
 /// degenerate 1e-4 and more.
 const ZERO: f64 = 1e-9;
+/// Condition number of normal equations with columns of unit length up to which they are inverted as
+/// they are: rounding of 1e-16 leaves six digits.
+const WELL_POSED: f64 = 1e10;
 /// Part of a residual's change below which a movement of everything changes nothing.
 const UNSEEN: f64 = 1e-7;
 /// Pixels by which a stroke is taken to be off before residuals say otherwise, and the number of
@@ -56,24 +60,63 @@ pub fn certainty(
     loss_px: f64,
 ) -> Result<Certainty, ModelError> {
     let (unknowns, rows) = (&adjusted.unknowns, &adjusted.rows);
-    let count = unknowns.list.len();
-    // With fewer rows than unknowns the decomposition would leave out what is open.
-    let mut jacobian = Mat::zeros(rows.len().max(count), count);
-    let mut squares = 0.0;
-    for (i, row) in rows.iter().enumerate() {
-        let weight = weight(row, loss_px);
-        squares += weight * row.value * row.value;
-        for &(j, slope) in &row.slopes {
-            jacobian[(i, j)] += weight.sqrt() * slope;
-        }
-    }
-    let norms: Vec<f64> = (0..count).map(|j| jacobian.col(j).norm_l2()).collect();
+    let normal = Normal::of(rows, unknowns.list.len(), loss_px);
+    let norms = norms(rows, unknowns.list.len(), loss_px);
     if let Some(open) = unseen(model, unknowns, &norms) {
         return Err(open);
     }
-    for j in 0..count {
-        for i in 0..jacobian.nrows() {
-            jacobian[(i, j)] /= norms[j];
+    let inverse = match inverted(&normal, &norms) {
+        Some(inverse) => inverse,
+        None => decomposed(model, adjusted, &norms, loss_px)?,
+    };
+    let squares: f64 = rows.iter().map(|row| weight(row, loss_px) * row.value * row.value).sum();
+    let freedom = rows.len().saturating_sub(norms.len()) as f64;
+    let variance = (BELIEF * HAND_PX * HAND_PX + squares) / (BELIEF + freedom);
+    let entry = |i: usize, j: usize| variance * inverse[(i, j)] / (norms[i] * norms[j]);
+    let covariance = Mat::from_fn(norms.len(), norms.len(), entry);
+    Ok(Certainty { stroke_px: variance.sqrt(), covariance })
+}
+
+/// The lengths of the columns of the weighted Jacobian. A row may name an unknown more than once, with
+/// derivatives that cancel.
+fn norms(rows: &[Row], count: usize, loss_px: f64) -> Vec<f64> {
+    let (mut squares, mut sums) = (vec![0.0; count], vec![0.0; count]);
+    for row in rows {
+        row.slopes.iter().for_each(|&(j, slope)| sums[j] += slope);
+        for &(j, _) in &row.slopes {
+            let sum = std::mem::take(&mut sums[j]);
+            squares[j] += weight(row, loss_px) * sum * sum;
+        }
+    }
+    squares.into_iter().map(f64::sqrt).collect()
+}
+
+/// (JᵀWJ)⁻¹ with columns of unit length, where rounding leaves six digits of it or more; that is so
+/// in nearly every model, and much faster than a decomposition.
+fn inverted(normal: &Normal, norms: &[f64]) -> Option<Mat<f64>> {
+    let count = norms.len();
+    let scaled = Mat::from_fn(count, count, |i, j| normal.at(i, j) / (norms[i] * norms[j]));
+    let inverse = scaled.llt(Side::Lower).ok()?.inverse();
+    // The largest eigenvalue is at most the one trace, the inverse of the smallest at most the other.
+    let trace: f64 = (0..count).map(|i| inverse[(i, i)]).sum();
+    let condition = count as f64 * trace;
+    (condition.is_finite() && condition < WELL_POSED).then_some(inverse)
+}
+
+/// The same by singular values, which tell also what is open; that is the error, in words.
+fn decomposed(
+    model: &Model,
+    adjusted: &Adjusted,
+    norms: &[f64],
+    loss_px: f64,
+) -> Result<Mat<f64>, ModelError> {
+    let (rows, count) = (&adjusted.rows, norms.len());
+    // With fewer rows than unknowns the decomposition would leave out what is open.
+    let mut jacobian = Mat::zeros(rows.len().max(count), count);
+    for (i, row) in rows.iter().enumerate() {
+        let root = weight(row, loss_px).sqrt();
+        for &(j, slope) in &row.slopes {
+            jacobian[(i, j)] += root * slope / norms[j];
         }
     }
     let svd = jacobian.thin_svd().map_err(|_| {
@@ -86,17 +129,13 @@ pub fn certainty(
         .map(|k| (0..count).map(|j| vectors[(j, k)]).collect())
         .collect();
     if !open.is_empty() {
-        return Err(in_words(model, adjusted, &jacobian, &norms, &open));
+        return Err(in_words(model, adjusted, &jacobian, norms, &open));
     }
-    let freedom = rows.len().saturating_sub(count) as f64;
-    let variance = (BELIEF * HAND_PX * HAND_PX + squares) / (BELIEF + freedom);
     let entry = |i: usize, j: usize| {
-        let sum: f64 =
-            (0..count).map(|k| vectors[(i, k)] * vectors[(j, k)] / (values[k] * values[k])).sum();
-        variance * sum / (norms[i] * norms[j])
+        let product = |k: usize| vectors[(i, k)] * vectors[(j, k)] / (values[k] * values[k]);
+        (0..count).map(product).sum()
     };
-    let covariance = Mat::from_fn(count, count, entry);
-    Ok(Certainty { stroke_px: variance.sqrt(), covariance })
+    Ok(Mat::from_fn(count, count, entry))
 }
 
 /// What no stroke depends on at all.
@@ -193,108 +232,6 @@ fn in_words(
         });
     }
     ModelError::new("", problems.join("; "), remedies.join(". "))
-}
-
-/// A change of the whole world that photographs cannot tell.
-#[derive(Clone, Copy)]
-enum Movement {
-    Shift(usize),
-    Turn(usize),
-    Scale,
-}
-
-impl Movement {
-    const ALL: [Self; 7] = [
-        Self::Shift(0),
-        Self::Shift(1),
-        Self::Shift(2),
-        Self::Turn(0),
-        Self::Turn(1),
-        Self::Turn(2),
-        Self::Scale,
-    ];
-
-    /// How fast the unknown of column `j` changes with the movement.
-    fn rate(self, unknowns: &Unknowns, state: &State, j: usize) -> f64 {
-        let unknown = unknowns.list[j];
-        let velocity = |at: DVec3| match self {
-            Self::Shift(k) => DVec3::AXES[k],
-            Self::Turn(k) => DVec3::AXES[k].cross(at),
-            Self::Scale => at,
-        };
-        match unknown.owner {
-            Owner::Lens(_) => 0.0,
-            Owner::Photograph(index) => {
-                let Some(pose) = state.poses[index] else { return 0.0 };
-                match (self, unknown.part) {
-                    (_, 3..) => velocity(pose.position)[unknown.part - 3],
-                    (Self::Turn(k), part) => {
-                        (pose.world_from_camera.transpose() * DVec3::AXES[k])[part]
-                    }
-                    _ => 0.0,
-                }
-            }
-            Owner::Point(index) => state.points[index].map_or(0.0, |at| velocity(at)[unknown.part]),
-            Owner::Stroke(_) => f64::from(matches!(self, Self::Turn(2))),
-            Owner::Found => match (self, unknown.part) {
-                (Self::Scale, 0) => 1.0,
-                (Self::Turn(k), part @ 1..4) => f64::from(part == k + 1),
-                (_, 4..) => velocity(state.found.shift)[unknown.part - 4],
-                _ => 0.0,
-            },
-            Owner::Thing(index) => {
-                let Some(values) = &state.things[index] else { return 0.0 };
-                let value = values[unknown.part];
-                match unknowns.kind(index, unknown.part) {
-                    Kind::Ratio => 0.0,
-                    Kind::Length => match self {
-                        Self::Scale => value,
-                        _ => 0.0,
-                    },
-                    Kind::Yaw => f64::from(matches!(self, Self::Turn(2))),
-                    Kind::Coordinate(axis) => {
-                        velocity(neighbours(unknowns, values, index, unknown.part))[axis]
-                    }
-                }
-            }
-        }
-    }
-
-    fn problem(self) -> &'static str {
-        match self {
-            Self::Shift(_) => "where the world's origin lies is open",
-            Self::Turn(2) => "how the world is turned about the vertical is open",
-            Self::Turn(_) => "which way is up is open",
-            Self::Scale => "the scale is open",
-        }
-    }
-
-    fn remedy(self) -> &'static str {
-        match self {
-            Self::Shift(_) => "Give one corner or point a known position",
-            Self::Turn(2) => "Draw lines along x or y, or hold the yaw of a box",
-            Self::Turn(_) => "Draw lines along z, or let a thing stand on the floor",
-            Self::Scale => "Give a known length",
-        }
-    }
-}
-
-/// The position of which a coordinate is one: its neighbours in the list of parameters are the
-/// others.
-fn neighbours(unknowns: &Unknowns, values: &[f64], thing: usize, part: usize) -> DVec3 {
-    let mut at = DVec3::ZERO;
-    let Kind::Coordinate(own) = unknowns.kind(thing, part) else { return at };
-    let suffix = unknowns.parameter_name(thing, part)[1..].to_owned();
-    at[own] = values[part];
-    for (other, value) in values.iter().enumerate() {
-        let name = unknowns.parameter_name(thing, other);
-        if let Kind::Coordinate(axis) = unknowns.kind(thing, other)
-            && name[1..] == suffix
-        {
-            at[axis] = *value;
-        }
-    }
-    at
 }
 
 fn place(owner: Owner) -> String {

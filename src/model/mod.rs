@@ -21,6 +21,7 @@ pub mod found;
 pub mod from_points;
 pub mod jet;
 pub mod lines;
+mod movement;
 mod report;
 pub mod residuals;
 pub mod rig;

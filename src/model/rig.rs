@@ -2,7 +2,7 @@
 //!
 //! An engine has adjusted these cameras to thousands of points, so their relative poses are more
 //! certain than a stroke. What its points tell of them is one term of the adjustment
-//! ([`tracks`]); where the points' pixels are not known, each camera is held near its pose in the
+//! (`tracks.rs`); where the points' pixels are not known, each camera is held near its pose in the
 //! rig by residuals in pixels. The [`Similarity`](super::Similarity) from the rig to the world,
 //! which the engine cannot determine, is unknown. Those of its numbers that no stroke determines
 //! keep their guessed values, and a note says so.
@@ -41,45 +41,47 @@ impl Rig {
         Self::about(model, poses.collect(), state, loss_px)
     }
 
-    /// About the poses and lenses of a state, where points tell of them: their term is exact there.
-    /// `None` where there are none, so that nothing changes.
+    /// The same with the term of the points made about the poses and lenses of a state, where it is
+    /// exact then. `None` where there is no term, so that nothing would change.
     pub fn again(&self, model: &Model, state: &State, loss_px: f64) -> Option<Self> {
-        self.term.as_ref()?;
-        let pose = |(old, pose): (&Option<Pose>, &Option<Pose>)| {
-            old.and(*pose).map(|pose| state.found.back(&pose))
-        };
-        let poses = self.poses.iter().zip(&state.poses).map(pose).collect();
+        let term = self.term.as_ref()?;
+        let mut poses = self.poses.clone();
+        for (index, pose) in poses.iter_mut().enumerate().filter(|own| term.tells(own.0)) {
+            *pose = state.poses[index].map(|own| state.found.back(&own));
+        }
         Some(Self::about(model, poses, state, loss_px))
     }
 
     fn about(model: &Model, poses: Vec<Option<Pose>>, state: &State, loss_px: f64) -> Self {
         let tracked = tracks::is_tracked(&model.found_points, poses.len());
         let camera = |(index, pose): (usize, &Option<Pose>)| {
+            let pose = pose.filter(|_| tracked[index])?;
             let lens = model.photographs[index].lens;
-            let optic = state.lenses[lens];
             let is_free = model.lenses[lens].fit.parts();
-            pose.filter(|_| tracked[index]).map(|pose| tracks::Camera {
-                pose,
-                lens,
-                optic,
-                is_free,
-            })
+            Some(tracks::Camera { pose, lens, optic: state.lenses[lens], is_free })
         };
         let cameras: Vec<_> = poses.iter().enumerate().map(camera).collect();
         let term = tracks::linearised(&model.found_points, &cameras, loss_px);
         Self { poses, lenses: state.lenses.clone(), term }
     }
 
-    /// The residuals of every photograph of the rig. Those of which points tell have a common term,
-    /// and their lenses are drawn to those of the engine. For others they are the turn from where the
-    /// engine has it, and the distance from there, as far as they move what it shows, over a quarter
-    /// of a pixel.
+    /// The residuals of every photograph of the rig.
     pub fn rows(&self, model: &Model, state: &State, unknowns: &Unknowns) -> Vec<Row> {
         let own = self.poses.iter().enumerate();
         let changes: Vec<Option<[Row; 6]>> =
             own.map(|(index, pose)| change(pose.as_ref()?, state, unknowns, index)).collect();
-        let numbers = self.term.iter().flat_map(|term| &term.numbers);
-        let is_told = |index: usize| numbers.clone().any(|own| *own == Number::Pose(index, 0));
+        let mut rows = self.held(model, &changes);
+        if let Some(term) = &self.term {
+            rows.extend(self.of_points(term, &changes, state, unknowns));
+            rows.extend(of_lenses(term, model, state, unknowns));
+        }
+        rows
+    }
+
+    /// Of photographs of which no points tell: the turn from where the engine has it, and the distance
+    /// from there, as far as they move what it shows, over a quarter of a pixel.
+    fn held(&self, model: &Model, changes: &[Option<[Row; 6]>]) -> Vec<Row> {
+        let is_told = |index: usize| self.term.as_ref().is_some_and(|term| term.tells(index));
         let mut rows = Vec::new();
         for (index, change) in changes.iter().enumerate().filter(|own| !is_told(own.0)) {
             let own = &model.photographs[index];
@@ -90,10 +92,20 @@ impl Rig {
             let weight = |part: usize| if part < 3 { turn } else { turn / found.distance };
             rows.extend(change.iter().enumerate().map(|(part, row)| times(row, weight(part))));
         }
-        let Some(term) = &self.term else { return rows };
-        let one = |own: &Number| match *own {
+        rows
+    }
+
+    /// The term of the points, of which each row is of all photographs and lenses.
+    fn of_points(
+        &self,
+        term: &tracks::Term,
+        changes: &[Option<[Row; 6]>],
+        state: &State,
+        unknowns: &Unknowns,
+    ) -> Vec<Row> {
+        let change = |own: &Number| match *own {
             Number::Pose(photograph, part) => {
-                changes[photograph].as_ref().map(|all| &all[part]).cloned()
+                changes[photograph].as_ref().map(|all| all[part].clone())
             }
             Number::Lens(lens, part) => {
                 let value = state.lenses[lens].numbers()[part] - self.lenses[lens].numbers()[part];
@@ -102,9 +114,9 @@ impl Rig {
             }
         };
         let changes: Vec<Row> =
-            term.numbers.iter().map(|own| one(own).unwrap_or_default()).collect();
+            term.numbers.iter().map(|own| change(own).unwrap_or_default()).collect();
         let mut slopes = vec![0.0; unknowns.list.len()];
-        for (i, offset) in term.offset.iter().enumerate() {
+        let combined = |(i, offset): (usize, &f64)| {
             slopes.fill(0.0);
             let mut value = *offset;
             for (j, change) in changes.iter().enumerate().skip(i) {
@@ -113,24 +125,28 @@ impl Rig {
                 change.slopes.iter().for_each(|&(column, by)| slopes[column] += factor * by);
             }
             let slopes = slopes.iter().copied().enumerate().filter(|own| own.1 != 0.0);
-            rows.push(row(value, slopes.collect()));
-        }
-        for own in &term.numbers {
-            let &Number::Lens(index, part) = own else { continue };
-            let Lens { focal_px, radial, .. } = model.lenses[index];
-            let (expected, sd) = match (part, focal_px) {
-                (0, Some(focal_px)) => (focal_px, FOCAL * focal_px),
-                (3, _) => (radial.x, RADIAL),
-                (4, _) => (radial.y, RADIAL),
-                _ => continue,
-            };
-            if let Some(column) = unknowns.lens(index)[part] {
-                let value = (state.lenses[index].numbers()[part] - expected) / sd;
-                rows.push(row(value, vec![(column, 1.0 / sd)]));
-            }
-        }
-        rows
+            row(value, slopes.collect())
+        };
+        term.offset.iter().enumerate().map(combined).collect()
     }
+}
+
+/// Focal lengths and distortion that are adjusted, by how far they are from those of the engine.
+fn of_lenses(term: &tracks::Term, model: &Model, state: &State, unknowns: &Unknowns) -> Vec<Row> {
+    let drawn = |own: &Number| {
+        let &Number::Lens(index, part) = own else { return None };
+        let Lens { focal_px, radial, .. } = model.lenses[index];
+        let (expected, sd) = match part {
+            0 => (focal_px?, FOCAL * focal_px?),
+            3 => (radial.x, RADIAL),
+            4 => (radial.y, RADIAL),
+            _ => return None,
+        };
+        let column = unknowns.lens(index)[part]?;
+        let value = (state.lenses[index].numbers()[part] - expected) / sd;
+        Some(row(value, vec![(column, 1.0 / sd)]))
+    };
+    term.numbers.iter().filter_map(drawn).collect()
 }
 
 fn row(value: f64, slopes: Vec<(usize, f64)>) -> Row {

@@ -52,6 +52,13 @@ pub(super) struct Term {
     pub offset: Vec<f64>,
 }
 
+impl Term {
+    /// Whether it tells of a photograph.
+    pub fn tells(&self, photograph: usize) -> bool {
+        self.numbers.contains(&Number::Pose(photograph, 0))
+    }
+}
+
 /// A photograph that takes part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {

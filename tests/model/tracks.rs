@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use lobelia::model::rig::Rig;
 use lobelia::model::unknowns::{State, Unknowns};
-use lobelia::model::{AdjustOptions, Model, Stroke, solve};
+use lobelia::model::{AdjustOptions, FoundPoint, Model, Stroke, solve};
 
 use crate::{json, numbers};
 
@@ -99,10 +99,7 @@ fn a_focal_length_that_the_engine_has_wrong_is_mended_by_its_own_points() {
     let mut held = model.clone();
     held.strokes.retain(|own| matches!(own, Stroke::Position { .. } | Stroke::Length { .. }));
     held.lenses[0].fit = lobelia::model::Fit { focal: false, k1: false, ..model.lenses[0].fit };
-    let no_pixels = |own: &lobelia::model::FoundPoint| lobelia::model::FoundPoint {
-        pixels: Vec::new(),
-        ..own.clone()
-    };
+    let no_pixels = |own: &FoundPoint| FoundPoint { pixels: Vec::new(), ..own.clone() };
     held.found_points = Arc::new(model.found_points.iter().map(no_pixels).collect());
     let solution = solve(&held, &EXACT).unwrap();
     let apart = |a: usize, b: usize| {
@@ -112,6 +109,28 @@ fn a_focal_length_that_the_engine_has_wrong_is_mended_by_its_own_points() {
     let found = |index: usize| model.photographs[index].found.unwrap().pose.position;
     let of_engine = found(0).distance(found(4)) / found(0).distance(found(1));
     assert!((apart(0, 4) / apart(0, 1) - of_engine).abs() < 1e-9);
+}
+
+#[test]
+fn a_photograph_without_points_stays_where_the_engine_has_it() {
+    let mut model = read(&json("tracks.json"));
+    let last = model.photographs.len() - 1;
+    let without = |own: &FoundPoint| {
+        let places = (0..own.photographs.len()).filter(|&place| own.photographs[place] != last);
+        let (photographs, pixels) =
+            places.map(|place| (own.photographs[place], own.pixels[place])).unzip();
+        FoundPoint { photographs, pixels, ..own.clone() }
+    };
+    model.found_points = Arc::new(model.found_points.iter().map(without).collect());
+    model.strokes.retain(|own| own.photograph() != Some(last));
+    let state = solve(&model, &EXACT).unwrap().state;
+    let found = |index: usize| model.photographs[index].found.unwrap().pose;
+    let moved = |index: usize| {
+        let own = state.found.back(&state.poses[index].unwrap());
+        own.position.distance(found(index).position)
+    };
+    assert!(moved(last) < 1e-6, "{}", moved(last));
+    assert!((0..last).all(|index| moved(index) > 1e-3));
 }
 
 #[test]
