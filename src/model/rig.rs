@@ -52,6 +52,11 @@ impl Rig {
         Some(Self::about(model, poses, state, loss_px))
     }
 
+    /// Whether points tell of any photograph.
+    pub fn has_points(&self) -> bool {
+        self.term.is_some()
+    }
+
     fn about(model: &Model, poses: Vec<Option<Pose>>, state: &State, loss_px: f64) -> Self {
         let tracked = tracks::is_tracked(&model.found_points, poses.len());
         let camera = |(index, pose): (usize, &Option<Pose>)| {

@@ -135,6 +135,12 @@ fn adjusted(
     start: &State,
     options: &AdjustOptions,
 ) -> Result<Adjusted, ModelError> {
+    // Each adjustment of several needs only be as exact as all together.
+    let tolerance_px = match rig.has_points() {
+        true => options.tolerance_px.max(0.1 * options.tracks_px),
+        false => options.tolerance_px,
+    };
+    let options = &AdjustOptions { tolerance_px, ..*options };
     let mut adjusted = adjust::adjust(model, &rig, start, options)?;
     for _ in 1..MOST_TERMS {
         let Some(next) = rig.again(model, &adjusted.state, options.loss_px) else { break };
