@@ -1,6 +1,7 @@
 //! Cameras that an external program (an engine) has found in coordinates of its own, and the guess
 //! of their place in the world where no stroke determines it.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
@@ -105,6 +106,21 @@ impl Similarity {
     }
 }
 
+/// Whether each point is among the first so many that one of its photographs shows.
+pub fn are_first<'a>(points: impl IntoIterator<Item = &'a FoundPoint>, count: usize) -> Vec<bool> {
+    let mut counts: HashMap<usize, usize> = HashMap::new();
+    let is_first = |point: &FoundPoint| {
+        let mut is_first = false;
+        for &photograph in &point.photographs {
+            let before = counts.entry(photograph).or_default();
+            is_first |= *before < count;
+            *before += 1;
+        }
+        is_first
+    };
+    points.into_iter().map(is_first).collect()
+}
+
 impl FoundCameras {
     /// The photographs that were placed.
     pub fn placed(&self) -> usize {
@@ -136,7 +152,8 @@ impl Model {
         }
         self.found_points = Arc::new(found.points.clone());
         self.found_in_metres = found.in_metres;
-        let tracked = tracks::is_tracked(&self.found_points, self.photographs.len());
+        let count = self.photographs.len();
+        let tracked = tracks::is_tracked(&tracks::chosen(&self.found_points, count), count);
         let mut taken: Vec<(usize, &Camera)> = Vec::new();
         for (index, camera) in found.cameras.iter().enumerate() {
             let (Some(camera), true) = (camera, index < self.photographs.len()) else { continue };

@@ -58,7 +58,8 @@ impl Rig {
     }
 
     fn about(model: &Model, poses: Vec<Option<Pose>>, state: &State, loss_px: f64) -> Self {
-        let tracked = tracks::is_tracked(&model.found_points, poses.len());
+        let points = tracks::chosen(&model.found_points, poses.len());
+        let tracked = tracks::is_tracked(&points, poses.len());
         let camera = |(index, pose): (usize, &Option<Pose>)| {
             let pose = pose.filter(|_| tracked[index])?;
             let lens = model.photographs[index].lens;
@@ -66,7 +67,7 @@ impl Rig {
             Some(tracks::Camera { pose, lens, optic: state.lenses[lens], is_free })
         };
         let cameras: Vec<_> = poses.iter().enumerate().map(camera).collect();
-        let term = tracks::linearised(&model.found_points, &cameras, loss_px);
+        let term = tracks::linearised(&points, &cameras, loss_px);
         Self { poses, lenses: state.lenses.clone(), term }
     }
 

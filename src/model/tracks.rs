@@ -12,7 +12,7 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::view::Projected;
-use super::{FoundPoint, Optic, Pose};
+use super::{FoundPoint, Optic, Pose, found};
 
 /// Least standard deviation of a point's place in a photograph, in pixels. A detector is not better.
 const LEAST_PX: f64 = 0.25;
@@ -86,24 +86,18 @@ struct Placed {
 
 /// The points that take part: the first that show in a photograph, up to its share of all
 /// observations. More would make a solve too slow for a drag, and tell little more.
-fn chosen(points: &[FoundPoint], photographs: usize) -> Vec<&FoundPoint> {
+pub(super) fn chosen(points: &[FoundPoint], photographs: usize) -> Vec<&FoundPoint> {
     let share = (OBSERVATIONS / photographs.max(1)).max(LEAST_SHARE);
-    let mut counts = vec![0; photographs];
-    let shown = points.iter().filter(|own| own.pixels.len() == own.photographs.len());
-    let chosen = shown.filter(|own| {
-        let is_wanted = own.photographs.iter().any(|&photograph| counts[photograph] < share);
-        if is_wanted {
-            own.photographs.iter().for_each(|&photograph| counts[photograph] += 1);
-        }
-        is_wanted
-    });
-    chosen.collect()
+    let shown: Vec<&FoundPoint> =
+        points.iter().filter(|own| own.pixels.len() == own.photographs.len()).collect();
+    let is_chosen = found::are_first(shown.iter().copied(), share);
+    shown.into_iter().zip(is_chosen).filter(|own| own.1).map(|own| own.0).collect()
 }
 
-/// Whether points say enough about each photograph.
-pub(super) fn is_tracked(points: &[FoundPoint], photographs: usize) -> Vec<bool> {
+/// Whether chosen points say enough about each photograph.
+pub(super) fn is_tracked(chosen: &[&FoundPoint], photographs: usize) -> Vec<bool> {
     let mut counts = vec![0; photographs];
-    for &photograph in chosen(points, photographs).iter().flat_map(|own| &own.photographs) {
+    for &photograph in chosen.iter().flat_map(|own| &own.photographs) {
         counts[photograph] += 1;
     }
     counts.into_iter().map(|count| count >= FEWEST).collect()
@@ -215,10 +209,10 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// The quadratic form about cameras, by photograph; `None` where no point tells of them. `loss_px`
-/// is c of the robust loss, in pixels.
+/// The quadratic form of chosen points about cameras, by photograph; `None` where no point tells of
+/// them. `loss_px` is c of the robust loss, in pixels.
 pub(super) fn linearised(
-    points: &[FoundPoint],
+    points: &[&FoundPoint],
     cameras: &[Option<Camera>],
     loss_px: f64,
 ) -> Option<Term> {
@@ -229,8 +223,7 @@ pub(super) fn linearised(
     }
     let mut sum = Normal { matrix: Mat::zeros(count, count), gradient: vec![0.0; count] };
     let (mut squares, mut freedom) = (0.0, 7.0 - count as f64);
-    let chosen = chosen(points, cameras.len());
-    let placed: Vec<Placed> = chosen.par_iter().filter_map(|own| columns.placed(own)).collect();
+    let placed: Vec<Placed> = points.par_iter().filter_map(|own| columns.placed(own)).collect();
     for own in &placed {
         let square =
             |own: &Sight| columns.weight(own.residual, 1.0) * own.residual.length_squared();

@@ -99,17 +99,21 @@ fn derivatives_are_those_of_differences() {
             Some(pose.moved(DVec3::new(off(index), -0.2, 0.3), DVec3::new(0.1, off(index), -0.1)))
         })
         .collect();
-    let unknowns = Unknowns::of(&model, &state);
-    let rig = Rig::of(&model, &state, 3.0);
-    let rows = |state: &State| rig.rows(&model, state, &unknowns);
-    let base = rows(&state);
-    assert_eq!(base.len(), 24);
+    let rows = differentiated(&model, &Rig::of(&model, &state, 3.0), &state);
+    assert_eq!(rows, 24);
+}
+
+/// Compares the derivatives of a rig's residuals with differences, and counts the residuals.
+#[track_caller]
+pub fn differentiated(model: &Model, rig: &Rig, state: &State) -> usize {
+    let unknowns = Unknowns::of(model, state);
+    let base = rig.rows(model, state, &unknowns);
     let mut checked = 0;
     for column in 0..unknowns.list.len() {
         let at = |h: f64| {
             let mut step = vec![0.0; unknowns.list.len()];
             step[column] = h;
-            rows(&unknowns.moved(&state, &step))
+            rig.rows(model, &unknowns.moved(state, &step), &unknowns)
         };
         let (low, high) = (at(-1e-6), at(1e-6));
         for (index, row) in base.iter().enumerate() {
@@ -120,6 +124,7 @@ fn derivatives_are_those_of_differences() {
         }
     }
     assert!(checked > 100, "{checked}");
+    base.len()
 }
 
 #[test]

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 use lobelia::model::rig::Rig;
-use lobelia::model::unknowns::{State, Unknowns};
+use lobelia::model::unknowns::State;
 use lobelia::model::{AdjustOptions, FoundPoint, Model, Stroke, solve};
 
+use crate::rig::differentiated;
 use crate::{json, numbers};
 
 /// The task asks for 1e-6; the points are placed to rounding of their pixels.
@@ -59,26 +60,9 @@ fn derivatives_are_those_of_differences() {
     let rig = Rig::of(&model, &state, 3.0);
     state.found = state.found.moved([0.1, 0.2, -0.3, 0.15, 0.3, -0.2, 0.1]);
     state.poses = state.poses.iter().map(|pose| Some(state.found.pose(&pose.unwrap()))).collect();
-    let unknowns = Unknowns::of(&model, &state);
-    let base = rig.rows(&model, &state, &unknowns);
+    let rows = differentiated(&model, &rig, &state);
     // Six of each photograph and two of the lens, and two by which the lens is held.
-    assert_eq!(base.len(), 5 * 6 + 2 + 2);
-    let mut checked = 0;
-    for column in 0..unknowns.list.len() {
-        let at = |h: f64| {
-            let mut step = vec![0.0; unknowns.list.len()];
-            step[column] = h;
-            rig.rows(&model, &unknowns.moved(&state, &step), &unknowns)
-        };
-        let (low, high) = (at(-1e-6), at(1e-6));
-        for (index, row) in base.iter().enumerate() {
-            let slope: f64 = row.slopes.iter().filter(|own| own.0 == column).map(|own| own.1).sum();
-            let expected = (high[index].value - low[index].value) / 2e-6;
-            assert!((slope - expected).abs() < 1e-4 * (1.0 + expected.abs()), "{index} {column}");
-            checked += usize::from(expected.abs() > 1.0);
-        }
-    }
-    assert!(checked > 100, "{checked}");
+    assert_eq!(rows, 5 * 6 + 2 + 2);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::watch::Watch;
 
 /// Focal lengths beyond these, in lengths of the longer side, are none of a photograph.
 const FOCAL: std::ops::Range<f64> = 0.1..100.0;
+
 /// The models below a folder.
 pub(super) fn models(out: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(out.join("sparse")).into_iter().flatten().flatten();

@@ -1,9 +1,9 @@
 //! The points of an import with where each photograph shows them.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::Import;
-use crate::model::FoundPoint;
+use crate::model::{FoundPoint, found};
 
 /// As many points are kept: those that most photographs show, and of each photograph as many that
 /// it shows.
@@ -26,7 +26,7 @@ pub(in crate::io) fn tracks(
             }
         }
     }
-    let point = |(position, mut seen): (&glam::DVec3, Vec<(usize, DVec2)>)| {
+    let point = |(position, mut seen): (&DVec3, Vec<(usize, DVec2)>)| {
         // Sorting keeps the order of those of one photograph.
         seen.sort_by_key(|own| own.0);
         seen.dedup_by_key(|own| own.0);
@@ -42,18 +42,8 @@ pub(in crate::io) fn tracks(
         .collect();
     // Sorting keeps the order of those that as many show.
     points.sort_by_key(|own| std::cmp::Reverse(own.photographs.len()));
-    kept(points)
-}
-
-/// The first of the points, and of each photograph the first that it shows, in their order.
-fn kept(points: Vec<FoundPoint>) -> Vec<FoundPoint> {
-    let photographs = points.iter().flat_map(|own| &own.photographs).max().map_or(0, |own| own + 1);
-    let mut counts = vec![0; photographs];
-    let is_kept = |(rank, point): (usize, &FoundPoint)| {
-        let is_scarce = point.photographs.iter().any(|&photograph| counts[photograph] < OF_EACH);
-        point.photographs.iter().for_each(|&photograph| counts[photograph] += 1);
-        rank < MOST_POINTS || is_scarce
-    };
-    let kept: Vec<bool> = points.iter().enumerate().map(is_kept).collect();
-    points.into_iter().zip(kept).filter(|own| own.1).map(|own| own.0).collect()
+    let is_first = found::are_first(&points, OF_EACH);
+    let ranked = points.into_iter().zip(is_first).enumerate();
+    let kept = ranked.filter(|(rank, (_, is_first))| *rank < MOST_POINTS || *is_first);
+    kept.map(|(_, (point, _))| point).collect()
 }
