@@ -41,9 +41,10 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     }
     let model = files::read(&file)?;
     let things: Vec<&String> = matches.get_many("fit-to-edges").into_iter().flatten().collect();
-    let model = match things.is_empty() {
+    let all = matches.get_flag("fit-all-to-edges");
+    let model = match things.is_empty() && !all {
         true => model,
-        false => fitted(&capture, &file, model, &things)?,
+        false => fitted(&capture, &file, model, &things, all)?,
     };
     let solution =
         solve(&model, &AdjustOptions::default()).map_err(|error| fault(&file, &error))?;
@@ -75,12 +76,14 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     Ok(())
 }
 
-/// Fits things to the lines of the photographs, one after the other, and writes the model then.
+/// Fits things to the lines of the photographs, one after the other, and then all together, and
+/// writes the model.
 fn fitted(
     capture: &Path,
     file: &Path,
     mut model: Model,
     things: &[&String],
+    all: bool,
 ) -> Result<Model, Ending> {
     let before = model.clone();
     let lines =
@@ -102,6 +105,14 @@ fn fitted(
             .map_err(|error| fault(file, &error))?;
         say_line!("{}", fitted.words(id));
         model = fitted.model;
+    }
+    if all {
+        let solution =
+            solve(&model, &AdjustOptions::default()).map_err(|error| fault(file, &error))?;
+        let found = to_edges::find(&model, &solution, &lines, files::caster)
+            .map_err(|error| fault(file, &error))?;
+        say_line!("{}", found.words());
+        model = found.model;
     }
     files::write(&capture.join(BEFORE), &before)?;
     files::save(capture, &model)?;

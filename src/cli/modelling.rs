@@ -72,4 +72,14 @@ pub(super) fn model(capture: Arg) -> Command {
                 )
                 .action(ArgAction::Append),
         )
+        .arg(
+            Arg::new("fit-all-to-edges")
+                .long("fit-all-to-edges")
+                .help(
+                    "Find the lines of the photographs that are edges of things, and solve cameras \
+                     and things with them; they are added to model.json, and the former file stays \
+                     as model.before.json",
+                )
+                .action(ArgAction::SetTrue),
+        )
 }

@@ -7,8 +7,9 @@
 //! (Marquardt, 1963; its control after H. B. Nielsen, "Damping Parameter in Marquardt's Method",
 //! 1999). The problems are of some hundred unknowns, so the normal equations are dense.
 
+use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::{Accum, Mat, Par, Side};
 
 use super::residuals::{self, Row};
 use super::rig::Rig;
@@ -157,6 +158,30 @@ pub fn cost(rows: &[Row], loss_px: f64) -> f64 {
     rows.iter().map(one).sum()
 }
 
+/// Adds rows that name most of the unknowns, as those of an engine's points do, by one product of
+/// matrices.
+fn add_dense(matrix: &mut Mat<f64>, gradient: &mut [f64], rows: &[&Row], loss_px: f64) {
+    let mut block = Mat::<f64>::zeros(rows.len(), gradient.len());
+    for (i, row) in rows.iter().enumerate() {
+        let root = weight(row, loss_px).sqrt();
+        for &(j, slope) in &row.slopes {
+            block[(i, j)] += root * slope;
+            gradient[j] += root * root * slope * row.value;
+        }
+    }
+    triangular::matmul(
+        matrix.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        block.transpose(),
+        BlockStructure::Rectangular,
+        block.as_ref(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+}
+
 /// The normal equations of one linearisation.
 pub(super) struct Normal {
     /// The lower triangle.
@@ -166,9 +191,16 @@ pub(super) struct Normal {
 
 impl Normal {
     pub(super) fn of(rows: &[Row], unknowns: usize, loss_px: f64) -> Self {
-        let mut matrix = Mat::zeros(unknowns, unknowns);
+        let mut matrix = Mat::<f64>::zeros(unknowns, unknowns);
         let mut gradient = vec![0.0; unknowns];
-        for row in rows {
+        let is_dense = |row: &&Row| 2 * row.slopes.len() > unknowns;
+        add_dense(
+            &mut matrix,
+            &mut gradient,
+            &rows.iter().filter(is_dense).collect::<Vec<_>>(),
+            loss_px,
+        );
+        for row in rows.iter().filter(|row| !is_dense(row)) {
             let weight = weight(row, loss_px);
             for &(i, slope) in &row.slopes {
                 gradient[i] += weight * slope * row.value;

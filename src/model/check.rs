@@ -2,6 +2,7 @@
 //! themselves.
 
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 
 use glam::DVec2;
 
@@ -14,6 +15,8 @@ const MOST_CORNERS: usize = 1000;
 const OUTSIDE: f64 = 3.0;
 /// Shortest stroke along a line, in pixels: shorter ones have no direction.
 const SHORTEST_PX: f64 = 2.0;
+/// Standard deviations that a line found in a photograph may have, in pixels.
+const PLAUSIBLE_SD_PX: RangeInclusive<f64> = 1e-3..=1e3;
 /// No room is larger, and no number that is typed, in metres.
 pub(super) const LARGEST_M: f64 = 1e6;
 
@@ -212,6 +215,9 @@ fn stroke(model: &Model, index: usize) -> Result<(), ModelError> {
             if model.things.get(*thing).map(|thing| &thing.shape) != Some(&Shape::Cylinder) =>
         {
             Err(ModelError::new(place, "a rim is picked on a cylinder", "Name a cylinder"))
+        }
+        Stroke::Edge { sd_px: Some(sd_px), .. } if !PLAUSIBLE_SD_PX.contains(sd_px) => {
+            wrong("its sd_px is no standard deviation of a line", "Give 0.001 to 1000 pixels")
         }
         Stroke::Position { position, sd_m, .. }
             if !position.is_finite() || position.length() > LARGEST_M || !is_positive(*sd_m) =>

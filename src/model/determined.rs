@@ -10,6 +10,7 @@ use super::adjust::{Adjusted, Normal, weight};
 use super::movement::Movement;
 use super::residuals::{self, Row};
 use super::rig::Rig;
+use super::strokes::HAND_PX;
 use super::unknowns::{Owner, State, Unknowns};
 use super::{Model, ModelError};
 
@@ -22,9 +23,7 @@ const ZERO: f64 = 1e-9;
 const WELL_POSED: f64 = 1e10;
 /// Part of a residual's change below which a movement of everything changes nothing.
 const UNSEEN: f64 = 1e-7;
-/// Pixels by which a stroke is taken to be off before residuals say otherwise, and the number of
-/// residuals that this belief is worth.
-const HAND_PX: f64 = 1.0;
+/// The number of residuals that the belief in [`HAND_PX`] is worth.
 const BELIEF: f64 = 4.0;
 /// Least relative precision of a focal length, of a camera's place by its distance from what it
 /// sees, and least precision of its direction in radians: beyond, a number says nothing.

@@ -58,9 +58,14 @@ impl Model {
     }
 
     /// Puts another thing in the place of one. Corners are known by their names: strokes about
-    /// those that are gone go with them, and so do typed numbers. The index that it has then: it
-    /// is listed behind what carries it.
+    /// those that are gone go with them, and so do typed numbers. Lines that were found to be its
+    /// edges go if it may lie elsewhere now. The index that it has then: it is listed behind what
+    /// carries it.
     pub fn change_thing(&mut self, index: usize, mut thing: Thing) -> usize {
+        let old = &self.things[index];
+        if (&old.shape, old.on, &old.held) != (&thing.shape, thing.on, &thing.held) {
+            self.forget_found(Some(index));
+        }
         let before = corner_names(&self.things[index]);
         let after = corner_names(&thing);
         let is_round = thing.shape == Shape::Cylinder;
@@ -116,6 +121,24 @@ impl Model {
                 *own -= 1;
             }
         }
+    }
+
+    /// Adds a drawn stroke or a typed number, before the lines that were found to be edges; its index.
+    pub fn add_stroke(&mut self, stroke: Stroke) -> usize {
+        let index = self.drawn();
+        self.strokes.insert(index, stroke);
+        index
+    }
+
+    /// How many strokes were drawn or typed.
+    pub fn drawn(&self) -> usize {
+        self.strokes.iter().position(Stroke::is_found).unwrap_or(self.strokes.len())
+    }
+
+    /// Removes the lines that were found to be edges: those of one thing, or of all.
+    pub fn forget_found(&mut self, thing: Option<usize>) {
+        let is_about = |stroke: &Stroke| thing.is_none_or(|thing| is_about(stroke, thing));
+        self.strokes.retain(|stroke| !(stroke.is_found() && is_about(stroke)));
     }
 
     /// The pick of a place in a photograph, by its index.

@@ -41,7 +41,7 @@ use glam::DVec2;
 pub use adjust::{AdjustOptions, Stopped};
 pub use found::{FoundCameras, FoundPoint, FoundPose, Similarity};
 pub use report::{Estimate, LensReport, PhotographReport, StrokeReport, ThingReport};
-pub use solve::{Solution, solve};
+pub use solve::{Solution, solve, solve_near};
 pub use strokes::{Axis, Place, Stroke};
 pub use things::{Opening, Shape, Side, Support, Surfaces, Thing};
 pub use view::{Optic, Pose};
@@ -57,7 +57,7 @@ pub struct Model {
     pub things: Vec<Thing>,
     /// Points that belong to no thing.
     pub points: Vec<Point>,
-    /// The strokes.
+    /// The strokes: drawn ones and typed numbers, then the lines that were found to be edges.
     pub strokes: Vec<Stroke>,
     /// Points that an engine has found: things can be fitted to them, and they tell how its cameras
     /// stand to each other.

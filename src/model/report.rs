@@ -63,14 +63,17 @@ pub struct ThingReport {
 }
 
 /// The report of each stroke that takes part, in the strokes' order.
-pub(super) fn strokes(adjusted: &Adjusted) -> Vec<StrokeReport> {
+pub(super) fn strokes(model: &Model, adjusted: &Adjusted) -> Vec<StrokeReport> {
     let chunks = adjusted.rows.chunk_by(|a, b| a.stroke == b.stroke);
     let report = |rows: &[Row]| {
         if rows[0].stroke == NO_STROKE {
             return None;
         }
         let squares: f64 = rows.iter().map(|row| row.value * row.value).sum();
-        let residual = (squares / rows.len() as f64).sqrt();
+        let mut residual = (squares / rows.len() as f64).sqrt();
+        if let Some(own) = model.strokes.get(rows[0].stroke).filter(|own| own.is_found()) {
+            residual *= own.sd();
+        }
         Some(StrokeReport { stroke: rows[0].stroke, residual })
     };
     chunks.filter_map(report).collect()

@@ -4,13 +4,15 @@
 //! image without distortion, scaled by the focal length: for an edge the distances of the stroke's
 //! ends from the projected edge; for a line along an axis, whose place in the world is unknown,
 //! √2 times the distance of its ends from the line that joins its middle to the axis' vanishing
-//! point, which has the variance of one end. What was measured in metres is divided by its
-//! standard deviation: a residual of 1 is one standard deviation, as a pixel is taken to be.
+//! point, which has the variance of one end. What was measured in metres, and lines that were found
+//! in photographs, are divided by their standard deviations: a residual of 1 is one standard
+//! deviation, as a pixel of what was drawn is taken to be.
 
 use glam::{DVec2, DVec3};
 
 use super::jet::{Jet, Jet3, position, slopes};
 use super::rig::Rig;
+use super::strokes::HAND_PX;
 use super::unknowns::{State, Unknowns};
 use super::view::{Undistorted, flip, turned};
 use super::{Model, Place, Stroke, things};
@@ -29,6 +31,15 @@ pub struct Row {
     pub slopes: Vec<(usize, f64)>,
     /// It was drawn: an outlier counts for little. Numbers that were typed are believed.
     pub is_drawn: bool,
+}
+
+impl Row {
+    /// With the residual and its derivatives multiplied.
+    fn times(mut self, factor: f64) -> Self {
+        self.value *= factor;
+        self.slopes.iter_mut().for_each(|own| own.1 *= factor);
+        self
+    }
 }
 
 /// The residuals of all strokes whose cameras and things are placed, in the strokes' order, and
@@ -102,7 +113,12 @@ pub fn rows(
             }
         };
         let made = made.filter(|rows| rows.iter().all(|row: &Row| row.value.is_finite()));
-        all.extend(made.ok_or(index)?.into_iter().map(|row| Row { stroke: index, ..row }));
+        let own = made.ok_or(index)?.into_iter().map(|row| Row { stroke: index, ..row });
+        match stroke.is_found() {
+            // As many pixels of a hand are worth as much.
+            true => all.extend(own.map(|row| row.times(HAND_PX / stroke.sd()))),
+            false => all.extend(own),
+        }
     }
     all.extend(rig.rows(model, state, unknowns));
     Ok(all)

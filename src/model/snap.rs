@@ -200,7 +200,10 @@ mod tests {
 
     #[test]
     fn a_line_comes_to_lie_on_the_nearest_that_was_found() {
-        let line = |a: (f64, f64), b: (f64, f64)| Line { ends: [DVec2::from(a), DVec2::from(b)] };
+        let line = |a: (f64, f64), b: (f64, f64)| Line {
+            ends: [DVec2::from(a), DVec2::from(b)],
+            sd_px: 0.25,
+        };
         let lines = [
             line((0.0, 10.0), (100.0, 10.0)),
             line((100.0, 13.0), (0.0, 13.0)),
@@ -218,7 +221,10 @@ mod tests {
 
     #[test]
     fn a_corner_comes_to_lie_on_the_nearest_crossing() {
-        let line = |a: (f64, f64), b: (f64, f64)| Line { ends: [DVec2::from(a), DVec2::from(b)] };
+        let line = |a: (f64, f64), b: (f64, f64)| Line {
+            ends: [DVec2::from(a), DVec2::from(b)],
+            sd_px: 0.25,
+        };
         let lines = [
             // Two that end before the corner (100, 50) which they make, by 4 px and 3 px.
             line((20.0, 50.0), (96.0, 50.0)),

@@ -1,6 +1,8 @@
 //! From strokes to cameras and faces: start values, adjustment, certainty, and whether the result
 //! can be used.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::adjust::{self, AdjustOptions, Adjusted, Stopped};
@@ -20,6 +22,8 @@ const CONTRADICTORY: f64 = 0.01;
 const CONTRADICTED: f64 = 0.25;
 /// A stroke that is off by more than this many times what strokes are off by is named.
 const OUTLYING: f64 = 5.0;
+/// How exactly strokes alone are adjusted before found edges take part, in pixels.
+const BEGUN_PX: f64 = 0.1;
 /// As often the term of an engine's points is made at most; two or three are usual.
 const MOST_TERMS: usize = 20;
 
@@ -54,6 +58,8 @@ pub struct Solution {
     pub unplaced: Vec<ModelError>,
     /// Why cameras and things cannot be used as they are; empty where they can.
     pub problems: Vec<ModelError>,
+    /// What an engine tells about its cameras.
+    rig: Rig,
 }
 
 impl Solution {
@@ -76,12 +82,67 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
     let mut start = calibrate::start(&completed)?;
     let rig = Rig::of(&completed, &start.state, options.loss_px);
     notes.extend(rig::keep(&completed, &rig, &mut start.state));
-    let adjusted = adjusted(&completed, rig, &start.state, options)?;
+    let (adjusted, rig) = adjusted(&completed, rig, &start.state, options)?;
+    let known = Known { notes, unplaced: start.unplaced, rig };
+    Ok(solution(model, &completed, adjusted, known, options.loss_px))
+}
+
+/// How exactly what follows a hand is solved, in pixels.
+const NEAR_PX: f64 = 0.01;
+/// Steps until it is given up; from one place of the hand to the next it takes three or four.
+const NEAR_STEPS: usize = 40;
+
+/// The solution of a model of which only strokes have changed since another was solved: the
+/// adjustment begins from that solution and ends within a hundredth of a pixel. It is for what is
+/// shown while something is dragged. `None` where more has changed, or the adjustment does not end,
+/// so that the model is to be solved by [`solve`].
+pub fn solve_near(model: &Model, near: (&Model, &Solution)) -> Option<Solution> {
+    let (former, found) = near;
+    check::check(model).ok()?;
+    let (completed, mut notes) = conventions::completed(model);
+    let is_like = completed.things == conventions::completed(former).0.things
+        && model.points == former.points
+        && model.lenses == former.lenses
+        && model.photographs == former.photographs
+        && Arc::ptr_eq(&model.found_points, &former.found_points);
+    if !is_like || !found.is_usable() || !found.unplaced.is_empty() {
+        return None;
+    }
+    let mut state = found.state.clone();
+    state.angles = vec![0.0; completed.strokes.len()];
+    calibrate::set_angles(&completed, &mut state);
+    notes.extend(rig::keep(&completed, &found.rig, &mut state));
+    let options =
+        AdjustOptions { tolerance_px: NEAR_PX, max_steps: NEAR_STEPS, ..AdjustOptions::default() };
+    let adjusted = adjust::adjust(&completed, &found.rig, &state, &options).ok()?;
+    if adjusted.stopped != Stopped::Converged {
+        return None;
+    }
+    let known = Known { notes, unplaced: Vec::new(), rig: found.rig.clone() };
+    Some(solution(model, &completed, adjusted, known, options.loss_px))
+}
+
+/// What is known of a solution before the adjustment, and the rig after it.
+struct Known {
+    notes: Vec<String>,
+    unplaced: Vec<ModelError>,
+    rig: Rig,
+}
+
+/// Certainty, residuals and problems of an adjusted model; `completed` is it with what was chosen.
+fn solution(
+    model: &Model,
+    completed: &Model,
+    adjusted: Adjusted,
+    known: Known,
+    loss_px: f64,
+) -> Solution {
+    let Known { mut notes, unplaced, rig } = known;
     let mut problems = boundless(model, &adjusted.state);
     problems.extend(inside_out(model, &adjusted.state));
-    let certainty = match determined::certainty(&completed, &adjusted, options.loss_px) {
+    let certainty = match determined::certainty(completed, &adjusted, loss_px) {
         Ok(certainty) => {
-            problems.extend(determined::vague(&completed, &adjusted, &certainty));
+            problems.extend(determined::vague(completed, &adjusted, &certainty));
             Some(certainty)
         }
         Err(open) => {
@@ -96,26 +157,26 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
             "Check the strokes that are off by most",
         ));
     }
-    let strokes = report::strokes(&adjusted);
-    problems.extend(contradictions(&completed, &strokes));
+    let strokes = report::strokes(completed, &adjusted);
+    problems.extend(contradictions(completed, &strokes));
     let sd = certainty.as_ref().map_or(1.0, |certainty: &Certainty| certainty.stroke_px.max(1.0));
     for own in strokes.iter().filter(|own| own.residual > OUTLYING * sd) {
-        notes.push(outlier(&completed, own));
+        notes.push(outlier(completed, own));
     }
     let known = certainty.as_ref();
     let Adjusted { state, steps, stopped, .. } = &adjusted;
-    let corners = state.corners(&completed);
-    Ok(Solution {
+    let corners = state.corners(completed);
+    Solution {
         cameras: (0..model.photographs.len())
             .map(|index| {
                 let (pose, lens) = state.camera(model, index)?;
                 Some(pose.camera(&lens, model.photographs[index].size))
             })
             .collect(),
-        faces: faces(&completed, state, &corners),
-        lenses: report::lenses(&completed, &adjusted, known),
-        photographs: report::photographs(&completed, &adjusted, &strokes, known),
-        things: report::things(&completed, &adjusted, known),
+        faces: faces(completed, state, &corners),
+        lenses: report::lenses(completed, &adjusted, known),
+        photographs: report::photographs(completed, &adjusted, &strokes, known),
+        things: report::things(completed, &adjusted, known),
         strokes: strokes.into_iter().filter(|own| own.stroke < model.strokes.len()).collect(),
         stroke_px: known.map(|certainty| certainty.stroke_px),
         steps: *steps,
@@ -123,9 +184,10 @@ pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelEr
         state: state.clone(),
         corners,
         notes,
-        unplaced: start.unplaced,
+        unplaced,
         problems,
-    })
+        rig,
+    }
 }
 
 /// Adjusts all, with the term of an engine's points made anew until it changes nothing.
@@ -134,14 +196,15 @@ fn adjusted(
     mut rig: Rig,
     start: &State,
     options: &AdjustOptions,
-) -> Result<Adjusted, ModelError> {
+) -> Result<(Adjusted, Rig), ModelError> {
     // Each adjustment of several needs only be as exact as all together.
     let tolerance_px = match rig.has_points() {
         true => options.tolerance_px.max(0.1 * options.tracks_px),
         false => options.tolerance_px,
     };
     let options = &AdjustOptions { tolerance_px, ..*options };
-    let mut adjusted = adjust::adjust(model, &rig, start, options)?;
+    let near = by_strokes(model, &rig, start, options)?;
+    let mut adjusted = adjust::adjust(model, &rig, &near, options)?;
     for _ in 1..MOST_TERMS {
         let Some(next) = rig.again(model, &adjusted.state, options.loss_px) else { break };
         rig = next;
@@ -154,7 +217,24 @@ fn adjusted(
             break;
         }
     }
-    Ok(adjusted)
+    Ok((adjusted, rig))
+}
+
+/// Where the adjustment of all begins: where strokes alone place everything, if there are found edges.
+/// From the start values, which may be off by many pixels, they would all be outliers.
+fn by_strokes(
+    model: &Model,
+    rig: &Rig,
+    start: &State,
+    options: &AdjustOptions,
+) -> Result<State, ModelError> {
+    let mut drawn = model.clone();
+    drawn.forget_found(None);
+    if drawn.strokes.len() == model.strokes.len() {
+        return Ok(start.clone());
+    }
+    let options = AdjustOptions { tolerance_px: BEGUN_PX.max(options.tolerance_px), ..*options };
+    Ok(adjust::adjust(&drawn, rig, start, &options)?.state)
 }
 
 /// The faces of all placed things.

@@ -2,6 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+/// Standard deviation that drawn strokes are taken to have before residuals say otherwise, in pixels.
+pub const HAND_PX: f64 = 1.0;
+
 /// A corner of a thing, or a free point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the variants say what their fields are")]
@@ -32,8 +35,10 @@ pub enum Stroke {
     Line { photograph: usize, axis: Axis, from: DVec2, to: DVec2 },
     /// Where a photograph shows a corner or point.
     Pick { photograph: usize, at: Place, pixel: DVec2 },
-    /// A piece of the straight line between two corners, in either direction.
-    Edge { photograph: usize, between: [Place; 2], from: DVec2, to: DVec2 },
+    /// A piece of the straight line between two corners, in either direction. `sd_px` is `None` where
+    /// it was drawn. Where a line of the photograph was found to be that edge
+    /// ([`super::to_edges::find`]), it is the standard deviation of that line's distance from it.
+    Edge { photograph: usize, between: [Place; 2], from: DVec2, to: DVec2, sd_px: Option<f64> },
     /// A point on the bottom (`top` false) or top circle of a cylinder.
     Rim { photograph: usize, thing: usize, top: bool, pixel: DVec2 },
     /// A corner or point of known position, in metres, with its standard deviation in metres.
@@ -60,6 +65,20 @@ impl Stroke {
             Self::Line { .. } | Self::Rim { .. } => &[],
             Self::Pick { at, .. } | Self::Position { at, .. } => std::slice::from_ref(at),
             Self::Edge { between, .. } | Self::Length { between, .. } => between,
+        }
+    }
+
+    /// Whether it is a line that was found in a photograph, and not drawn.
+    pub fn is_found(&self) -> bool {
+        matches!(self, Self::Edge { sd_px: Some(_), .. })
+    }
+
+    /// Standard deviation of a residual, in pixels (metres, of what was typed).
+    pub fn sd(&self) -> f64 {
+        match self {
+            Self::Edge { sd_px, .. } => sd_px.unwrap_or(HAND_PX),
+            Self::Line { .. } | Self::Pick { .. } | Self::Rim { .. } => HAND_PX,
+            Self::Position { sd_m, .. } | Self::Length { sd_m, .. } => *sd_m,
         }
     }
 

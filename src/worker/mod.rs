@@ -31,7 +31,7 @@ pub use command::{Command, EditSource, StoreResults};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
-pub use modelling::{EdgesFitted, ModelDrawing, Modelling, PointsFitted, SolvedModel};
+pub use modelling::{EdgesFitted, ModelDrawing, Modelling, OnEdges, PointsFitted, SolvedModel};
 pub use panics::record_panics;
 pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};

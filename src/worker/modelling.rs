@@ -14,8 +14,8 @@ use crate::io::import::Shown;
 use crate::io::model::{self as files, NAME};
 use crate::model::from_points::{self, Wanted};
 use crate::model::lines::Line;
-use crate::model::to_edges::{self, Fitted};
-use crate::model::{AdjustOptions, Model, ModelError, Solution, solve};
+use crate::model::to_edges;
+use crate::model::{AdjustOptions, Model, ModelError, Solution, solve, solve_near};
 use crate::scene::wireframe::{self, Stroke};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::JobEvent;
@@ -30,6 +30,8 @@ pub struct SolvedModel {
     pub model: Arc<Model>,
     /// Cameras and things, or why nothing could be placed.
     pub outcome: Result<Solution, ModelError>,
+    /// It was solved near another, for what is shown while something is dragged.
+    pub is_preview: bool,
     /// Edges of the faces, in metres.
     edges: Vec<[Vec3; 2]>,
     /// The faces, with the ids of their surfaces.
@@ -76,7 +78,12 @@ pub enum Modelling {
         search: Box<Search>,
     },
     /// Place everything by the strokes.
-    Solve(Arc<Model>),
+    Solve {
+        /// What is solved.
+        model: Arc<Model>,
+        /// Solved before, with other strokes; given while something is dragged.
+        near: Option<Arc<SolvedModel>>,
+    },
     /// Draw what was placed as a photograph shows it.
     Draw {
         /// What [`JobEvent::ModelSolved`] gave.
@@ -98,14 +105,15 @@ pub enum Modelling {
         /// Index into `Model::photographs`.
         photograph: usize,
     },
-    /// Find where a thing's outline lies on the lines of the photographs.
+    /// Find where a thing's outline lies on the lines of the photographs, or which of those lines
+    /// are edges of all things.
     FitToEdges {
         /// The capture's folder.
         folder: PathBuf,
         /// What [`JobEvent::ModelSolved`] gave.
         of: Arc<SolvedModel>,
-        /// Index into `Model::things`.
-        thing: usize,
+        /// Index into `Model::things`; `None` for the edges of all.
+        thing: Option<usize>,
         /// By photograph, those that are known; others are found first.
         lines: BTreeMap<usize, Arc<Vec<Line>>>,
     },
@@ -149,12 +157,21 @@ impl std::fmt::Debug for SolvedModel {
 pub struct EdgesFitted {
     /// What was fitted.
     pub of: Arc<SolvedModel>,
-    /// Index into `Model::things`.
-    pub thing: usize,
-    /// Where it fits, or why it does not.
-    pub outcome: Result<Fitted, ModelError>,
+    /// Index into `Model::things`; `None` where the edges of all were found.
+    pub thing: Option<usize>,
+    /// The model then, or why nothing fits.
+    pub outcome: Result<OnEdges, ModelError>,
     /// Of every photograph.
     pub lines: Vec<Arc<Vec<Line>>>,
+}
+
+/// A model that was fitted to edges.
+#[derive(Debug)]
+pub struct OnEdges {
+    /// With strokes where they are then.
+    pub model: Arc<Model>,
+    /// What has changed.
+    pub words: String,
 }
 
 /// What a fit to points has found.
@@ -185,7 +202,9 @@ pub(super) fn perform(
             let found = engines::find(&photographs, &search, watch, &tell)?;
             JobEvent::CamerasFound(Arc::new(found))
         }
-        Modelling::Solve(model) => JobEvent::ModelSolved(Arc::new(solved(model))),
+        Modelling::Solve { model, near } => {
+            JobEvent::ModelSolved(Arc::new(solved(model, near.as_deref())))
+        }
         Modelling::Draw { of, photograph } => {
             let strokes = drawn(&of, photograph, watch)?;
             JobEvent::ModelDrawn(Arc::new(ModelDrawing { of, photograph, strokes }))
@@ -228,20 +247,28 @@ fn subjects(folder: &Path, model: &Model) -> Result<Vec<Subject>, io::Error> {
     model.photographs.iter().map(subject).collect()
 }
 
-fn solved(model: Arc<Model>) -> SolvedModel {
-    let outcome = solve(&model, &AdjustOptions::default());
+fn solved(model: Arc<Model>, near: Option<&SolvedModel>) -> SolvedModel {
+    let preview = near.and_then(|near| {
+        let solution = near.outcome.as_ref().ok()?;
+        solve_near(&model, (&near.model, solution))
+    });
+    let is_preview = preview.is_some();
+    let outcome = match preview {
+        Some(solution) => Ok(solution),
+        None => solve(&model, &AdjustOptions::default()),
+    };
     let faces = outcome.as_ref().map_or(&[][..], |solution| &solution.faces);
     // Faces of things that have run away make no mesh; then nothing is drawn of them.
     let mesh = reprojection::mesh(faces);
     let edges = mesh.as_ref().map_or_else(Vec::new, |own| wireframe::edges(&own.0, MOST_EDGES));
     let caster = mesh.as_ref().map(|(own, _)| RayCaster::build(&own.positions, &own.triangles));
-    SolvedModel { model, outcome, edges, mesh, caster }
+    SolvedModel { model, outcome, is_preview, edges, mesh, caster }
 }
 
 fn fitted(
     folder: &Path,
     of: Arc<SolvedModel>,
-    thing: usize,
+    thing: Option<usize>,
     known: &BTreeMap<usize, Arc<Vec<Line>>>,
     watch: &Watch,
 ) -> Result<EdgesFitted, io::Error> {
@@ -254,10 +281,22 @@ fn fitted(
             None => Arc::new(files::lines_of(folder, &own.name)?),
         });
     }
-    let outcome = match &of.outcome {
-        Ok(solution) => to_edges::fit(&of.model, solution, thing, &lines, files::caster),
-        Err(error) => Err(error.clone()),
-    };
+    let model = &of.model;
+    let outcome = of.outcome.as_ref().map_err(ModelError::clone).and_then(|solution| {
+        let on_edges = |model: Model, words: String| OnEdges { model: Arc::new(model), words };
+        match thing {
+            Some(thing) => {
+                let fitted = to_edges::fit(model, solution, thing, &lines, files::caster)?;
+                let words = fitted.words(&model.things[thing].id);
+                Ok(on_edges(fitted.model, words))
+            }
+            None => {
+                let found = to_edges::find(model, solution, &lines, files::caster)?;
+                let words = found.words();
+                Ok(on_edges(found.model, words))
+            }
+        }
+    });
     Ok(EdgesFitted { of, thing, outcome, lines })
 }
 

@@ -227,6 +227,17 @@ fn a_thing_is_fitted_to_the_edges_of_the_photographs() {
     let was = displaced::apart_px(&displaced, &drawn);
     assert!(was > 2.5 && off < 0.8, "{was} px before, {off} px after");
     assert!(capture.join("scene.obj").exists());
+    // The edges of all things are added behind the strokes, and replaced when they are found again.
+    let all = || Run::of(lobelia().arg("model").arg(&capture).arg("--fit-all-to-edges")).succeeds();
+    let strokes = read(&file).strokes;
+    let run = all();
+    assert!(run.out.contains(" edges were found in 6 photographs."), "{}", run.out);
+    let found = read(&file);
+    assert!(found.drawn() == strokes.len() && found.strokes.len() > strokes.len() + 50);
+    assert_eq!(read(&kept).strokes, strokes);
+    all();
+    assert_eq!(read(&file).drawn(), strokes.len());
+    fs::write(&file, fs::read(&kept).unwrap()).unwrap();
     // Where no line is near, nothing is written.
     fs::remove_file(&kept).unwrap();
     let second = fs::read(&file).unwrap();
@@ -236,5 +247,7 @@ fn a_thing_is_fitted_to_the_edges_of_the_photographs() {
         exr::write_rgb(&capture.join(&photograph.name), width, height, &grey).unwrap();
     }
     fit(&[displaced::THING]).fails(1, &["model.json, things[", "no lines of the photographs"]);
+    Run::of(lobelia().arg("model").arg(&capture).arg("--fit-all-to-edges"))
+        .fails(1, &["model.json, things", "no line of a photograph is an edge"]);
     assert!(fs::read(&file).unwrap() == second && !kept.exists());
 }

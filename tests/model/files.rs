@@ -1,5 +1,6 @@
 //! `model.json`: read again as it was written, and damaged in every way.
 
+use lobelia::model::Stroke;
 use serde_json::{Value, json};
 
 use crate::{golden, read};
@@ -18,6 +19,40 @@ fn what_is_written_is_read_again() {
     }
 }
 
+/// Lines that were found to be edges keep their standard deviation, and stand behind what was drawn.
+#[test]
+fn found_edges_are_read_again() {
+    let mut model = read("boxes-one.json");
+    let drawn = model.strokes.len();
+    let own = model.strokes.iter().find_map(|stroke| match stroke {
+        Stroke::Edge { photograph, between, from, to, .. } => {
+            Some((*photograph, *between, *from, *to))
+        }
+        _ => None,
+    });
+    let (photograph, between, from, to) = own.expect("an edge");
+    let edge = |sd_px| Stroke::Edge { photograph, between, from, to, sd_px };
+    model.strokes.push(edge(Some(0.125)));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("model.json");
+    lobelia::io::model::write(&file, &model).unwrap();
+    assert_eq!(lobelia::io::model::read(&file).unwrap(), model);
+    assert!(lobelia::io::model::to_text(&model).contains("\"version\": 3"));
+    assert_eq!(model.drawn(), drawn);
+    // What is drawn next stands before it.
+    assert_eq!(model.add_stroke(edge(None)), drawn);
+    assert_eq!(model.strokes[drawn + 1], edge(Some(0.125)));
+    model.forget_found(None);
+    assert!(lobelia::io::model::to_text(&model).contains("\"version\": 1"));
+    for (sd_px, is_sound) in [(1e-4, false), (1e-3, true), (f64::NAN, false), (1e4, false)] {
+        let mut model = model.clone();
+        model.strokes.push(edge(Some(sd_px)));
+        let solved = lobelia::model::solve(&model, &Default::default());
+        let problem = solved.err().map(|error| error.to_string()).unwrap_or_default();
+        assert_eq!(problem.contains("sd_px"), !is_sound, "{sd_px}: {problem}");
+    }
+}
+
 #[test]
 fn a_damaged_file_is_told_with_its_place() {
     let sound: Value =
@@ -27,7 +62,7 @@ fn a_damaged_file_is_told_with_its_place() {
     type Change = fn(&mut Value);
     let cases: [(Change, &[&str]); 14] = [
         (|m| m["format"] = json!("other"), &["format", "lobelia-model"]),
-        (|m| m["version"] = json!(7), &["version", "versions up to 2"]),
+        (|m| m["version"] = json!(7), &["version", "versions up to 3"]),
         (|m| m["lenses"][0]["focal_px"] = json!("long"), &["lenses[0].focal_px", "finite number"]),
         (|m| m["lenses"][0]["fit"] = json!(["zoom"]), &["lenses[0].fit[0]", "focal_px"]),
         (

@@ -2,9 +2,11 @@
 
 mod degenerate; // cases without an answer
 mod files; // model.json written, read, damaged
+mod found_edges; // lines of photographs that are edges of things
 mod from_points; // planes and boxes from points of an engine
 mod lines; // lines found in pictures of known lines
 mod painted; // pictures of known outlines
+mod near; // solutions near another, while something is dragged
 mod opencv; // projections against OpenCV
 mod rig; // cameras that an engine placed, put into the world
 mod to_edges; // things moved onto the lines of photographs
@@ -15,6 +17,9 @@ mod scenes; // strokes with one pixel of error on captures of known answer
 
 #[path = "../shared/box_of_points.rs"]
 mod box_of_points;
+#[path = "../shared/displaced.rs"]
+#[allow(dead_code, reason = "the captures on disk are for other tests")]
+mod displaced;
 
 use std::path::{Path, PathBuf};
 

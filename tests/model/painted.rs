@@ -3,7 +3,8 @@
 use glam::DVec2;
 
 /// A picture of flat convex polygons with their greys, the first before the others, on a ground of
-/// grey. Each pixel is the mean of 16 × 16 places in it, with Gaussian noise.
+/// grey, in codes of sRGB. Each pixel is the mean radiance of 16 × 16 places in it, with Gaussian noise
+/// of its code.
 pub fn painted(
     (width, height): (usize, usize),
     polygons: &[(Vec<DVec2>, f64)],
@@ -44,7 +45,8 @@ pub fn painted(
             true => grey(first + 0.5),
             false => {
                 let places = (0..FINE * FINE).map(|k| DVec2::new(part(k % FINE), part(k / FINE)));
-                places.map(|place| grey(first + place)).sum::<f64>() / (FINE * FINE) as f64
+                let radiance = places.map(|place| radiance(grey(first + place))).sum::<f64>();
+                code(radiance / (FINE * FINE) as f64)
             }
         };
         // The sum of four uniform numbers is near to Gaussian.
@@ -52,6 +54,20 @@ pub fn painted(
         [(mean + off).round().clamp(0.0, 255.0) as u8; 3]
     };
     (0..width * height).map(pixel).collect()
+}
+
+/// IEC 61966-2-1, with white as 255 and as 1.
+fn radiance(code: f64) -> f64 {
+    let code = code / 255.0;
+    if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
+}
+
+fn code(radiance: f64) -> f64 {
+    let code = match radiance {
+        ..=0.003_130_8 => 12.92 * radiance,
+        _ => 1.055 * radiance.powf(1.0 / 2.4) - 0.055,
+    };
+    255.0 * code
 }
 
 fn from_segment(place: DVec2, [a, b]: [DVec2; 2]) -> f64 {

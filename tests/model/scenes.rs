@@ -7,22 +7,22 @@ use crate::{golden, json, numbers, solved};
 
 /// How far a solution is from the truth.
 #[derive(Debug, Default)]
-struct Errors {
+pub struct Errors {
     /// Of cameras: degrees, and position as a part of the distance from the scene's middle.
-    turn_deg: f64,
-    position: f64,
-    focal: f64,
-    focal_sd: f64,
+    pub turn_deg: f64,
+    pub position: f64,
+    pub focal: f64,
+    pub focal_sd: f64,
     /// The same in standard errors, and these.
-    turn_sds: f64,
-    position_sds: f64,
-    direction_sd_deg: f64,
-    position_sd: f64,
+    pub turn_sds: f64,
+    pub position_sds: f64,
+    pub direction_sd_deg: f64,
+    pub position_sd: f64,
     /// Of corners, as a part of the scene's size.
-    corner: f64,
+    pub corner: f64,
 }
 
-fn errors(model: &Model, solution: &Solution, truth: &serde_json::Value) -> Errors {
+pub fn errors(model: &Model, solution: &Solution, truth: &serde_json::Value) -> Errors {
     let mut errors = Errors::default();
     let known = truth["corners"].as_object().unwrap();
     let places: Vec<DVec3> =

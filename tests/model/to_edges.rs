@@ -240,7 +240,7 @@ fn without_lines_nothing_moves_and_words_say_why() {
     // Fewer lists than photographs are as good as none.
     assert!(error(&model, &solution, &[]).to_string().starts_with("no lines"), "{own}");
     // A line far from all of it.
-    let far = Line { ends: [DVec2::new(2.0, 2.0), DVec2::new(600.0, 4.0)] };
+    let far = Line { ends: [DVec2::new(2.0, 2.0), DVec2::new(600.0, 4.0)], sd_px: 0.25 };
     let far = Arc::new(vec![far]);
     let own = error(&model, &solution, &vec![far; 3]);
     assert!(own.to_string().starts_with("no lines"), "{own}");

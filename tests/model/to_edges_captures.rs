@@ -88,7 +88,8 @@ fn things_of_captures_come_back() {
                 let start = at(factor);
                 let before = off_mm(&model, &truth, thing, &start.corners(&model)[thing]);
                 let moved = to_edges::follow(&model, &base.state, &start, thing);
-                let solution = Solution { state: start, ..base.clone() };
+                let mut solution = base.clone();
+                solution.state = start;
                 print!("  moved by {moved_px} px, {before:.1} mm: ");
                 match to_edges::fit(&moved, &solution, thing, &lines, caster) {
                     Err(problem) => println!("{problem}"),

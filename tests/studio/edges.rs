@@ -5,8 +5,11 @@ use std::fs;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::NodeT as _;
 
+use glam::DVec2;
+use lobelia::model::{Place, Stroke};
+
 use crate::Window;
-use crate::displaced::{THING, apart_px, capture, models};
+use crate::displaced::{THING, apart_px, capture, models, thing};
 use crate::modelling::{row, saved};
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -57,6 +60,56 @@ fn a_thing_is_fitted_by_the_button_or_the_key_and_undone() {
     assert!(apart_px(&saved(&capture), &by_button) < 1e-9);
 }
 
+/// All edges are found at once, the strokes stay, and one step of undo takes the edges away. Dragging a
+/// corner of a thing forgets those of the thing.
+#[test]
+fn the_edges_of_all_things_are_found_removed_and_forgotten() {
+    let [drawn, _] = models();
+    let folder = tempfile::tempdir().unwrap();
+    let capture = capture(folder.path(), &drawn);
+    let mut window = Window::modelling(&folder.path().join("home"), &capture);
+    window.wait_usable();
+    window.key(Modifiers::SHIFT, Key::E);
+    window.wait_part(" edges were found in 6 photographs.");
+    window.save_model();
+    let found = saved(&capture);
+    let count = found.strokes.len() - drawn.strokes.len();
+    assert!(count > 80 && found.drawn() == drawn.strokes.len(), "{count} found");
+    window.wait_usable();
+    assert!(window.has(&format!("{count} found edges")));
+    window.key(Modifiers::COMMAND, Key::Z);
+    assert!(window.has("Undone: fit all to edges"));
+    window.wait_usable();
+    // The button does what the key does.
+    window.click("Fit all to edges");
+    window.wait("the fit", |window| {
+        window.has(&format!("{count} found edges")) && !window.harness.state().is_busy()
+    });
+    window.save_model();
+    assert!(saved(&capture).strokes == found.strokes);
+    // A corner is dragged: what held its thing where it was is gone.
+    let own = thing(&drawn);
+    let at = Place::Corner { thing: own, corner: 4 };
+    let Stroke::Pick { pixel, .. } = drawn.strokes[drawn.pick_of(0, at).unwrap()] else { panic!() };
+    let size = drawn.photographs[0].size;
+    window.key(NONE, Key::V);
+    let way = [DVec2::ZERO, DVec2::new(3.0, 1.0)].map(|by| window.pixel(size, pixel + by));
+    window.drag(&way);
+    window.wait_usable();
+    window.save_model();
+    let is_own = |place: &Place| matches!(place, Place::Corner { thing, .. } if *thing == own);
+    let is_about = |stroke: &&Stroke| stroke.is_found() && stroke.places().iter().any(is_own);
+    let dragged = saved(&capture);
+    assert!(dragged.strokes.iter().find(is_about).is_none());
+    let left = dragged.strokes.iter().filter(|stroke| stroke.is_found()).count();
+    assert_eq!(left, count - found.strokes.iter().filter(is_about).count());
+    window.click("Remove found edges");
+    window.wait_usable();
+    assert!(!window.has(&format!("{count} found edges")) && !window.has("Remove found edges"));
+    window.save_model();
+    assert_eq!(saved(&capture).strokes.len(), drawn.strokes.len());
+}
+
 /// Photographs without any line: a message says so, and nothing is moved.
 #[test]
 fn without_lines_nothing_is_moved() {
@@ -77,6 +130,9 @@ fn without_lines_nothing_is_moved() {
     window.click(FIT);
     window.wait_part("Nothing was moved");
     assert!(window.has_part(&format!("no lines of the photographs lie near {THING}")));
+    window.save_model();
+    window.key(Modifiers::SHIFT, Key::E);
+    window.wait_part("no line of a photograph is an edge of a thing");
     window.save_model();
     assert_eq!(fs::read(&file).unwrap(), before);
 }

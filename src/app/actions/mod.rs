@@ -292,8 +292,9 @@ pub enum ModelAction {
     Snap,
     /// Shows the faces of the model over the photograph, or the photograph again.
     Blink,
-    /// Moves the selected thing onto the lines of the photographs.
-    FitToEdges,
+    FitToEdges(ToEdges),
+    /// Removes the lines that were found to be edges.
+    ForgetFound,
     /// Fits a plane or a box to the points in an outline, in pixels of a photograph.
     FitToPoints(usize, Vec<DVec2>, Wanted),
     /// Fills the view with the photograph.
@@ -302,6 +303,15 @@ pub enum ModelAction {
     Use,
     /// About cameras that an engine finds.
     Find(FindAction),
+}
+
+/// What is fitted to the lines of the photographs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToEdges {
+    /// Moves the selected thing onto them.
+    Selected,
+    /// Finds which of them are edges of things, and solves everything with them.
+    All,
 }
 
 /// What is done about cameras that an engine finds.

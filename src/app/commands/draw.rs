@@ -4,7 +4,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::list::{add, group, key};
 use super::{Command, Menu};
-use crate::app::actions::{Action, FindAction, ModelAction};
+use crate::app::actions::{Action, FindAction, ModelAction, ToEdges};
 use crate::app::modelling::tool::{Target, Tool};
 use crate::model::from_points::Wanted;
 use crate::model::{Axis, Shape};
@@ -71,8 +71,17 @@ pub(super) fn draw(list: &mut Vec<Command>) {
         Draw,
         "Fit to edges",
         key(NONE, Key::E),
-        Action::Model(ModelAction::FitToEdges),
+        Action::Model(ModelAction::FitToEdges(ToEdges::Selected)),
         "Move the selected thing until its outline lies on the lines of the photographs",
+    );
+    add(
+        list,
+        Draw,
+        "Fit all to edges",
+        key(Modifiers::SHIFT, Key::E),
+        Action::Model(ModelAction::FitToEdges(ToEdges::All)),
+        "Find the lines of the photographs that are edges of things, and solve cameras and things \
+         with them",
     );
     add(
         list,

@@ -29,7 +29,7 @@ pub fn apply(state: &mut State, what: ModelAction) {
         }
         ModelAction::Use => use_model(state),
         ModelAction::Find(what) => searching::apply(state, what),
-        ModelAction::FitToEdges => edges::begin(state),
+        ModelAction::FitToEdges(what) => edges::begin(state, what),
         ModelAction::FitToPoints(photograph, outline, wanted) => {
             points::begin(state, photograph, outline, wanted);
         }
@@ -118,6 +118,10 @@ fn on_page(state: &mut State, what: ModelAction) {
                 format!("remove {}", model.strokes[index].name())
             }
         },
+        ModelAction::ForgetFound => {
+            edited.forget_found(None);
+            "remove found edges".to_owned()
+        }
         ModelAction::Flip => {
             let Selected::Stroke(index) = page.selected else { return };
             let Stroke::Line { from, to, .. } = &mut edited.strokes[index] else { return };
@@ -128,7 +132,7 @@ fn on_page(state: &mut State, what: ModelAction) {
         | ModelAction::Use
         | ModelAction::Change(..)
         | ModelAction::Find(_)
-        | ModelAction::FitToEdges
+        | ModelAction::FitToEdges(_)
         | ModelAction::FitToPoints(..) => return,
     };
     let is_gone = edited.strokes.len() < model.strokes.len()

@@ -58,16 +58,16 @@ impl Drag {
         let name = match self.what {
             Dragged::New(Tool::Line(axis)) => {
                 let line = Stroke::Line { photograph, axis, from, to };
-                model.strokes.push(line);
+                model.add_stroke(line);
                 is_long.then(|| format!("line along {}", axis.name()))?
             }
             Dragged::New(Tool::Mark(Target::Edge(between))) => {
                 let name = Target::Edge(between).name(&model);
-                model.strokes.push(Stroke::Edge { photograph, between, from, to });
+                model.add_stroke(Stroke::Edge { photograph, between, from, to, sd_px: None });
                 is_long.then(|| format!("edge {name}"))?
             }
             Dragged::New(Tool::Mark(Target::Rim(thing, top))) => {
-                model.strokes.push(Stroke::Rim { photograph, thing, top, pixel: to });
+                model.add_stroke(Stroke::Rim { photograph, thing, top, pixel: to });
                 format!("point on {}", Target::Rim(thing, top).name(&model))
             }
             Dragged::New(Tool::Mark(Target::Place(place))) => {
@@ -82,7 +82,7 @@ impl Drag {
                 let at = near(to).unwrap_or_else(|| new_point(&mut model, photograph, to));
                 model.strokes.retain(|stroke| !is_origin(stroke));
                 let position = glam::DVec3::ZERO;
-                model.strokes.push(Stroke::Position { at, position, sd_m: TYPED_SD_M });
+                model.add_stroke(Stroke::Position { at, position, sd_m: TYPED_SD_M });
                 "origin".to_owned()
             }
             Dragged::New(Tool::Length) => {
@@ -95,7 +95,7 @@ impl Drag {
                 };
                 let between = [end(a, from), end(b, to)];
                 let length_m = length_m(between).unwrap_or(1.0);
-                model.strokes.push(Stroke::Length { between, length_m, sd_m: TYPED_SD_M });
+                model.add_stroke(Stroke::Length { between, length_m, sd_m: TYPED_SD_M });
                 "known length".to_owned()
             }
             Dragged::New(Tool::Select | Tool::Lasso(_)) => return None,
@@ -123,7 +123,31 @@ impl Drag {
                 "move point".to_owned()
             }
         };
+        // Lines that were found to be edges of a thing would hold it where it was.
+        if let Some(thing) = self.thing() {
+            model.forget_found(Some(thing));
+        }
         Some((name, model))
+    }
+
+    /// The thing whose strokes are drawn or moved.
+    fn thing(&self) -> Option<usize> {
+        let of_place = |place: &Place| match place {
+            Place::Corner { thing, .. } => Some(*thing),
+            Place::Point(_) => None,
+        };
+        match self.what {
+            Dragged::New(Tool::Mark(Target::Rim(thing, _))) => Some(thing),
+            Dragged::New(Tool::Mark(Target::Edge([place, _]) | Target::Place(place)))
+            | Dragged::Corner(place) => of_place(&place),
+            Dragged::End(stroke, _) | Dragged::Body(stroke) | Dragged::Pixel(stroke) => {
+                match self.before.strokes.get(stroke)? {
+                    Stroke::Rim { thing, .. } => Some(*thing),
+                    own => own.places().first().and_then(of_place),
+                }
+            }
+            Dragged::New(_) => None,
+        }
     }
 }
 
@@ -154,7 +178,7 @@ fn mark(model: &mut Model, photograph: usize, at: Place, pixel: DVec2) {
     let pick = Stroke::Pick { photograph, at, pixel };
     match model.pick_of(photograph, at) {
         Some(index) => model.strokes[index] = pick,
-        None => model.strokes.push(pick),
+        None => drop(model.add_stroke(pick)),
     }
 }
 

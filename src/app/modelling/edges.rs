@@ -1,9 +1,10 @@
-//! The lines that were found in the photographs, and things that are fitted to them.
+//! The lines that were detected in the photographs, and things that are fitted to them.
 
 use std::sync::Arc;
 
 use super::ModelPage;
 use super::keeping::keep;
+use crate::app::actions::ToEdges;
 use crate::app::state::State;
 use crate::worker::{Command, EdgesFitted, Modelling};
 
@@ -27,12 +28,14 @@ impl ModelPage {
     }
 }
 
-/// Has the selected thing fitted, or says why it cannot be.
-pub(super) fn begin(state: &mut State) {
+/// Has the selected thing fitted, or the edges of all things found, or says why that cannot be.
+pub(super) fn begin(state: &mut State, what: ToEdges) {
     let Some(page) = &mut state.modelling else { return };
-    let thing = page.model().and_then(|model| page.selected.thing(model));
+    let Some(model) = page.model() else { return };
+    let thing = page.selected.thing(model).filter(|_| what == ToEdges::Selected);
     let obstacle = match (thing, &page.solved) {
-        (None, _) => Some("Select a thing first."),
+        (None, _) if what == ToEdges::Selected => Some("Select a thing first."),
+        _ if model.things.is_empty() => Some("There is no thing yet whose edges could be found."),
         _ if page.is_fitting() => Some("A thing is being fitted already."),
         (_, Some(solved)) if page.is_solved() && solved.outcome.is_ok() => None,
         _ if page.is_solving() => Some("The strokes are still being solved."),
@@ -42,20 +45,19 @@ pub(super) fn begin(state: &mut State) {
         state.messages.notice(obstacle);
         return;
     }
-    if let Some((thing, of)) = thing.zip(page.solved.clone()) {
+    if let Some(of) = page.solved.clone() {
         let (folder, lines) = (page.folder.clone(), page.lines.clone());
         let fit = Modelling::FitToEdges { folder, of, thing, lines };
         page.fitting = Some(page.solver.send(Command::Model(fit)));
     }
 }
 
-/// A thing was fitted: one step of undo, unless the model has changed since.
+/// The model was fitted: one step of undo, unless it has changed since.
 pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
     let Some(page) = &mut state.modelling else { return };
     page.lines.extend(found.lines.iter().cloned().enumerate());
     let model = &found.of.model;
     let is_same = page.model().is_some_and(|own| Arc::ptr_eq(own, model));
-    let id = &model.things[found.thing].id;
     match &found.outcome {
         _ if !is_same => {
             state.messages.notice("The model has changed meanwhile: nothing was moved.");
@@ -63,10 +65,10 @@ pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
         Err(problem) => state.messages.error(NOT_FITTED, problem.to_string()),
         Ok(fitted) => {
             if let Some(document) = &mut page.document {
-                let name = format!("fit {id} to edges");
-                document.change(name, Arc::new(fitted.model.clone()), None);
+                let what = found.thing.map_or("all", |thing| model.things[thing].id.as_str());
+                document.change(format!("fit {what} to edges"), fitted.model.clone(), None);
             }
-            state.messages.notice(fitted.words(id));
+            state.messages.notice(&fitted.words);
             keep(state);
         }
     }

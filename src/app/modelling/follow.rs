@@ -9,6 +9,7 @@ use super::keeping::keep;
 use super::{ModelPage, edges, points, searching};
 use crate::app::gesture::Gesture;
 use crate::app::state::State;
+use crate::model::Model;
 use crate::worker::{Command, Event, JobEvent, Modelling};
 
 use super::document::Document;
@@ -134,7 +135,8 @@ fn solver_event(state: &mut State, event: Event) {
 }
 
 impl ModelPage {
-    /// Solves the model where it has changed; one at a time, so that the latest is never far.
+    /// Solves the model where it has changed; one at a time, so that the latest is never far. While
+    /// something is dragged, that begins from the latest solution, and is exact only in the end.
     fn solve_what_is_drawn(&mut self) {
         let Some(model) = self.model().cloned() else { return };
         if self.solving.is_some() || self.is_solved() {
@@ -144,12 +146,16 @@ impl ModelPage {
             (self.solved, self.drawing, self.tried) = (None, None, None);
             return;
         }
+        let near = self.solved.clone().filter(|_| self.is_dragging());
         // What has stopped the solver would stop it again.
-        if self.tried.as_ref().is_some_and(|tried| Arc::ptr_eq(tried, &model)) {
+        let is_tried = |(tried, is_preview): &(Arc<Model>, bool)| {
+            Arc::ptr_eq(tried, &model) && (near.is_some() || !is_preview)
+        };
+        if self.tried.as_ref().is_some_and(is_tried) {
             return;
         }
-        self.solving = Some(self.solver.send(Command::Model(Modelling::Solve(model.clone()))));
-        self.tried = Some(model);
+        self.tried = Some((model.clone(), near.is_some()));
+        self.solving = Some(self.solver.send(Command::Model(Modelling::Solve { model, near })));
     }
 
     /// Has the edges drawn in the photograph that is looked at.

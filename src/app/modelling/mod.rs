@@ -88,8 +88,8 @@ pub struct ModelPage {
     reader: Worker,
     opening: Option<Job>,
     solving: Option<Job>,
-    /// What was sent to the solver last.
-    tried: Option<Arc<Model>>,
+    /// What was sent to the solver last, and whether near another solution.
+    tried: Option<(Arc<Model>, bool)>,
     drawn: Option<Job>,
     using: Option<Job>,
     /// A photograph is searched for lines, a thing fitted to them.
@@ -159,10 +159,18 @@ impl ModelPage {
         self.solved.as_ref()?.outcome.as_ref().ok()
     }
 
-    /// Whether the latest solution is of the present model.
+    /// Whether the latest solution is of the present model, and exact unless something is dragged.
     pub fn is_solved(&self) -> bool {
-        let solved = self.solved.as_ref().map(|own| &own.model);
-        solved.zip(self.model()).is_some_and(|(a, b)| Arc::ptr_eq(a, b))
+        let is_own = |solved: &Arc<SolvedModel>| {
+            self.model().is_some_and(|model| Arc::ptr_eq(&solved.model, model))
+                && (!solved.is_preview || self.is_dragging())
+        };
+        self.solved.as_ref().is_some_and(is_own)
+    }
+
+    /// Whether a gesture of the hand goes on.
+    fn is_dragging(&self) -> bool {
+        self.document.as_ref().is_some_and(|document| document.gesture().is_some())
     }
 
     /// Whether anything goes on besides the hand.

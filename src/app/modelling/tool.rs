@@ -141,7 +141,7 @@ impl Target {
                 }
                 _ => false,
             };
-            is_about && stroke.photograph() == Some(photograph)
+            is_about && !stroke.is_found() && stroke.photograph() == Some(photograph)
         };
         model.strokes.iter().filter(is_it).count()
     }

@@ -33,7 +33,8 @@
 //! are not known). `found_in_metres` says that the unit is the metre, which is then kept
 //! where no length is given.
 //!
-//! Only `format`, `version` and `photographs` must be there. Without `lenses` all photographs share
+//! An edge with `"sd_px": 0.25` (version 3) was not drawn: it is a line of the photograph that was
+//! found to be that edge, as exactly as that. Only `format`, `version` and `photographs` must be there. Without `lenses` all photographs share
 //! one. `w` and `h` are read from the image where they are missing, and `focal_px` from its EXIF.
 //! `fit` names what of a lens is adjusted (`focal_px` alone by default). `hold` are typed numbers,
 //! by the names in [`parameters`](crate::model::things::parameters). `surface` is the surface of all
@@ -66,6 +67,6 @@ pub const NAME: &str = "model.json";
 pub const UNSAVED: &str = "model.unsaved.json";
 /// What the file says that it is.
 const FORMAT: &str = "lobelia-model";
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 /// Standard deviation of typed positions and lengths that give none, in metres.
 const TYPED_SD_M: f64 = 1e-3;

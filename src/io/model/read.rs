@@ -12,7 +12,7 @@ use super::{FORMAT, VERSION};
 use crate::io::json::{self, Field};
 use crate::io::{Error, exif_lens, inside, picture};
 use crate::model::{
-    Fit, Lens, Model, Opening, Photograph, Point, Shape, Side, Support, Surfaces, Thing,
+    Fit, Lens, Model, Opening, Photograph, Point, Shape, Side, Stroke, Support, Surfaces, Thing,
 };
 
 /// Most parts of each kind: files of others must not fill the memory.
@@ -27,7 +27,7 @@ pub fn read(file: &Path) -> Result<Model, Error> {
         return Err(format.wrong(&format!("this is no model: the format must be \"{FORMAT}\"")));
     }
     let version = root.need("version")?;
-    if ![1.0, VERSION as f64].contains(&version.number()?) {
+    if ![1.0, 2.0, VERSION as f64].contains(&version.number()?) {
         return Err(version.wrong_with(
             &format!("this program reads versions up to {VERSION} of the format"),
             "Open the file with the program that wrote it, or with a newer one",
@@ -68,6 +68,7 @@ pub fn read(file: &Path) -> Result<Model, Error> {
     let strokes =
         list(&root, "strokes")?.iter().map(|item| names.stroke(item)).collect::<Result<_, _>>()?;
     model.strokes = strokes;
+    model.strokes.sort_by_key(Stroke::is_found);
     let items = list(&root, "found_points")?;
     model.found_points = Arc::new(found::points(items, model.photographs.len())?);
     model.found_in_metres = root.get("found_in_metres").map_or(Ok(false), |own| own.truth())?;

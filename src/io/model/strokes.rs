@@ -59,6 +59,7 @@ impl<'a> Names<'a> {
                 between: self.pair(item)?,
                 from: pixel("from")?,
                 to: pixel("to")?,
+                sd_px: item.get("sd_px").map(|field| field.number()).transpose()?,
             },
             "rim" => {
                 let (thing, top) = self.rim(&item.need("at")?)?;

@@ -45,11 +45,16 @@ pub fn to_text(model: &Model) -> String {
         }
         item
     };
-    // Version 1 has no pixels of points; what needs no newer one is read by older programs.
-    let is_first = model.found_points.iter().all(|own| own.pixels.is_empty());
+    // Version 1 has no pixels of points, and version 2 no lines that were found; what needs no newer
+    // one is read by older programs.
+    let version = match () {
+        () if model.strokes.iter().any(Stroke::is_found) => VERSION,
+        () if model.found_points.iter().any(|own| !own.pixels.is_empty()) => 2,
+        () => 1,
+    };
     let mut value = json!({
         "format": FORMAT,
-        "version": if is_first { 1 } else { VERSION },
+        "version": version,
         "lenses": model.lenses.iter().map(lens).collect::<Vec<_>>(),
         "photographs": model.photographs.iter().map(photograph).collect::<Vec<_>>(),
         "things": model.things.iter().map(|own| thing(model, own)).collect::<Vec<_>>(),
@@ -121,9 +126,15 @@ fn stroke(model: &Model, own: &Stroke) -> Value {
             json!({"axis": axis.name(), "from": from.to_array(), "to": to.to_array()})
         }
         Stroke::Pick { at, pixel, .. } => json!({"at": name(at), "pixel": pixel.to_array()}),
-        Stroke::Edge { between, from, to, .. } => json!({
-            "between": between.each_ref().map(name), "from": from.to_array(), "to": to.to_array()
-        }),
+        Stroke::Edge { between, from, to, sd_px, .. } => {
+            let mut item = json!({
+                "between": between.each_ref().map(name), "from": from.to_array(), "to": to.to_array()
+            });
+            if let Some(sd_px) = sd_px {
+                item["sd_px"] = json!(sd_px);
+            }
+            item
+        }
         Stroke::Rim { thing, top, pixel, .. } => {
             let circle = if *top { "top" } else { "bottom" };
             let at = format!("{}.{circle}", model.things[*thing].id);

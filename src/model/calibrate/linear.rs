@@ -65,7 +65,7 @@ pub fn place(
                 depth.extend(along(&view, direction));
                 count += 1.0;
             }
-            Stroke::Edge { photograph, between, from, to } => {
+            Stroke::Edge { photograph, between, from, to, .. } => {
                 let rays = ray(*photograph, *from).zip(ray(*photograph, *to));
                 let Some((a, b)) = rays else { continue };
                 let normal = a.cross(b).normalize_or_zero();

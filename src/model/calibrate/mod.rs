@@ -14,4 +14,5 @@ mod shapes;
 mod start;
 pub mod vanishing;
 
+pub use shapes::set_angles;
 pub use start::{Start, start};

@@ -144,7 +144,7 @@ pub fn fit(
             }
             if let Some(pixel) = camera.place(*place) {
                 let at = Place::Corner { thing, corner };
-                model.strokes.push(Stroke::Pick { photograph: index, at, pixel });
+                model.add_stroke(Stroke::Pick { photograph: index, at, pixel });
             }
         }
     }

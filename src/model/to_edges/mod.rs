@@ -10,9 +10,11 @@
 //! that no line determines stay as they were. In the resulting model the strokes of the thing have
 //! moved with it, so that solving the model places the thing there.
 
+mod find;
 mod outline;
 mod strokes;
 
+pub use find::{EdgesFound, find};
 pub use strokes::follow;
 
 use std::sync::Arc;
@@ -213,6 +215,30 @@ struct Fit<'a> {
     unknowns: Unknowns,
 }
 
+/// The nearest line of like direction within reach of a place: its index in the photograph, and the
+/// foot of the place on it.
+fn nearest(
+    place: &Place,
+    lines: &[Arc<Vec<Line>>],
+    reach: f64,
+    like: f64,
+) -> Option<(usize, DVec2)> {
+    let lines = lines.get(place.photograph)?.iter().enumerate();
+    let near = lines.filter_map(|(index, line)| {
+        let along = line.direction();
+        if along.perp_dot(place.direction).abs() > like {
+            return None;
+        }
+        let from = place.pixel - line.ends[0];
+        let at = from.dot(along);
+        let is_beside = at >= -BEYOND_PX && at <= line.length() + BEYOND_PX;
+        let off = from.perp_dot(along).abs();
+        (is_beside && off < reach).then_some((off, index, line))
+    });
+    let (_, index, line) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((index, line.foot(place.pixel)))
+}
+
 impl Fit<'_> {
     /// How far lines are looked for at first and in the end, in pixels.
     fn reach(&self) -> (f64, f64) {
@@ -261,24 +287,10 @@ impl Fit<'_> {
 
     /// The nearest line of like direction for each place that has one within reach.
     fn matches(&self, places: &[Place], reach: f64, like: f64) -> Vec<Match> {
-        let foot = |place: &Place| {
-            let lines = self.lines.get(place.photograph)?.iter();
-            let near = lines.filter_map(|line| {
-                let along = line.direction();
-                if along.perp_dot(place.direction).abs() > like {
-                    return None;
-                }
-                let from = place.pixel - line.ends[0];
-                let at = from.dot(along);
-                let is_beside = at >= -BEYOND_PX && at <= line.length() + BEYOND_PX;
-                let off = from.perp_dot(along).abs();
-                (is_beside && off < reach).then(|| (off, line.foot(place.pixel)))
-            });
-            near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
-        };
         let found = places.iter().filter_map(|place| {
             let Place { photograph, part, .. } = *place;
-            Some(Match { photograph, part, foot: foot(place)? })
+            let (_, foot) = nearest(place, self.lines, reach, like)?;
+            Some(Match { photograph, part, foot })
         });
         found.collect()
     }

@@ -7,8 +7,8 @@ use crate::model::unknowns::{State, Unknowns};
 use crate::model::{Model, Optic, Place, Pose, Stroke, things};
 
 /// The model with the strokes about a thing where its corners, edges and circles are in `after`:
-/// marks on what they mark, pieces of edges as far along their edges as they were. What was typed
-/// stays. `before` is what the strokes were solved to.
+/// marks on what they mark, pieces of edges as far along their edges as they were. Lines that were
+/// found to be its edges are gone. What was typed stays. `before` is what the strokes were solved to.
 pub fn follow(model: &Model, before: &State, after: &State, thing: usize) -> Model {
     let mut moved = model.clone();
     let [old, new] = [before, after].map(|state| state.corners(model));
@@ -50,6 +50,7 @@ pub fn follow(model: &Model, before: &State, after: &State, thing: usize) -> Mod
             _ => {}
         }
     }
+    moved.forget_found(Some(thing));
     moved
 }
 

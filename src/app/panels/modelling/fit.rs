@@ -4,15 +4,17 @@
 use eframe::egui;
 
 use super::tools;
+use crate::app::actions::{Action, ModelAction, ToEdges};
+use crate::app::keys;
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Tool};
-use crate::app::panels::numbers::{check_mark, counted};
+use crate::app::panels::numbers::{check_mark, counted, named};
 use crate::model::{Model, ModelError, Stroke};
 
 /// Strokes that are listed: the worst.
 const LISTED: usize = 40;
 
-pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
+pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: &mut Vec<Action>) {
     ui.separator();
     ui.horizontal(|ui| {
         ui.strong("Fit");
@@ -59,12 +61,43 @@ pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model) {
                 problem_ui(ui, page, model, problem, warning);
             }
             notes_ui(ui, page, model, &solution.notes, warning);
+            if solution.is_usable() && !model.things.is_empty() {
+                edges_ui(ui, page, model, actions);
+            }
         }
     }
     ui.add_space(6.0);
     photographs_ui(ui, page, model);
     ui.add_space(6.0);
     strokes_ui(ui, page, model);
+}
+
+/// The lines of the photographs that are edges of things.
+fn edges_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model, actions: &mut Vec<Action>) {
+    let found = model.strokes.iter().filter(|own| own.is_found()).count();
+    ui.horizontal_wrapped(|ui| {
+        let help = keys::named(
+            ui.ctx(),
+            "Find the lines of the photographs that are edges of things. They are four times as \
+             exact as drawn strokes, and cameras and things are solved with both (Shift+E)",
+        );
+        let button = ui.add_enabled(!page.is_fitting(), egui::Button::new("Fit all to edges"));
+        let button = button.on_hover_text(help).on_disabled_hover_text("It is being fitted");
+        if button.clicked() {
+            actions.push(Action::Model(ModelAction::FitToEdges(ToEdges::All)));
+        }
+        if page.is_fitting() {
+            ui.spinner();
+        }
+        if found > 0 {
+            ui.weak(counted(found, "found edge", "found edges"));
+            let help = "Remove them: the drawn strokes alone place everything again";
+            let button = ui.small_button("Remove").on_hover_text(help);
+            if named(button, "Remove found edges".to_owned()).clicked() {
+                actions.push(Action::Model(ModelAction::ForgetFound));
+            }
+        }
+    });
 }
 
 /// A problem in the solver's words; clicked, it shows what it is about.

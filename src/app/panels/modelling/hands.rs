@@ -201,7 +201,7 @@ pub fn crossing(
 /// nearest, where there is one.
 fn snap(page: &ModelPage, view: &View, drag: &Drag, model: &mut Model) {
     let index = match drag.what {
-        Dragged::New(Tool::Line(_) | Tool::Mark(Target::Edge(_))) => model.strokes.len() - 1,
+        Dragged::New(Tool::Line(_) | Tool::Mark(Target::Edge(_))) => model.drawn() - 1,
         Dragged::End(stroke, _) => stroke,
         _ => return,
     };
@@ -221,7 +221,7 @@ fn snap(page: &ModelPage, view: &View, drag: &Drag, model: &mut Model) {
 
 /// What is selected, and drawn next, once something has been drawn.
 fn ended(page: &mut ModelPage, drag: &Drag, model: &Model) {
-    let last = model.strokes.len().saturating_sub(1);
+    let last = model.drawn().saturating_sub(1);
     match drag.what {
         Dragged::New(Tool::Line(_) | Tool::Mark(Target::Edge(_) | Target::Rim(..))) => {}
         Dragged::New(Tool::Mark(target @ Target::Place(Place::Corner { thing, .. }))) => {
@@ -309,7 +309,8 @@ pub fn under(
         .strokes
         .iter()
         .enumerate()
-        .filter(|(_, stroke)| page.overlays.strokes && stroke.photograph() == Some(page.shown));
+        .filter(|(_, stroke)| page.overlays.strokes && stroke.photograph() == Some(page.shown))
+        .filter(|(_, stroke)| !stroke.is_found());
     let mut marks: Vec<((usize, Dragged), f32)> = Vec::new();
     let mut lines: Vec<((usize, Dragged), f32)> = Vec::new();
     for (index, stroke) in own {

@@ -92,7 +92,7 @@ pub fn model_ui(
                         let proposal = selected_ui(ui, page, &model, actions);
                         propose(proposal, actions);
                     }
-                    fit::fit_ui(ui, page, &model);
+                    fit::fit_ui(ui, page, &model, actions);
                 });
             });
         });

@@ -17,6 +17,8 @@ use crate::model::{Axis, Model, Place, Stroke};
 /// Orange as what is selected in the 3D view; cyan and magenta beside it: told apart by any eye.
 pub const EDGE: Color32 = Color32::from_rgb(255, 150, 30);
 const MARK: Color32 = Color32::from_rgb(64, 220, 255);
+/// Lines that were found to be edges.
+const ON_LINE: Color32 = Color32::from_rgb(120, 255, 120);
 const OFF: Color32 = Color32::from_rgb(255, 80, 200);
 const POINT: Color32 = Color32::from_rgb(250, 240, 160);
 const FOUND: Color32 = Color32::from_rgba_premultiplied(96, 120, 120, 120);
@@ -178,7 +180,11 @@ fn stroke(
         }
         Stroke::Edge { from, to, .. } => {
             let ends = [view.at(*from), view.at(*to)];
-            segment(painter, ends, Line::new(width, color));
+            if own.is_found() && !is_selected {
+                painter.line_segment(ends, Line::new(1.0, ON_LINE));
+            } else {
+                segment(painter, ends, Line::new(width, color));
+            }
             place = Some(ends[0].lerp(ends[1], 0.5));
         }
         Stroke::Pick { at, pixel, .. } => {
@@ -198,7 +204,8 @@ fn stroke(
         }
         Stroke::Position { .. } | Stroke::Length { .. } => {}
     }
-    if is_selected && let Stroke::Line { from, to, .. } | Stroke::Edge { from, to, .. } = own {
+    let has_ends = is_selected && !own.is_found();
+    if has_ends && let Stroke::Line { from, to, .. } | Stroke::Edge { from, to, .. } = own {
         for end in [from, to] {
             painter.circle(view.at(*end), 4.5, RIM, Line::new(1.6, color));
         }

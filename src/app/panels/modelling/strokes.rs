@@ -59,6 +59,8 @@ pub fn stroke_ui(
             });
             name = name.or(ends_ui(ui, from, to));
         }
+        // It lies where the photograph shows a line.
+        Stroke::Edge { sd_px: Some(_), .. } => {}
         Stroke::Edge { from, to, .. } => name = ends_ui(ui, from, to),
         Stroke::Pick { pixel, .. } | Stroke::Rim { pixel, .. } => {
             egui::Grid::new("model pixel").show(ui, |ui| {
@@ -125,7 +127,10 @@ fn title(model: &Model, own: &Stroke) -> String {
     match own {
         Stroke::Line { axis, .. } => format!("Line along {}", axis.name()),
         Stroke::Pick { .. } => format!("Shows {}", names[0]),
-        Stroke::Edge { .. } => format!("Edge {}", names.join(" to ")),
+        Stroke::Edge { .. } => {
+            let word = if own.is_found() { "Found edge" } else { "Edge" };
+            format!("{word} {}", names.join(" to "))
+        }
         Stroke::Rim { thing, top, .. } => {
             format!("Point on {}", Target::Rim(*thing, *top).name(model))
         }

@@ -3,7 +3,7 @@
 use eframe::egui::{self, ComboBox, DragValue};
 
 use super::{Proposal, diagram, surfaces, tools};
-use crate::app::actions::{Action, ModelAction};
+use crate::app::actions::{Action, ModelAction, ToEdges};
 use crate::app::entry::{self, Unit};
 use crate::app::keys;
 use crate::app::modelling::ModelPage;
@@ -64,7 +64,7 @@ fn fit_ui(ui: &mut egui::Ui, page: &ModelPage, actions: &mut Vec<Action>) {
         let response = ui.add_enabled(!page.is_fitting(), egui::Button::new("Fit to edges"));
         let response = response.on_hover_text(help).on_disabled_hover_text("It is being fitted");
         if response.clicked() {
-            actions.push(Action::Model(ModelAction::FitToEdges));
+            actions.push(Action::Model(ModelAction::FitToEdges(ToEdges::Selected)));
         }
         if page.is_fitting() {
             ui.spinner();
