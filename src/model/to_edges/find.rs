@@ -24,7 +24,7 @@ use crate::math::statistics::robust_deviation;
 use crate::model::adjust::AdjustOptions;
 use crate::model::jet::Jet;
 use crate::model::lines::Line;
-use crate::model::solve::{faces, solve};
+use crate::model::solve::{faces, solve, solve_near};
 use crate::model::strokes::HAND_PX;
 use crate::model::things::Face;
 use crate::model::unknowns::{State, Unknowns};
@@ -32,7 +32,7 @@ use crate::model::{self, Model, ModelError, Solution, Stroke, residuals};
 use crate::scene::Camera;
 
 /// Lines are searched for within this many standard deviations of the strokes at first, and of the
-/// lines in the end.
+/// least exact line in the end.
 const FIRST: f64 = 3.0;
 const LAST: f64 = 6.0;
 /// By what the search distance is multiplied from one round to the next.
@@ -52,9 +52,9 @@ const NEAR_M: f64 = 2e-3;
 pub struct EdgesFound {
     /// The model with these lines among its strokes, in the place of those found before.
     pub model: Model,
-    /// How many they are, and in how many photographs.
+    /// How many they are.
     pub lines: usize,
-    /// With any of them.
+    /// How many photographs show any of them.
     pub photographs: usize,
     /// Robust standard deviation of these lines from the edges before and after, in pixels.
     pub off_px: [f64; 2],
@@ -96,17 +96,17 @@ pub fn find(
     let mut drawn = model.clone();
     drawn.forget_found(None);
     let all = lines.iter().flat_map(|own| own.iter());
-    let least = all.map(|line| line.sd_px).fold(0.0, f64::max);
+    let line_px = all.map(|line| line.sd_px).fold(0.0, f64::max);
     let hand_px = solution.stroke_px.unwrap_or(HAND_PX);
     let mut reach = FIRST * hand_px;
-    let (mut state, mut factor) = (solution.state.clone(), 1.0);
-    let (mut rounds, mut last_rounds) = (0, 0);
+    let mut before = (model.clone(), solution.clone());
+    let (mut factor, mut rounds, mut last_rounds) = (1.0, 0, 0);
     loop {
         rounds += 1;
-        let last = LAST * factor * least;
+        let last = LAST * factor * line_px;
         reach = reach.max(last);
         last_rounds += usize::from(reach <= last);
-        let found = edges(&drawn, &state, lines, [reach, factor, hand_px], &caster);
+        let found = edges(&drawn, &before.1.state, lines, [reach, factor, hand_px], &caster);
         if found.is_empty() {
             let problem = "no line of a photograph is an edge of a thing".to_owned();
             let remedy = "Place things nearer to where the photographs show them";
@@ -114,18 +114,23 @@ pub fn find(
         }
         let mut next = drawn.clone();
         next.strokes.extend(found);
-        let solved = solve(&next, &AdjustOptions::default())?;
+        let exact = || solve(&next, &AdjustOptions::default());
         if last_rounds == LAST_ROUNDS || rounds == MOST_ROUNDS {
+            let solved = exact()?;
             return match solved.problems.first() {
                 Some(problem) => Err(problem.clone()),
                 None => Ok(summary(next, solution, &solved)),
             };
         }
+        let solved = match solve_near(&next, (&before.0, &before.1)) {
+            Some(solved) => solved,
+            None => exact()?,
+        };
         let off = off_px(&next, &solved.state).into_iter();
         factor *= robust_deviation(off.map(|(off, sd_px)| off / sd_px));
         factor = f64::max(factor, 1.0);
-        state = solved.state;
         reach *= SHRINK;
+        before = (next, solved);
     }
 }
 
