@@ -40,20 +40,9 @@ fn main() {
         }
         let near = || solve_near(&next, (&model, &solution)).expect("only a stroke has moved");
         criterion.bench_function(&format!("drag/{name}"), |bench| bench.iter(near));
-        let median = |run: &dyn Fn()| {
-            let mut times: Vec<f64> = (0..9)
-                .map(|_| {
-                    let start = Instant::now();
-                    run();
-                    start.elapsed().as_secs_f64()
-                })
-                .collect();
-            times.sort_by(f64::total_cmp);
-            1e3 * times[times.len() / 2]
-        };
-        let of_near = median(&|| drop(near()));
+        let of_near = median_ms(|| drop(near()));
         let drawn = drawn_ms(&model, &next);
-        let of_all = median(&|| drop(solve(&next, &AdjustOptions::default())));
+        let of_all = median_ms(|| drop(solve(&next, &AdjustOptions::default())));
         println!(
             "drag/{name}: {} strokes, {of_near:.1} ms near the solution before ({} steps), {drawn:.1} ms until \
              its edges are drawn, {of_all:.1} ms from nothing, ratio {:.1}",
@@ -65,8 +54,7 @@ fn main() {
     criterion.final_summary();
 }
 
-/// How long the window waits for a worker that solves the model near another and draws its edges: the
-/// median of nine.
+/// How long the window waits for a worker that solves the model near another and draws its edges.
 fn drawn_ms(before: &Model, next: &Model) -> f64 {
     let mut worker = Worker::start(|| ()).expect("a thread");
     let mut answer = |what: Modelling| {
@@ -85,13 +73,17 @@ fn drawn_ms(before: &Model, next: &Model) -> f64 {
         }
     };
     let near = solved(before, None);
-    let mut times: Vec<f64> = (0..9)
-        .map(|_| {
-            let start = Instant::now();
-            solved(next, Some(near.clone()));
-            start.elapsed().as_secs_f64()
-        })
-        .collect();
+    median_ms(|| drop(solved(next, Some(near.clone()))))
+}
+
+/// The median time of nine runs, in milliseconds.
+fn median_ms(mut run: impl FnMut()) -> f64 {
+    let time = |_| {
+        let start = Instant::now();
+        run();
+        start.elapsed().as_secs_f64()
+    };
+    let mut times: Vec<f64> = (0..9).map(time).collect();
     times.sort_by(f64::total_cmp);
     1e3 * times[times.len() / 2]
 }

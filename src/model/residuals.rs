@@ -35,7 +35,7 @@ pub struct Row {
 
 impl Row {
     /// With the residual and its derivatives multiplied.
-    fn times(mut self, factor: f64) -> Self {
+    pub(super) fn times(mut self, factor: f64) -> Self {
         self.value *= factor;
         self.slopes.iter_mut().for_each(|own| own.1 *= factor);
         self

@@ -96,7 +96,9 @@ impl Rig {
             let focal_px = model.lenses[own.lens].focal_px.unwrap_or(longest);
             let turn = focal_px / FOUND_PX;
             let weight = |part: usize| if part < 3 { turn } else { turn / found.distance };
-            rows.extend(change.iter().enumerate().map(|(part, row)| times(row, weight(part))));
+            rows.extend(
+                change.iter().enumerate().map(|(part, row)| row.clone().times(weight(part))),
+            );
         }
         rows
     }
@@ -157,11 +159,6 @@ fn of_lenses(term: &tracks::Term, model: &Model, state: &State, unknowns: &Unkno
 
 fn row(value: f64, slopes: Vec<(usize, f64)>) -> Row {
     Row { stroke: NO_STROKE, value, slopes, is_drawn: false }
-}
-
-fn times(own: &Row, weight: f64) -> Row {
-    let slopes = own.slopes.iter().map(|&(column, by)| (column, weight * by));
-    row(weight * own.value, slopes.collect())
 }
 
 /// By how much a photograph is turned from a pose in the rig, about the axes of its camera, and

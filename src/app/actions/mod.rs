@@ -292,6 +292,7 @@ pub enum ModelAction {
     Snap,
     /// Shows the faces of the model over the photograph, or the photograph again.
     Blink,
+    /// Fits the model to the lines of the photographs.
     FitToEdges(ToEdges),
     /// Removes the lines that were found to be edges.
     ForgetFound,

@@ -28,7 +28,7 @@ use crate::model::solve::{faces, solve, solve_near};
 use crate::model::strokes::HAND_PX;
 use crate::model::things::Face;
 use crate::model::unknowns::{State, Unknowns};
-use crate::model::{self, Model, ModelError, Solution, Stroke, residuals};
+use crate::model::{self, Model, ModelError, Solution, Stroke, residuals, things};
 use crate::scene::Camera;
 
 /// Lines are searched for within this many standard deviations of the strokes at first, and of the
@@ -148,10 +148,15 @@ fn edges(
     let caster = caster(&faces);
     let mut pieces = Vec::new();
     for (thing, corners) in corners.iter().enumerate() {
+        let mut bounding = Vec::new();
+        if !corners.is_empty() {
+            bounding = things::edges(&model.things[thing]);
+            bounding.retain(|ends| is_bounding(&faces, ends.map(|end| corners[end])));
+        }
         let mut own: BTreeMap<(usize, [usize; 2], usize), Piece> = BTreeMap::new();
         for place in outline::places(model, state, thing, caster.as_ref()) {
             let Place { photograph, part: Part::Edge(ends), pixel, .. } = place else { continue };
-            if !is_bounding(&faces, ends.map(|end| corners[end])) {
+            if !bounding.contains(&ends) {
                 continue;
             }
             let Some((line, foot)) = nearest(&place, lines, reach, LIKE[1]) else { continue };

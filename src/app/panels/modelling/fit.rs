@@ -5,7 +5,6 @@ use eframe::egui;
 
 use super::tools;
 use crate::app::actions::{Action, ModelAction, ToEdges};
-use crate::app::keys;
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Tool};
 use crate::app::panels::numbers::{check_mark, counted, named};
@@ -76,19 +75,9 @@ pub fn fit_ui(ui: &mut egui::Ui, page: &mut ModelPage, model: &Model, actions: &
 fn edges_ui(ui: &mut egui::Ui, page: &ModelPage, model: &Model, actions: &mut Vec<Action>) {
     let found = model.strokes.iter().filter(|own| own.is_found()).count();
     ui.horizontal_wrapped(|ui| {
-        let help = keys::named(
-            ui.ctx(),
-            "Find the lines of the photographs that are edges of things. They are four times as \
-             exact as drawn strokes, and cameras and things are solved with both (Shift+E)",
-        );
-        let button = ui.add_enabled(!page.is_fitting(), egui::Button::new("Fit all to edges"));
-        let button = button.on_hover_text(help).on_disabled_hover_text("It is being fitted");
-        if button.clicked() {
-            actions.push(Action::Model(ModelAction::FitToEdges(ToEdges::All)));
-        }
-        if page.is_fitting() {
-            ui.spinner();
-        }
+        let help = "Find the lines of the photographs that are edges of things. They are more exact than \
+                    drawn strokes, and cameras and things are solved with both (Shift+E)";
+        tools::to_edges_ui(ui, page, ("Fit all to edges", help), ToEdges::All, actions);
         if found > 0 {
             ui.weak(counted(found, "found edge", "found edges"));
             let help = "Remove them: the drawn strokes alone place everything again";

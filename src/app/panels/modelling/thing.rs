@@ -5,7 +5,6 @@ use eframe::egui::{self, ComboBox, DragValue};
 use super::{Proposal, diagram, surfaces, tools};
 use crate::app::actions::{Action, ModelAction, ToEdges};
 use crate::app::entry::{self, Unit};
-use crate::app::keys;
 use crate::app::modelling::ModelPage;
 use crate::app::panels::numbers::named;
 use crate::model::things::{Kind, parameters};
@@ -56,19 +55,9 @@ pub fn thing_ui(
 
 fn fit_ui(ui: &mut egui::Ui, page: &ModelPage, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
-        let help = keys::named(
-            ui.ctx(),
-            "Move it until its outline lies on the lines of the photographs; the strokes about it \
-             move with it (E)",
-        );
-        let response = ui.add_enabled(!page.is_fitting(), egui::Button::new("Fit to edges"));
-        let response = response.on_hover_text(help).on_disabled_hover_text("It is being fitted");
-        if response.clicked() {
-            actions.push(Action::Model(ModelAction::FitToEdges(ToEdges::Selected)));
-        }
-        if page.is_fitting() {
-            ui.spinner();
-        }
+        let help = "Move it until its outline lies on the lines of the photographs; the strokes about \
+                    it move with it (E)";
+        tools::to_edges_ui(ui, page, ("Fit to edges", help), ToEdges::Selected, actions);
     });
 }
 

@@ -3,11 +3,11 @@
 use eframe::egui;
 
 use super::overlay::axis_color;
-use crate::app::actions::{Action, ModelAction};
-use crate::app::commands;
+use crate::app::actions::{Action, ModelAction, ToEdges};
 use crate::app::modelling::ModelPage;
 use crate::app::modelling::tool::{Selected, Target, Tool};
 use crate::app::panels::numbers::{counted, cut, named, short, swatch};
+use crate::app::{commands, keys};
 use crate::model::from_points::Wanted;
 use crate::model::{Axis, Model, Place, Shape, Stroke, Support};
 
@@ -132,6 +132,26 @@ fn points_ui(ui: &mut egui::Ui, page: &mut ModelPage) {
             ui.spinner();
         }
     });
+}
+
+/// A button that fits to the lines of the photographs, by its text and its help; it is out of use
+/// while something is fitted.
+pub fn to_edges_ui(
+    ui: &mut egui::Ui,
+    page: &ModelPage,
+    (text, help): (&str, &str),
+    what: ToEdges,
+    actions: &mut Vec<Action>,
+) {
+    let button = ui.add_enabled(!page.is_fitting(), egui::Button::new(text));
+    let help = keys::named(ui.ctx(), help);
+    let button = button.on_hover_text(help).on_disabled_hover_text("It is being fitted");
+    if button.clicked() {
+        actions.push(Action::Model(ModelAction::FitToEdges(what)));
+    }
+    if page.is_fitting() {
+        ui.spinner();
+    }
 }
 
 /// What a known place or length says.
