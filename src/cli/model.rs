@@ -11,7 +11,8 @@ use crate::cli::{Ending, arguments};
 use crate::io::model as files;
 use crate::io::{Error, Fault};
 use crate::model::to_edges;
-use crate::model::{AdjustOptions, Estimate, Model, ModelError, Solution, Stroke, solve};
+use crate::model::{AdjustOptions, Estimate, Model, ModelError, Solution, Stroke, Unsolved, solve};
+use crate::watch::Watch;
 
 /// What is written beside the model where that is changed.
 const BEFORE: &str = "model.before.json";
@@ -86,6 +87,11 @@ fn fitted(
     all: bool,
 ) -> Result<Model, Ending> {
     let before = model.clone();
+    let watch = Watch::new();
+    let unsolved = |error| match error {
+        Unsolved::Model(error) => fault(file, &error),
+        Unsolved::Cancelled(cancelled) => cancelled.into(),
+    };
     let lines =
         model.photographs.iter().map(|own| files::lines_of(capture, &own.name).map(Arc::new));
     let lines: Vec<_> = lines.collect::<Result<_, Error>>()?;
@@ -101,16 +107,16 @@ fn fitted(
         };
         let solution =
             solve(&model, &AdjustOptions::default()).map_err(|error| fault(file, &error))?;
-        let fitted = to_edges::fit(&model, &solution, thing, &lines, files::caster)
-            .map_err(|error| fault(file, &error))?;
+        let fitted = to_edges::fit(&model, &solution, thing, &lines, files::caster, &watch)
+            .map_err(unsolved)?;
         say_line!("{}", fitted.words(id));
         model = fitted.model;
     }
     if all {
         let solution =
             solve(&model, &AdjustOptions::default()).map_err(|error| fault(file, &error))?;
-        let found = to_edges::find(&model, &solution, &lines, files::caster)
-            .map_err(|error| fault(file, &error))?;
+        let found =
+            to_edges::find(&model, &solution, &lines, files::caster, &watch).map_err(unsolved)?;
         say_line!("{}", found.words());
         model = found.model;
     }

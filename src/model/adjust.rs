@@ -15,6 +15,7 @@ use super::residuals::{self, Row};
 use super::rig::Rig;
 use super::unknowns::{State, Unknowns};
 use super::{Model, ModelError};
+use crate::watch::Watch;
 
 /// How the adjustment is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +48,8 @@ pub enum Stopped {
     MaxSteps,
     /// No step made the cost smaller, however short: rounding, or an undetermined problem.
     Stalled,
+    /// It was asked to stop; the values are those of the last step.
+    Cancelled,
 }
 
 /// The result of an adjustment.
@@ -77,9 +80,10 @@ pub fn adjust(
     rig: &Rig,
     start: &State,
     options: &AdjustOptions,
+    watch: &Watch,
 ) -> Result<Adjusted, ModelError> {
     let rows = |state: &State, unknowns: &Unknowns| residuals::rows(model, rig, state, unknowns);
-    minimise(start, Unknowns::of(model, start), rows, options).map_err(|stroke| {
+    minimise(start, Unknowns::of(model, start), rows, options, watch).map_err(|stroke| {
         ModelError::new(
             format!("strokes[{stroke}]"),
             format!("{} lies behind its camera as it is placed", model.stroke_name(stroke)),
@@ -95,6 +99,7 @@ pub(super) fn minimise<E>(
     unknowns: Unknowns,
     residuals: impl Fn(&State, &Unknowns) -> Result<Vec<Row>, E>,
     options: &AdjustOptions,
+    watch: &Watch,
 ) -> Result<Adjusted, E> {
     let mut state = start.clone();
     let mut rows = residuals(&state, &unknowns)?;
@@ -107,6 +112,10 @@ pub(super) fn minimise<E>(
     }
     let mut normal = Normal::of(&rows, unknowns.list.len(), options.loss_px);
     while steps < options.max_steps && stopped == Stopped::MaxSteps {
+        if watch.check().is_err() {
+            stopped = Stopped::Cancelled;
+            break;
+        }
         steps += 1;
         let step = normal.step(damping);
         let Some(step) = step.filter(|step| step.iter().all(|value| value.is_finite())) else {

@@ -41,10 +41,12 @@ use glam::DVec2;
 pub use adjust::{AdjustOptions, Stopped};
 pub use found::{FoundCameras, FoundPoint, FoundPose, Similarity};
 pub use report::{Estimate, LensReport, PhotographReport, StrokeReport, ThingReport};
-pub use solve::{Solution, solve, solve_near};
+pub use solve::{Solution, solve, solve_near, solve_watched};
 pub use strokes::{Axis, Place, Stroke};
 pub use things::{Opening, Shape, Side, Support, Surfaces, Thing};
 pub use view::{Optic, Pose};
+
+use crate::watch::Cancelled;
 
 /// Photographs, things that are to be placed, and the strokes that place them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -112,6 +114,17 @@ pub struct Photograph {
 pub struct Point {
     /// Its name, different from others.
     pub id: String,
+}
+
+/// Why a model was not solved, or nothing was fitted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unsolved {
+    /// It was asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// What is wrong with the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
 }
 
 /// What is wrong with a model, in words: a clause that names what is meant, and what to do.

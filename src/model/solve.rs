@@ -12,9 +12,10 @@ use super::things::{self, Face, Kind};
 use super::unknowns::State;
 use super::{
     LensReport, Model, ModelError, PhotographReport, Shape, Stroke, StrokeReport, Support,
-    ThingReport, calibrate, check, conventions, report,
+    ThingReport, Unsolved, calibrate, check, conventions, report,
 };
 use crate::scene::Camera;
+use crate::watch::Watch;
 
 /// Strokes that are off by more than this part of the image's diagonal contradict others; where
 /// more than [`CONTRADICTED`] of all do, nothing can be believed.
@@ -77,12 +78,29 @@ impl Solution {
 /// Places cameras and things by the strokes. An error where the model contradicts itself, or
 /// nothing can be placed; what makes a result useless stands in [`Solution::problems`].
 pub fn solve(model: &Model, options: &AdjustOptions) -> Result<Solution, ModelError> {
+    match solve_watched(model, options, &Watch::new()) {
+        Ok(solution) => Ok(solution),
+        Err(Unsolved::Model(error)) => Err(error),
+        Err(Unsolved::Cancelled(_)) => unreachable!("nobody else has the watch"),
+    }
+}
+
+/// The same for a job that may be cancelled.
+///
+/// # Errors
+/// As [`solve`], and if it is cancelled.
+pub fn solve_watched(
+    model: &Model,
+    options: &AdjustOptions,
+    watch: &Watch,
+) -> Result<Solution, Unsolved> {
     check::check(model)?;
     let (completed, mut notes) = conventions::completed(model);
     let mut start = calibrate::start(&completed)?;
     let rig = Rig::of(&completed, &start.state, options.loss_px);
     notes.extend(rig::keep(&completed, &rig, &mut start.state));
-    let (adjusted, rig) = adjusted(&completed, rig, &start.state, options)?;
+    let (adjusted, rig) = adjusted(&completed, rig, &start.state, options, watch)?;
+    watch.check()?;
     let known = Known { notes, unplaced: start.unplaced, rig };
     Ok(solution(model, &completed, adjusted, known, options.loss_px))
 }
@@ -114,7 +132,8 @@ pub fn solve_near(model: &Model, near: (&Model, &Solution)) -> Option<Solution> 
     notes.extend(rig::keep(&completed, &found.rig, &mut state));
     let options =
         AdjustOptions { tolerance_px: NEAR_PX, max_steps: NEAR_STEPS, ..AdjustOptions::default() };
-    let adjusted = adjust::adjust(&completed, &found.rig, &state, &options).ok()?;
+    let watch = Watch::new();
+    let adjusted = adjust::adjust(&completed, &found.rig, &state, &options, &watch).ok()?;
     if adjusted.stopped != Stopped::Converged {
         return None;
     }
@@ -196,6 +215,7 @@ fn adjusted(
     mut rig: Rig,
     start: &State,
     options: &AdjustOptions,
+    watch: &Watch,
 ) -> Result<(Adjusted, Rig), ModelError> {
     // Each adjustment of several needs only be as exact as all together.
     let tolerance_px = match rig.has_points() {
@@ -203,13 +223,13 @@ fn adjusted(
         false => options.tolerance_px,
     };
     let options = &AdjustOptions { tolerance_px, ..*options };
-    let near = by_strokes(model, &rig, start, options)?;
-    let mut adjusted = adjust::adjust(model, &rig, &near, options)?;
+    let near = by_strokes(model, &rig, start, options, watch)?;
+    let mut adjusted = adjust::adjust(model, &rig, &near, options, watch)?;
     for _ in 1..MOST_TERMS {
         let Some(next) = rig.again(model, &adjusted.state, options.loss_px) else { break };
         rig = next;
         let steps = adjusted.steps;
-        adjusted = adjust::adjust(model, &rig, &adjusted.state, options)?;
+        adjusted = adjust::adjust(model, &rig, &adjusted.state, options, watch)?;
         let [before, after] = adjusted.cost;
         adjusted.steps += steps;
         // A step of that length lowers a quadratic cost by half its square.
@@ -227,6 +247,7 @@ fn by_strokes(
     rig: &Rig,
     start: &State,
     options: &AdjustOptions,
+    watch: &Watch,
 ) -> Result<State, ModelError> {
     if !model.strokes.iter().any(Stroke::is_found) {
         return Ok(start.clone());
@@ -234,7 +255,7 @@ fn by_strokes(
     let mut drawn = model.clone();
     drawn.forget_found(None);
     let options = AdjustOptions { tolerance_px: BEGUN_PX.max(options.tolerance_px), ..*options };
-    Ok(adjust::adjust(&drawn, rig, start, &options)?.state)
+    Ok(adjust::adjust(&drawn, rig, start, &options, watch)?.state)
 }
 
 /// The faces of all placed things.

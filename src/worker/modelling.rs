@@ -15,7 +15,9 @@ use crate::io::model::{self as files, NAME};
 use crate::model::from_points::{self, Wanted};
 use crate::model::lines::Line;
 use crate::model::to_edges;
-use crate::model::{AdjustOptions, Model, ModelError, Solution, solve, solve_near};
+use crate::model::{
+    AdjustOptions, Model, ModelError, Solution, Unsolved, solve_near, solve_watched,
+};
 use crate::scene::wireframe::{self, Stroke};
 use crate::watch::{Cancelled, Watch};
 use crate::worker::event::JobEvent;
@@ -203,7 +205,7 @@ pub(super) fn perform(
             JobEvent::CamerasFound(Arc::new(found))
         }
         Modelling::Solve { model, near } => {
-            JobEvent::ModelSolved(Arc::new(solved(model, near.as_deref())))
+            JobEvent::ModelSolved(Arc::new(solved(model, near.as_deref(), watch)?))
         }
         Modelling::Draw { of, photograph } => {
             let strokes = drawn(&of, photograph, watch)?;
@@ -247,7 +249,20 @@ fn subjects(folder: &Path, model: &Model) -> Result<Vec<Subject>, io::Error> {
     model.photographs.iter().map(subject).collect()
 }
 
-fn solved(model: Arc<Model>, near: Option<&SolvedModel>) -> SolvedModel {
+/// An outcome, unless it was cancelled.
+fn outcome<T>(result: Result<T, Unsolved>) -> Result<Result<T, ModelError>, Cancelled> {
+    match result {
+        Ok(value) => Ok(Ok(value)),
+        Err(Unsolved::Model(error)) => Ok(Err(error)),
+        Err(Unsolved::Cancelled(cancelled)) => Err(cancelled),
+    }
+}
+
+fn solved(
+    model: Arc<Model>,
+    near: Option<&SolvedModel>,
+    watch: &Watch,
+) -> Result<SolvedModel, Cancelled> {
     let preview = near.and_then(|near| {
         let solution = near.outcome.as_ref().ok()?;
         solve_near(&model, (&near.model, solution))
@@ -255,14 +270,14 @@ fn solved(model: Arc<Model>, near: Option<&SolvedModel>) -> SolvedModel {
     let is_preview = preview.is_some();
     let outcome = match preview {
         Some(solution) => Ok(solution),
-        None => solve(&model, &AdjustOptions::default()),
+        None => outcome(solve_watched(&model, &AdjustOptions::default(), watch))?,
     };
     let faces = outcome.as_ref().map_or(&[][..], |solution| &solution.faces);
     // Faces of things that have run away make no mesh; then nothing is drawn of them.
     let mesh = reprojection::mesh(faces);
     let edges = mesh.as_ref().map_or_else(Vec::new, |own| wireframe::edges(&own.0, MOST_EDGES));
     let caster = mesh.as_ref().map(|(own, _)| RayCaster::build(&own.positions, &own.triangles));
-    SolvedModel { model, outcome, is_preview, edges, mesh, caster }
+    Ok(SolvedModel { model, outcome, is_preview, edges, mesh, caster })
 }
 
 fn fitted(
@@ -282,21 +297,23 @@ fn fitted(
         });
     }
     let model = &of.model;
-    let outcome = of.outcome.as_ref().map_err(ModelError::clone).and_then(|solution| {
-        let on_edges = |model: Model, words: String| OnEdges { model: Arc::new(model), words };
-        match thing {
+    let on_edges = |solution: &Solution| -> Result<OnEdges, Unsolved> {
+        let (model, words) = match thing {
             Some(thing) => {
-                let fitted = to_edges::fit(model, solution, thing, &lines, files::caster)?;
+                let fitted = to_edges::fit(model, solution, thing, &lines, files::caster, watch)?;
                 let words = fitted.words(&model.things[thing].id);
-                Ok(on_edges(fitted.model, words))
+                (fitted.model, words)
             }
             None => {
-                let found = to_edges::find(model, solution, &lines, files::caster)?;
+                let found = to_edges::find(model, solution, &lines, files::caster, watch)?;
                 let words = found.words();
-                Ok(on_edges(found.model, words))
+                (found.model, words)
             }
-        }
-    });
+        };
+        Ok(OnEdges { model: Arc::new(model), words })
+    };
+    let solution = of.outcome.as_ref().map_err(|error| Unsolved::from(error.clone()));
+    let outcome = outcome(solution.and_then(on_edges))?;
     Ok(EdgesFitted { of, thing, outcome, lines })
 }
 

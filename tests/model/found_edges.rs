@@ -7,7 +7,8 @@ use glam::DVec2;
 use lobelia::io::model::{LONGEST, caster};
 use lobelia::model::lines::{Line, Picture, detect};
 use lobelia::model::to_edges::{self, EdgesFound};
-use lobelia::model::{Model, Place, Solution, Stroke};
+use lobelia::model::{AdjustOptions, Model, Place, Solution, Stroke, Unsolved, solve_watched};
+use lobelia::watch::{Cancelled, Watch};
 use serde_json::{Value, json};
 
 use crate::scenes::errors;
@@ -35,7 +36,8 @@ fn example() -> (Model, Value, Vec<Arc<Vec<Line>>>) {
 }
 
 fn found(model: &Model, solution: &Solution, lines: &[Arc<Vec<Line>>]) -> EdgesFound {
-    to_edges::find(model, solution, lines, caster).unwrap_or_else(|error| panic!("{error}"))
+    to_edges::find(model, solution, lines, caster, &Watch::new())
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Photographs of 320 × 240 pixels with strokes of half a pixel: with found edges the errors of
@@ -131,7 +133,7 @@ fn a_changed_thing_forgets_its_edges() {
     removed.remove_thing(first);
     assert_eq!(count(&removed, first), count(&own, second));
     // Fitted by itself it is moved off the lines.
-    let fitted = to_edges::fit(&own, &solved(&own), first, &lines, caster).unwrap();
+    let fitted = to_edges::fit(&own, &solved(&own), first, &lines, caster, &Watch::new()).unwrap();
     assert_eq!(count(&fitted.model, first), 0);
 }
 
@@ -140,11 +142,24 @@ fn without_lines_no_edge_is_found_and_words_say_so() {
     let (model, _, _) = example();
     let solution = solved(&model);
     for none in [vec![Arc::default(); 6], Vec::new()] {
-        let error = to_edges::find(&model, &solution, &none, caster).unwrap_err();
+        let error = to_edges::find(&model, &solution, &none, caster, &Watch::new()).unwrap_err();
         assert!(error.to_string().starts_with("no line of a photograph is an edge"), "{error}");
     }
     let bare = Model { things: Vec::new(), strokes: Vec::new(), ..model.clone() };
-    assert!(to_edges::find(&bare, &solution, &[], caster).is_err());
+    assert!(to_edges::find(&bare, &solution, &[], caster, &Watch::new()).is_err());
+}
+
+/// What is cancelled ends without an answer, and not with one that is not at the minimum.
+#[test]
+fn a_cancelled_solve_and_fit_give_nothing() {
+    let (model, _, lines) = example();
+    let solution = solved(&model);
+    let watch = Watch::new();
+    watch.cancel();
+    let cancelled = Some(Unsolved::Cancelled(Cancelled));
+    assert_eq!(solve_watched(&model, &AdjustOptions::default(), &watch).err(), cancelled);
+    assert_eq!(to_edges::find(&model, &solution, &lines, caster, &watch).err(), cancelled);
+    assert_eq!(to_edges::fit(&model, &solution, 1, &lines, caster, &watch).err(), cancelled);
 }
 
 /// From the photographs of three captures alone, with a script of strokes of one pixel of error:

@@ -9,8 +9,9 @@ use lobelia::model::lines::{Line, Picture, detect};
 use lobelia::model::things::{Surfaces, corner_names};
 use lobelia::model::to_edges::{self, Fitted};
 use lobelia::model::{
-    Axis, Fit, Lens, Model, ModelError, Photograph, Place, Shape, Solution, Stroke, Support, Thing,
+    Axis, Fit, Lens, Model, Photograph, Place, Shape, Solution, Stroke, Support, Thing, Unsolved,
 };
+use lobelia::watch::Watch;
 
 use crate::painted::painted;
 use crate::solved;
@@ -153,9 +154,9 @@ fn displaced(thing: usize, by: &[f64]) -> (Model, Solution) {
     (model, solution)
 }
 
-fn fitted(thing: usize, by: &[f64], lines: &[Arc<Vec<Line>>]) -> Result<(Fitted, f64), ModelError> {
+fn fitted(thing: usize, by: &[f64], lines: &[Arc<Vec<Line>>]) -> Result<(Fitted, f64), Unsolved> {
     let (model, solution) = displaced(thing, by);
-    let fitted = to_edges::fit(&model, &solution, thing, lines, caster)?;
+    let fitted = to_edges::fit(&model, &solution, thing, lines, caster, &Watch::new())?;
     // By how many pixels the strokes are off now from where they belong.
     let pixels = |model: &Model| -> Vec<DVec2> {
         let pixel = |stroke: &Stroke| match stroke {
@@ -216,7 +217,7 @@ fn nothing_else_moves() {
     let (mut model, solution) = displaced(0, &[0.03, 0.02, 0.02, 0.03, -0.02, 0.0]);
     let count = model.strokes.len();
     model.things[0].held.push(("height".to_owned(), solution.state.things[0].as_ref().unwrap()[5]));
-    let fitted = to_edges::fit(&model, &solution, 0, &lines, caster).unwrap();
+    let fitted = to_edges::fit(&model, &solution, 0, &lines, caster, &Watch::new()).unwrap();
     assert_eq!(fitted.values[5], model.things[0].held[0].1);
     assert_eq!(fitted.model.strokes.len(), count);
     for (before, after) in model.strokes.iter().zip(&fitted.model.strokes) {
@@ -231,8 +232,16 @@ fn nothing_else_moves() {
 fn without_lines_nothing_moves_and_words_say_why() {
     let (mut model, mut solution) = displaced(0, &[0.03, 0.02, 0.02, 0.03, -0.02, 0.02]);
     let none = vec![Arc::default(); 3];
-    let error = |model: &Model, solution: &Solution, lines: &[Arc<Vec<Line>>]| {
-        to_edges::fit(model, solution, 0, lines, caster).unwrap_err()
+    let error = |model: &Model, solution: &Solution, lines: &[Arc<Vec<Line>>]| match to_edges::fit(
+        model,
+        solution,
+        0,
+        lines,
+        caster,
+        &Watch::new(),
+    ) {
+        Err(Unsolved::Model(error)) => error,
+        other => panic!("{other:?}"),
     };
     let own = error(&model, &solution, &none);
     assert_eq!(own.place, "things[0] (crate)");

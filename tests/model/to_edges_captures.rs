@@ -9,6 +9,7 @@ use lobelia::model::lines::{Picture, detect};
 use lobelia::model::things::{Kind, parameters};
 use lobelia::model::unknowns::State;
 use lobelia::model::{Model, Place, Solution, to_edges};
+use lobelia::watch::Watch;
 
 use crate::{json, numbers, read, solved};
 
@@ -91,7 +92,7 @@ fn things_of_captures_come_back() {
                 let mut solution = base.clone();
                 solution.state = start;
                 print!("  moved by {moved_px} px, {before:.1} mm: ");
-                match to_edges::fit(&moved, &solution, thing, &lines, caster) {
+                match to_edges::fit(&moved, &solution, thing, &lines, caster, &Watch::new()) {
                     Err(problem) => println!("{problem}"),
                     Ok(fitted) => {
                         let after = solved(&fitted.model);

@@ -9,6 +9,7 @@ use crate::app::state::State;
 use crate::worker::{Command, EdgesFitted, Modelling};
 
 const NOT_FITTED: &str = "Nothing was moved";
+const CHANGED: &str = "The model has changed meanwhile: nothing was moved.";
 
 impl ModelPage {
     /// Has the photograph that is looked at searched for lines, once it is read.
@@ -25,6 +26,13 @@ impl ModelPage {
 
     pub fn is_fitting(&self) -> bool {
         self.fitting.is_some()
+    }
+
+    /// Has the fit that goes on stop.
+    pub fn cancel_fit(&self) {
+        if let Some(job) = self.fitting {
+            self.solver.cancel(job);
+        }
     }
 }
 
@@ -60,7 +68,7 @@ pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
     let is_same = page.model().is_some_and(|own| Arc::ptr_eq(own, model));
     match &found.outcome {
         _ if !is_same => {
-            state.messages.notice("The model has changed meanwhile: nothing was moved.");
+            state.messages.notice(CHANGED);
         }
         Err(problem) => state.messages.error(NOT_FITTED, problem.to_string()),
         Ok(fitted) => {
@@ -72,6 +80,15 @@ pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
             keep(state);
         }
     }
+}
+
+/// The job was cancelled, by hand or because the model has changed.
+pub(super) fn cancelled(state: &mut State) {
+    let Some(page) = &state.modelling else { return };
+    state.messages.notice(match page.is_solved() {
+        true => "The fit was cancelled: nothing was moved.",
+        false => CHANGED,
+    });
 }
 
 /// The job has ended without an answer.

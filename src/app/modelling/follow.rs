@@ -32,6 +32,7 @@ pub fn follow(state: &mut State) {
     }
     searching::follow(state);
     let Some(page) = &mut state.modelling else { return };
+    page.cancel_outdated();
     page.solve_what_is_drawn();
     page.draw_what_is_shown();
     page.reproject_what_is_shown();
@@ -108,7 +109,8 @@ fn solver_event(state: &mut State, event: Event) {
                 page.solved = Some(solved);
             }
             JobEvent::Failed(text) => page.failure = Some(text),
-            _ => {}
+            // The same model may be wanted again.
+            _ => page.tried = None,
         }
     } else if page.drawn.take_if(|job| *job == event.job).is_some() {
         if let JobEvent::ModelDrawn(drawing) = event.what {
@@ -123,7 +125,7 @@ fn solver_event(state: &mut State, event: Event) {
             JobEvent::FittedToEdges(found) => edges::fitted(state, &found),
             JobEvent::FittedToPoints(found) => points::fitted(state, &found),
             JobEvent::Failed(text) => edges::failed(state, text),
-            _ => {}
+            _ => edges::cancelled(state),
         }
     } else if page.using.take_if(|job| *job == event.job).is_some() {
         match event.what {
@@ -135,6 +137,26 @@ fn solver_event(state: &mut State, event: Event) {
 }
 
 impl ModelPage {
+    /// Stops what is solved or fitted for a model that has changed since: nothing would come of it, and
+    /// what follows the hand would wait until it ends. While something is dragged without a solution to
+    /// begin from, each solve is let to its end, or none would ever be.
+    fn cancel_outdated(&self) {
+        let Some(model) = self.model() else { return };
+        let is_outdated = |of: &Arc<Model>| !Arc::ptr_eq(of, model);
+        if let (Some(job), Some((of, is_preview))) = (self.solving, &self.tried)
+            && is_outdated(of)
+            && !is_preview
+            && (self.solved.is_some() || !self.is_dragging())
+        {
+            self.solver.cancel(job);
+        }
+        if let (Some(job), Some(solved)) = (self.fitting, &self.solved)
+            && is_outdated(&solved.model)
+        {
+            self.solver.cancel(job);
+        }
+    }
+
     /// Solves the model where it has changed; one at a time, so that the latest is never far. While
     /// something is dragged, that begins from the latest solution, and is exact only in the end.
     fn solve_what_is_drawn(&mut self) {

@@ -24,12 +24,13 @@ use crate::math::statistics::robust_deviation;
 use crate::model::adjust::AdjustOptions;
 use crate::model::jet::Jet;
 use crate::model::lines::Line;
-use crate::model::solve::{faces, solve, solve_near};
+use crate::model::solve::{faces, solve_near, solve_watched};
 use crate::model::strokes::HAND_PX;
 use crate::model::things::Face;
 use crate::model::unknowns::{State, Unknowns};
-use crate::model::{self, Model, ModelError, Solution, Stroke, residuals, things};
+use crate::model::{self, Model, ModelError, Solution, Stroke, Unsolved, residuals, things};
 use crate::scene::Camera;
+use crate::watch::Watch;
 
 /// Lines are searched for within this many standard deviations of the strokes at first, and of the
 /// least exact line in the end.
@@ -86,13 +87,15 @@ impl EdgesFound {
 /// makes of faces what hides behind them.
 ///
 /// # Errors
-/// If no line is an edge of a thing, or if the strokes cannot be solved with those that are found.
+/// If no line is an edge of a thing, if the strokes cannot be solved with those that are found, or if it is
+/// cancelled.
 pub fn find(
     model: &Model,
     solution: &Solution,
     lines: &[Arc<Vec<Line>>],
     caster: impl Fn(&[Face]) -> Option<RayCaster>,
-) -> Result<EdgesFound, ModelError> {
+    watch: &Watch,
+) -> Result<EdgesFound, Unsolved> {
     let mut drawn = model.clone();
     drawn.forget_found(None);
     let all = lines.iter().flat_map(|own| own.iter());
@@ -102,6 +105,7 @@ pub fn find(
     let mut before = (model.clone(), solution.clone());
     let (mut factor, mut rounds, mut last_rounds) = (1.0, 0, 0);
     loop {
+        watch.check()?;
         rounds += 1;
         let last = LAST * factor * line_px;
         reach = reach.max(last);
@@ -110,15 +114,15 @@ pub fn find(
         if found.is_empty() {
             let problem = "no line of a photograph is an edge of a thing".to_owned();
             let remedy = "Place things nearer to where the photographs show them";
-            return Err(ModelError::new("things", problem, remedy));
+            return Err(ModelError::new("things", problem, remedy).into());
         }
         let mut next = drawn.clone();
         next.strokes.extend(found);
-        let exact = || solve(&next, &AdjustOptions::default());
+        let exact = || solve_watched(&next, &AdjustOptions::default(), watch);
         if last_rounds == LAST_ROUNDS || rounds == MOST_ROUNDS {
             let solved = exact()?;
             return match solved.problems.first() {
-                Some(problem) => Err(problem.clone()),
+                Some(problem) => Err(problem.clone().into()),
                 None => Ok(summary(next, solution, &solved)),
             };
         }

@@ -31,9 +31,10 @@ use super::rig::Rig;
 use super::solve::{faces, inside_out};
 use super::things::Face;
 use super::unknowns::{Owner, State, Unknowns};
-use super::{Model, ModelError, Solution, Stroke};
+use super::{Model, ModelError, Solution, Stroke, Unsolved};
 use crate::geometry::bvh::RayCaster;
 use crate::math::sampling::Random;
+use crate::watch::Watch;
 
 /// How far lines may lie from the outline at first, as a part of the image's diagonal.
 const REACH: f64 = 0.02;
@@ -111,16 +112,20 @@ struct Match {
 
 /// Fits thing `thing` of a solved model. `lines` are those of each photograph, `caster` makes of
 /// faces what hides behind them.
+///
+/// # Errors
+/// If the thing is not placed or cannot move, if no lines fit it, or if it is cancelled.
 pub fn fit(
     model: &Model,
     solution: &Solution,
     thing: usize,
     lines: &[Arc<Vec<Line>>],
     caster: impl Fn(&[Face]) -> Option<RayCaster> + Sync,
-) -> Result<Fitted, ModelError> {
+    watch: &Watch,
+) -> Result<Fitted, Unsolved> {
     let id = &model.things[thing].id;
     let error = |problem: String, remedy: &str| {
-        ModelError::new(format!("things[{thing}] ({id})"), problem, remedy)
+        Unsolved::from(ModelError::new(format!("things[{thing}] ({id})"), problem, remedy))
     };
     let start = &solution.state;
     let Some(before) = start.things.get(thing).cloned().flatten() else {
@@ -132,7 +137,7 @@ pub fn fit(
         let problem = format!("all numbers of {id} are held, so that it cannot move");
         return Err(error(problem, "Untick those that the photographs are to tell"));
     }
-    let fit = Fit { model, thing, lines, start, unknowns };
+    let fit = Fit { model, thing, lines, start, unknowns, watch };
     let seen = |state: &State| {
         let faces = faces(model, state, &state.corners(model));
         outline::places(model, state, thing, caster(&faces).as_ref())
@@ -141,7 +146,7 @@ pub fn fit(
     // The nearest lines may be the wrong ones: of what is found from several starts, the best counts.
     let search = |(state, mut reach): (State, f64)| {
         let (mut state, mut rounds) = (state, 0);
-        while rounds < LAST_ROUNDS {
+        while rounds < LAST_ROUNDS && watch.check().is_ok() {
             rounds += usize::from(reach <= last);
             let matches = fit.matches(&seen(&state), reach, LIKE[usize::from(reach <= last)]);
             state = fit.moved(&state, &matches, (LOSS * reach).max(LEAST_LOSS_PX));
@@ -160,6 +165,7 @@ pub fn fit(
         (cost, state, places, matches)
     };
     let found: Vec<_> = fit.starts(first).into_par_iter().map(search).collect();
+    watch.check()?;
     let best = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let Some((_, state, places, matches)) = best.filter(|own| !own.2.is_empty()) else {
         let problem = format!("no photograph shows the outline of {id}");
@@ -213,6 +219,7 @@ struct Fit<'a> {
     lines: &'a [Arc<Vec<Line>>],
     start: &'a State,
     unknowns: Unknowns,
+    watch: &'a Watch,
 }
 
 /// The nearest line of like direction within reach of a place: its index in the photograph, and the
@@ -335,7 +342,7 @@ impl Fit<'_> {
         };
         let options =
             AdjustOptions { loss_px, max_steps: 50, tolerance_px: 1e-4, ..Default::default() };
-        let adjusted = adjust::minimise(state, self.unknowns.clone(), rows, &options);
+        let adjusted = adjust::minimise(state, self.unknowns.clone(), rows, &options, self.watch);
         // Where the first state has no residuals, nothing can be told by them.
         adjusted.map_or_else(|_| state.clone(), |own| own.state)
     }

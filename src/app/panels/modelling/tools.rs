@@ -151,6 +151,10 @@ pub fn to_edges_ui(
     }
     if page.is_fitting() {
         ui.spinner();
+        let button = ui.small_button("Cancel").on_hover_text("Stop the fit. Nothing is moved");
+        if named(button, "Cancel the fit".to_owned()).clicked() {
+            page.cancel_fit();
+        }
     }
 }
 
