@@ -110,6 +110,40 @@ fn the_edges_of_all_things_are_found_removed_and_forgotten() {
     assert_eq!(saved(&capture).strokes.len(), drawn.strokes.len());
 }
 
+/// The button and any change of the model stop a search; nothing is moved then.
+#[test]
+fn a_search_for_edges_is_stopped_by_hand_and_by_a_change_of_the_model() {
+    let [drawn, _] = models();
+    let folder = tempfile::tempdir().unwrap();
+    let capture = capture(folder.path(), &drawn);
+    let mut window = Window::modelling(&folder.path().join("home"), &capture);
+    window.wait_usable();
+    let begin = |window: &mut Window| {
+        window.harness.key_press_modifiers(Modifiers::SHIFT, Key::E);
+        window.harness.run_steps(2);
+    };
+    begin(&mut window);
+    window.click("Cancel the fit");
+    window.wait_part("The fit was cancelled: nothing was moved.");
+    window.wait_usable();
+    window.save_model();
+    assert!(saved(&capture).strokes == drawn.strokes);
+    begin(&mut window);
+    let size = drawn.photographs[0].size;
+    let at = drawn.strokes.iter().find_map(|stroke| match stroke {
+        Stroke::Pick { photograph: 0, pixel, .. } => Some(*pixel),
+        _ => None,
+    });
+    let way = [DVec2::ZERO, DVec2::new(3.0, 1.0)].map(|by| window.pixel(size, at.unwrap() + by));
+    window.drag(&way);
+    window.wait_part("The model has changed meanwhile: nothing was moved.");
+    window.wait_usable();
+    window.save_model();
+    let dragged = saved(&capture);
+    assert!(dragged.strokes.iter().all(|stroke| !stroke.is_found()));
+    assert!(dragged.strokes != drawn.strokes);
+}
+
 /// Photographs without any line: a message says so, and nothing is moved.
 #[test]
 fn without_lines_nothing_is_moved() {
