@@ -225,6 +225,7 @@ pub(super) fn perform(
                 Ok(solution) => from_points::fit(&of.model, solution, photograph, &outline, wanted),
                 Err(error) => Err(error.clone()),
             };
+            watch.check()?;
             JobEvent::FittedToPoints(Arc::new(PointsFitted { of, outcome }))
         }
         Modelling::Use { folder, of } => {

@@ -232,16 +232,12 @@ fn nothing_else_moves() {
 fn without_lines_nothing_moves_and_words_say_why() {
     let (mut model, mut solution) = displaced(0, &[0.03, 0.02, 0.02, 0.03, -0.02, 0.02]);
     let none = vec![Arc::default(); 3];
-    let error = |model: &Model, solution: &Solution, lines: &[Arc<Vec<Line>>]| match to_edges::fit(
-        model,
-        solution,
-        0,
-        lines,
-        caster,
-        &Watch::new(),
-    ) {
-        Err(Unsolved::Model(error)) => error,
-        other => panic!("{other:?}"),
+    let error = |model: &Model, solution: &Solution, lines: &[Arc<Vec<Line>>]| {
+        let outcome = to_edges::fit(model, solution, 0, lines, caster, &Watch::new());
+        match outcome {
+            Err(Unsolved::Model(error)) => error,
+            other => panic!("{other:?}"),
+        }
     };
     let own = error(&model, &solution, &none);
     assert_eq!(own.place, "things[0] (crate)");

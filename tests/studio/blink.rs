@@ -4,7 +4,8 @@ use eframe::egui::{self, Key, Modifiers, Pos2};
 use glam::DVec2;
 
 use crate::Window;
-use crate::displaced::{capture, models};
+use crate::displaced::models;
+use crate::edges::opened;
 use crate::modelling::{row, solved};
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -34,9 +35,7 @@ fn held(window: &mut Window, is_held: bool) {
 fn faces_are_seen_while_a_key_is_held_or_switched_on() {
     let [model, _] = models();
     let folder = tempfile::tempdir().unwrap();
-    let capture = capture(folder.path(), &model);
-    let mut window = Window::modelling(&folder.path().join("home"), &capture);
-    window.wait_usable();
+    let (_, mut window) = opened(folder.path(), &model);
     // In the middle of the top of a box, away from edges and strokes.
     let solution = solved(&model);
     let thing = crate::displaced::thing(&model);

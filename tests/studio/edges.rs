@@ -1,12 +1,13 @@
 //! *Fit to edges* on the Model page: the button, the key, undo, and what is refused.
 
 use std::fs;
+use std::path::{Path, PathBuf};
 
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::NodeT as _;
 
 use glam::DVec2;
-use lobelia::model::{Place, Stroke};
+use lobelia::model::{Model, Place, Stroke};
 
 use crate::Window;
 use crate::displaced::{THING, apart_px, capture, models, thing};
@@ -15,15 +16,33 @@ use crate::modelling::{row, saved};
 const NONE: Modifiers = Modifiers::NONE;
 const FIT: &str = "Fit to edges";
 
+/// A capture of the example's photographs with a model, and the window with it, solved.
+pub fn opened(folder: &Path, model: &Model) -> (PathBuf, Window) {
+    let capture = capture(folder, model);
+    let mut window = Window::modelling(&folder.join("home"), &capture);
+    window.wait_usable();
+    (capture, window)
+}
+
+/// Drags a corner of the thing in the first photograph, and returns the thing's index.
+fn drag_a_corner(window: &mut Window, drawn: &Model) -> usize {
+    let own = thing(drawn);
+    let at = Place::Corner { thing: own, corner: 4 };
+    let Stroke::Pick { pixel, .. } = drawn.strokes[drawn.pick_of(0, at).unwrap()] else { panic!() };
+    let size = drawn.photographs[0].size;
+    window.key(NONE, Key::V);
+    let way = [DVec2::ZERO, DVec2::new(3.0, 1.0)].map(|by| window.pixel(size, pixel + by));
+    window.drag(&way);
+    own
+}
+
 #[test]
 fn a_thing_is_fitted_by_the_button_or_the_key_and_undone() {
     let [drawn, displaced] = models();
     let folder = tempfile::tempdir().unwrap();
-    let capture = capture(folder.path(), &displaced);
     let before = apart_px(&displaced, &drawn);
     assert!(before > 2.5, "{before} px");
-    let mut window = Window::modelling(&folder.path().join("home"), &capture);
-    window.wait_usable();
+    let (capture, mut window) = opened(folder.path(), &displaced);
     // The key needs a thing; the button stands below the sketch of one.
     assert!(!window.has(FIT));
     window.key(NONE, Key::E);
@@ -66,9 +85,7 @@ fn a_thing_is_fitted_by_the_button_or_the_key_and_undone() {
 fn the_edges_of_all_things_are_found_removed_and_forgotten() {
     let [drawn, _] = models();
     let folder = tempfile::tempdir().unwrap();
-    let capture = capture(folder.path(), &drawn);
-    let mut window = Window::modelling(&folder.path().join("home"), &capture);
-    window.wait_usable();
+    let (capture, mut window) = opened(folder.path(), &drawn);
     window.key(Modifiers::SHIFT, Key::E);
     window.wait_part(" edges were found in 6 photographs.");
     window.save_model();
@@ -88,13 +105,7 @@ fn the_edges_of_all_things_are_found_removed_and_forgotten() {
     window.save_model();
     assert!(saved(&capture).strokes == found.strokes);
     // A corner is dragged: what held its thing where it was is gone.
-    let own = thing(&drawn);
-    let at = Place::Corner { thing: own, corner: 4 };
-    let Stroke::Pick { pixel, .. } = drawn.strokes[drawn.pick_of(0, at).unwrap()] else { panic!() };
-    let size = drawn.photographs[0].size;
-    window.key(NONE, Key::V);
-    let way = [DVec2::ZERO, DVec2::new(3.0, 1.0)].map(|by| window.pixel(size, pixel + by));
-    window.drag(&way);
+    let own = drag_a_corner(&mut window, &drawn);
     window.wait_usable();
     window.save_model();
     let is_own = |place: &Place| matches!(place, Place::Corner { thing, .. } if *thing == own);
@@ -115,9 +126,7 @@ fn the_edges_of_all_things_are_found_removed_and_forgotten() {
 fn a_search_for_edges_is_stopped_by_hand_and_by_a_change_of_the_model() {
     let [drawn, _] = models();
     let folder = tempfile::tempdir().unwrap();
-    let capture = capture(folder.path(), &drawn);
-    let mut window = Window::modelling(&folder.path().join("home"), &capture);
-    window.wait_usable();
+    let (capture, mut window) = opened(folder.path(), &drawn);
     let begin = |window: &mut Window| {
         window.harness.key_press_modifiers(Modifiers::SHIFT, Key::E);
         window.harness.run_steps(2);
@@ -129,13 +138,7 @@ fn a_search_for_edges_is_stopped_by_hand_and_by_a_change_of_the_model() {
     window.save_model();
     assert!(saved(&capture).strokes == drawn.strokes);
     begin(&mut window);
-    let size = drawn.photographs[0].size;
-    let at = drawn.strokes.iter().find_map(|stroke| match stroke {
-        Stroke::Pick { photograph: 0, pixel, .. } => Some(*pixel),
-        _ => None,
-    });
-    let way = [DVec2::ZERO, DVec2::new(3.0, 1.0)].map(|by| window.pixel(size, at.unwrap() + by));
-    window.drag(&way);
+    drag_a_corner(&mut window, &drawn);
     window.wait_part("The model has changed meanwhile: nothing was moved.");
     window.wait_usable();
     window.save_model();

@@ -9,7 +9,7 @@ use crate::app::state::State;
 use crate::worker::{Command, EdgesFitted, Modelling};
 
 const NOT_FITTED: &str = "Nothing was moved";
-const CHANGED: &str = "The model has changed meanwhile: nothing was moved.";
+pub(super) const CHANGED: &str = "The model has changed meanwhile: nothing was moved.";
 
 impl ModelPage {
     /// Has the photograph that is looked at searched for lines, once it is read.
@@ -28,7 +28,7 @@ impl ModelPage {
         self.fitting.is_some()
     }
 
-    /// Has the fit that goes on stop.
+    /// Stops the fit to edges or to points that is running.
     pub fn cancel_fit(&self) {
         if let Some(job) = self.fitting {
             self.solver.cancel(job);
@@ -82,7 +82,7 @@ pub(super) fn fitted(state: &mut State, found: &EdgesFitted) {
     }
 }
 
-/// The job was cancelled, by hand or because the model has changed.
+/// A fit to edges or to points was cancelled, by hand or because the model has changed.
 pub(super) fn cancelled(state: &mut State) {
     let Some(page) = &state.modelling else { return };
     state.messages.notice(match page.is_solved() {

@@ -137,9 +137,9 @@ fn solver_event(state: &mut State, event: Event) {
 }
 
 impl ModelPage {
-    /// Stops what is solved or fitted for a model that has changed since: nothing would come of it, and
-    /// what follows the hand would wait until it ends. While something is dragged without a solution to
-    /// begin from, each solve is let to its end, or none would ever be.
+    /// Cancels the solve or fit of a model that has changed since: its result would be discarded, and
+    /// the next solve would wait for it. During a drag without an earlier solution to begin from, the
+    /// solve is not cancelled, because every movement would cancel it and nothing would be shown.
     fn cancel_outdated(&self) {
         let Some(model) = self.model() else { return };
         let is_outdated = |of: &Arc<Model>| !Arc::ptr_eq(of, model);

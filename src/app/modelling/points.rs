@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use super::edges::CHANGED;
 use super::keeping::keep;
 use super::tool::{Selected, Tool};
 use crate::app::state::State;
@@ -40,7 +41,7 @@ pub(super) fn fitted(state: &mut State, found: &PointsFitted) {
     let is_same = page.model().is_some_and(|own| Arc::ptr_eq(own, &found.of.model));
     match &found.outcome {
         _ if !is_same => {
-            state.messages.notice("The model has changed meanwhile: nothing was fitted.");
+            state.messages.notice(CHANGED);
         }
         Err(problem) => state.messages.error(NOT_FITTED, problem.to_string()),
         Ok(fitted) => {
