@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::builder::ArgAction;
 use clap::{Arg, ArgMatches, Command, value_parser};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::cli::print::{note_line, say_line};
@@ -39,8 +39,9 @@ pub(super) fn command(capture: Arg) -> Command {
         )
         .arg(capture)
         .arg(
-            value("image", "NAME", "The photograph, as file_path names it")
+            value("image", "NAME", "A photograph of it, as file_path names it")
                 .visible_alias("photograph")
+                .action(ArgAction::Append)
                 .required(true),
         )
         .arg(
@@ -48,8 +49,10 @@ pub(super) fn command(capture: Arg) -> Command {
                 .long_help(
                     "The four corners in turn, in pixels from the photograph's top left corner: of a \
                      card its own, any first; of a chart the outer ones of the patches in its corners, \
-                     clockwise from that of the first patch (dark skin of a ColorChecker)",
+                     clockwise from that of the first patch (dark skin of a ColorChecker). Give --image \
+                     and --corners once for each photograph",
                 )
+                .action(ArgAction::Append)
                 .required(true)
                 .num_args(1..=4),
         )
@@ -69,11 +72,31 @@ pub(super) fn command(capture: Arg) -> Command {
             value("sd", "NUMBER", "Standard deviation of that reflectance")
                 .value_parser(value_parser!(f64)),
         )
+        .arg(
+            value("size", "W,H", "Its size in metres, if it stands free in space")
+                .long_help(
+                    "Its size in metres, if it stands free in space instead of lying on a known surface: \
+                     the length of the side from the first corner to the second, and of the next one",
+                )
+                .value_parser(parse_size),
+        )
         .arg(value("name", "NAME", "Its name [default: card or chart]"))
         .arg(switch("pin", "Write it into tags.json, with its reflectance as known"))
         .arg(switch("matrix", "Write the colour matrix into tags.json: photographs are read by it"))
         .arg(switch("json", "Print as JSON"))
         .arg(switch("quiet", "Show no progress").short('q'))
+}
+
+fn parse_size(text: &str) -> Result<DVec2, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|own| own.trim().parse().ok()).collect();
+    let size = match numbers.as_deref() {
+        Some(&[x, y]) => DVec2::new(x, y),
+        _ => DVec2::ZERO,
+    };
+    let is_size = size.is_finite() && size.min_element() > 0.0;
+    is_size
+        .then_some(size)
+        .ok_or_else(|| "write two lengths in metres above 0, for example 0.29,0.20".to_owned())
 }
 
 fn parse_rgb(text: &str) -> Result<Rgb, String> {
@@ -142,9 +165,8 @@ fn kind(matches: &ArgMatches, folder: &Path) -> Result<Kind, Ending> {
     })
 }
 
-fn corners(matches: &ArgMatches) -> Result<[DVec2; 4], Ending> {
-    let texts: Vec<&str> =
-        matches.get_many::<String>("corners").unwrap_or_default().map(String::as_str).collect();
+/// The corners of one `--corners`.
+fn corners(texts: &[&str]) -> Result<[DVec2; 4], Ending> {
     let text = texts.join(",");
     let numbers: Vec<f64> = text
         .split(',')
@@ -163,9 +185,31 @@ fn corners(matches: &ArgMatches) -> Result<[DVec2; 4], Ending> {
     }
 }
 
+/// The photographs by the names that are given, each with the corners.
+fn views(matches: &ArgMatches) -> Result<Vec<(&str, [DVec2; 4])>, Ending> {
+    let images: Vec<&str> =
+        matches.get_many::<String>("image").unwrap_or_default().map(String::as_str).collect();
+    let outlines = matches.get_occurrences::<String>("corners").unwrap_or_default();
+    let outlines: Vec<[DVec2; 4]> = outlines
+        .map(|texts| corners(&texts.map(String::as_str).collect::<Vec<_>>()))
+        .collect::<Result<_, _>>()?;
+    if images.len() != outlines.len() {
+        return Err(anyhow!(
+            "{} --image and {} --corners are given; each photograph needs the four corners",
+            images.len(),
+            outlines.len()
+        )
+        .into());
+    }
+    Ok(std::iter::zip(images, outlines).collect())
+}
+
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let folder = arguments::required_path(matches, "capture");
-    let corners_px = corners(matches)?;
+    let views = views(matches)?;
+    if views.len() > 1 && matches.get_flag("matrix") {
+        return Err(anyhow!("--matrix is of one photograph; give one --image").into());
+    }
     let kind = kind(matches, &folder)?;
     let name = matches.get_one::<String>("name").map_or(kind.name, String::as_str);
     job::catch_interrupts()?;
@@ -176,40 +220,39 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         return Ok(());
     };
     display.clear();
-    let image = matches.get_one::<String>("image").map_or("", String::as_str);
     let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
-    let index = tags::charts::photograph(image, &names).map_err(|problem| anyhow!("{problem}"))?;
-    let photograph = &capture.photographs[index];
-    let failed = |problem: String| anyhow!("{}: {problem}", photograph.name);
-    let radiance = photograph.image.as_deref();
-    let radiance = radiance.ok_or_else(|| failed("it is no measurement of radiance".into()))?;
-    let readings = charts::read(radiance, &kind.table, corners_px).map_err(failed)?;
-    let fit = charts::fit(&kind.table, &readings);
-    if matches.get_flag("json") {
-        say_line!("{:#}", as_json(&photograph.name, &kind.table, &readings, fit.as_ref()));
-    } else {
-        print(name, &photograph.name, &kind.table, &readings, fit.as_ref());
-    }
-    if !matches.get_flag("pin") && !matches.get_flag("matrix") {
-        return Ok(());
+    let mut read = Vec::new();
+    for &(image, corners_px) in &views {
+        let index =
+            tags::charts::photograph(image, &names).map_err(|problem| anyhow!("{problem}"))?;
+        let photograph = &capture.photographs[index];
+        let failed = |problem: String| anyhow!("{}: {problem}", photograph.name);
+        let radiance = photograph.image.as_deref();
+        let radiance = radiance.ok_or_else(|| failed("it is no measurement of radiance".into()))?;
+        let readings = charts::read(radiance, &kind.table, corners_px).map_err(failed)?;
+        let fit = charts::fit(&kind.table, &readings);
+        read.push((photograph.name.as_str(), readings, fit));
     }
     let file = folder.join("tags.json");
     let mut changed = Changed::begin(&file, &capture)?;
     let mut done = Vec::new();
     if matches.get_flag("pin") {
-        let tag = kind.tag;
-        let pin = Pin { name, kind: tag, photograph: &photograph.name, corners_px };
-        let mut chart =
-            changed.pin(&pin)?.resolved(&names).map_err(|problem| anyhow!("{problem}"))?;
-        // It may lie there already, under its own name.
-        chart.name += " (read again)";
-        let mut tried = Capture::clone(&capture);
-        charts::place(&mut tried, &chart)
-            .map_err(|problem| anyhow!("{problem}; nothing is pinned"))?;
-        let pinned = tried.materials.len() - capture.materials.len();
-        done.push(format!("\"{name}\" is pinned, {pinned} known reflectances"));
+        let mut tag = kind.tag.clone();
+        if let Some(size) = matches.get_one::<DVec2>("size") {
+            tag["size"] = json!(size.to_array());
+        }
+        let pins: Vec<Pin> = (views.iter())
+            .map(|&(photograph, corners_px)| Pin {
+                name,
+                kind: tag.clone(),
+                photograph,
+                corners_px,
+            })
+            .collect();
+        done.push(pin(&capture, &mut changed, &pins)?);
     }
     if matches.get_flag("matrix") {
+        let fit = read.iter().find_map(|(_, _, fit)| fit.as_ref());
         let fit =
             fit.ok_or_else(|| anyhow!("a colour matrix needs a chart of eight colours or more"))?;
         // Photographs have been read by the one that is there.
@@ -217,9 +260,56 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         changed.set_color_matrix(&before.map_or(fit.correction(), |own| fit.correction() * own));
         done.push("photographs are read by the colour matrix from now on".to_owned());
     }
-    changed.write()?;
-    note_line!("{}: {}", file.display(), done.join("; "));
+    if matches.get_flag("json") {
+        let values: Vec<Value> = (read.iter())
+            .map(|(photograph, readings, fit)| {
+                as_json(photograph, &kind.table, readings, fit.as_ref())
+            })
+            .collect();
+        match values.as_slice() {
+            [value] => say_line!("{value:#}"),
+            _ => say_line!("{:#}", Value::from(values)),
+        }
+    } else {
+        for (photograph, readings, fit) in &read {
+            print(name, photograph, &kind.table, readings, fit.as_ref());
+        }
+    }
+    if !done.is_empty() {
+        changed.write()?;
+        note_line!("{}: {}", file.display(), done.join("; "));
+    }
     Ok(())
+}
+
+/// Writes a chart in its photographs into the tags; returns what was done.
+fn pin(capture: &Capture, changed: &mut Changed, pins: &[Pin]) -> Result<String, Ending> {
+    let mut tag = None;
+    for pin in pins {
+        tag = Some(changed.pin(pin)?);
+    }
+    let tag = tag.ok_or_else(|| anyhow!("--image is missing"))?;
+    let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
+    let mut chart = tag.resolved(&names).map_err(|problem| anyhow!("{problem}"))?;
+    // It may be there already, under its own name.
+    let mut tried = Capture::clone(capture);
+    charts::take_away(&mut tried, &chart);
+    chart.name += " (read again)";
+    let placed = charts::place(&mut tried, &chart)
+        .map_err(|problem| anyhow!("{problem}; nothing is pinned"))?;
+    if chart.size_m.is_some() {
+        let middle = placed.corners.iter().sum::<DVec3>() / 4.0;
+        note_line!(
+            "{}: its middle is at {:.3}, {:.3}, {:.3} m, its tilt is known to ± {:.1}°",
+            tag.name,
+            middle.x,
+            middle.y,
+            middle.z,
+            placed.tilt_sd.to_degrees()
+        );
+    }
+    let pinned = tried.materials.len() - capture.materials.len();
+    Ok(format!("\"{}\" is pinned, {pinned} known reflectances", tag.name))
 }
 
 fn print(

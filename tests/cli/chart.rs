@@ -191,3 +191,47 @@ fn cards_and_tables_of_ones_own() {
     assert!(info.out.contains("own neutral 8  diffuse, known diffuse"), "{}", info.out);
     assert!(info.out.contains("card  diffuse"), "{}", info.out);
 }
+
+#[test]
+fn a_card_that_stands_free_is_pinned_by_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    capture(folder.path(), &vec![[1.0; 3]; SIZE.0 * SIZE.1]);
+    let pinned = |corners: &[&str], size: &str| {
+        read(folder.path(), corners, &["--kind", "grey", "--pin", "--size", size])
+    };
+    let aside = ["130,20", "150,20", "150,40", "130,40"];
+    pinned(&aside, "0.2,0.2")
+        .fails(1, &["two poses fit", "another photograph", "nothing is pinned"]);
+    pinned(&CORNERS, "0.6,0.9").fails(1, &["does not fit", "check its size"]);
+    pinned(&CORNERS, "0.9").fails(2, &["--size", "two lengths"]);
+    pinned(&CORNERS, "3,2").fails(1, &["a known surface is", "in front of it"]);
+    assert!(!folder.path().join("tags.json").exists());
+    // 108 pixels are 90 cm where the focal length is 160 pixels: 1.333 m below the camera. Again, as it
+    // is there already; half as large it is half as far away, before the card that is there.
+    for (size, place) in [
+        ("0.9,0.6", "-0.050, 0.000, 0.667"),
+        ("0.9,0.6", "-0.050, 0.000, 0.667"),
+        ("0.45,0.3", "-0.025, 0.000, 1.333"),
+    ] {
+        pinned(&CORNERS, size).succeeds().says(&["its middle is at", place, "is pinned", "tilt"]);
+    }
+    let text = std::fs::read_to_string(folder.path().join("tags.json")).unwrap();
+    let tags: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(tags["charts"].as_array().unwrap().len(), 1);
+    assert_eq!(tags["charts"][0]["size"], json!([0.45, 0.3]));
+    let info = Run::of(lobelia().arg("info").arg(folder.path())).succeeds();
+    assert!(info.out.contains("card back"), "{}", info.out);
+}
+
+#[test]
+fn several_photographs_each_need_their_corners() {
+    let folder = sound();
+    let twice = ["--image", "images/a.exr"];
+    read(folder.path(), &CORNERS, &twice).fails(1, &["2 --image and 1 --corners"]);
+    let again = [&twice[..], &["--corners"], &CORNERS].concat();
+    let value =
+        parsed(&read(folder.path(), &CORNERS, &[&again[..], &["--json"]].concat()).succeeds());
+    assert_eq!(value.as_array().unwrap().len(), 2);
+    let matrix = [&again[..], &["--matrix"]].concat();
+    read(folder.path(), &CORNERS, &matrix).fails(1, &["--matrix", "one photograph"]);
+}

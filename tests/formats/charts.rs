@@ -84,9 +84,33 @@ fn charts_that_cannot_be_understood_are_named() {
         card["table"] = json!("none.csv");
     };
     refused(&table, &["none.csv"]);
+    refused(&|card| card["size"] = json!([0.3, 0]), &["charts[0].size", "above 0", "metres"]);
+    refused(&|card| card["size"] = json!(0.3), &["charts[0].size"]);
     refused(&|card| card["views"] = json!([]), &["charts[0].views", "no photograph"]);
     refused(&|card| card["views"][0]["corners"] = json!([[1, 2]]), &["corners", "four"]);
     refused(&|card| card["views"][0]["corners"][2] = json!([1]), &["corners[2]"]);
+}
+
+/// 12 × 10 pixels at the distance where a card of 30 × 25 cm covers them, 1 m away; from straight above,
+/// where its tilt is least certain.
+#[test]
+fn a_card_of_known_size_stands_free() {
+    let capture = load(&card(|card| card["size"] = json!([0.3, 0.25]))).unwrap();
+    assert!(capture.warnings.is_empty(), "{:?}", capture.warnings);
+    let names: Vec<&str> = capture.surfaces.iter().map(|own| own.name.as_str()).collect();
+    assert_eq!(names, ["floor", "card back", "card"]);
+    let mesh = &capture.mesh;
+    let normals = [(1, -1.0), (2, 1.0)];
+    for (surface, up) in normals {
+        for triangle in (0..mesh.triangles.len()).filter(|&t| mesh.surface[t] == surface) {
+            assert!((mesh.normal(triangle).z - up).abs() < 1e-3, "{:?}", mesh.normal(triangle));
+            for corner in mesh.corners(triangle) {
+                // Front and back are apart by a part of the scene's size.
+                assert!((corner.z - 1.0).abs() < 5e-3, "{corner}");
+            }
+        }
+    }
+    assert!(capture.materials[1].known_diffuse_sd.unwrap()[0] > 0.02);
 }
 
 /// What can be corrected later is no reason to refuse the capture.

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
 use lobelia::scene::charts::{Chart, ChartView, Table, place};
-use lobelia::scene::{Distortion, Image, Role};
+use lobelia::scene::{Distortion, Emitter, Image, KnownLight, Role};
 
 use crate::rooms::{Room, bent_camera, image_of, run};
 
@@ -52,7 +52,7 @@ fn view(room: &Room, photograph: usize, corners: [DVec3; 4]) -> ChartView {
 }
 
 fn chart(views: Vec<ChartView>) -> Chart {
-    Chart { name: "card".into(), table: Table::card(CARD, [0.001; 3]), views }
+    Chart { name: "card".into(), table: Table::card(CARD, [0.001; 3]), views, size_m: None }
 }
 
 fn refused(room: &mut Room, chart: &Chart, part: &str) {
@@ -113,6 +113,90 @@ fn a_card_settles_the_scale() {
     }
 }
 
+/// The corners of a card of 30 × 20 cm above and behind the floor, so that neither lights, hides or shades
+/// the other.
+fn standing() -> [DVec3; 4] {
+    let (u, v) = (DVec3::X, DVec3::Y);
+    let middle = DVec3::new(-0.3, 1.25, 0.3);
+    [(-0.15, 0.1), (0.15, 0.1), (0.15, -0.1), (-0.15, -0.1)].map(|(a, b)| middle + a * u + b * v)
+}
+
+/// The floor of [`room`] under the same lamp, whose place is known here, with a card that stands free.
+fn room_with_standing_card() -> Room {
+    let mut room = Room::default();
+    let floor = room.diffuse("floor");
+    room.square(floor, 1.0, 0.0);
+    let [a, b, _, d] = standing();
+    let normal = (d - a).cross(b - a).normalize();
+    // E / π of an intensity of 2π: 2 cos θ / r².
+    let lit = |position: DVec3, normal: DVec3| {
+        let towards = DVec3::new(-0.3, 0.2, 1.5) - position;
+        2.0 * towards.dot(normal) / towards.length().powi(3)
+    };
+    for eye in [DVec3::new(1.2, -1.0, 2.4), DVec3::new(-1.6, -0.6, 2.2), DVec3::new(0.2, -1.6, 2.6)]
+    {
+        let target = DVec3::new(0.0, 0.3, 0.0);
+        let camera = bent_camera((640, 480), 0.9, eye, target, Distortion::default());
+        let radiance = |position: DVec3, normal: DVec3, rho: Rgb| {
+            rho.map(|rho| (rho * lit(position, normal)) as f32)
+        };
+        room.photograph(camera, |struck| radiance(struck.position, DVec3::Z, FLOOR));
+        let image = room.capture.photographs.last_mut().unwrap().image.as_mut().unwrap();
+        let mut pixels: Vec<_> = image.pixels().collect();
+        for (index, pixel) in pixels.iter_mut().enumerate() {
+            let place = DVec2::new((index % 640) as f64, (index / 640) as f64) + 0.5;
+            let direction = camera.direction(place).unwrap();
+            let position = eye + direction * ((a - eye).dot(normal) / direction.dot(normal));
+            let inside =
+                |edge: DVec3| (0.0..=edge.length_squared()).contains(&(position - a).dot(edge));
+            if inside(b - a) && inside(d - a) {
+                *pixel = radiance(position, normal, CARD);
+            }
+        }
+        *image = Arc::new(Image::new(640, 480, pixels, None));
+    }
+    room.capture.lights.push(KnownLight::Shape {
+        name: "lamp".into(),
+        emitter: Emitter::Point { position: Vec3::new(-0.3, 0.2, 1.5) },
+        emission: None,
+        color: None,
+    });
+    room
+}
+
+/// A card on a stand that is not modelled: its pose follows from its size, and the floor's reflectance from it.
+#[test]
+fn a_card_that_stands_free_settles_the_scale() {
+    let mut room = room_with_standing_card();
+    let mut card = chart(vec![view(&room, 0, standing()), view(&room, 1, standing())]);
+    card.size_m = Some(DVec2::new(0.3, 0.2));
+    let placed = place(&mut room.capture, &card).unwrap();
+    assert!((0.02..0.1).contains(&placed.tilt_sd), "{placed:?}");
+    for corner in standing() {
+        let nearest = placed.corners.iter().map(|own| own.distance(corner)).fold(9.0, f64::min);
+        assert!(nearest < 1e-3, "{nearest} {placed:?}");
+    }
+    let sd = room.capture.materials[1].known_diffuse_sd.unwrap()[0];
+    assert!((sd - 0.001f64.hypot(0.18 * placed.tilt_sd)).abs() < 1e-9, "{sd}");
+    assert!(room.capture.surfaces.iter().any(|own| own.name == "card back"));
+    let mut options = Options::default();
+    options.samples.count = 800;
+    options.joint.light_sets = 1;
+    let result = run(&room, &options).unwrap();
+    let found = result.solution.reflectances[0].unwrap().diffuse;
+    for (found, rho) in std::iter::zip(found, FLOOR) {
+        assert!((found / rho - 1.0).abs() < 0.05, "{found} for {rho}");
+    }
+}
+
+#[test]
+fn a_card_that_cannot_stand_free_there_is_refused() {
+    let mut room = room_with_standing_card();
+    let mut card = chart(vec![view(&room, 0, standing()), view(&room, 1, standing())]);
+    card.size_m = Some(DVec2::new(0.6, 0.2));
+    refused(&mut room, &card, "does not fit its corners");
+}
+
 /// A ColorChecker of 30 × 20 cm on the floor, seen from near, in light that falls off over it: its greys
 /// are materials of known reflectance, and its colours are nobody's.
 #[test]
@@ -144,7 +228,12 @@ fn the_greys_of_a_chart_are_known() {
     }
     let seen = view(&room, 3, [a, b, c, d]);
     let mirrored = ChartView { corners_px: [0, 3, 2, 1].map(|k| seen.corners_px[k]), ..seen };
-    let chart = |views: Vec<ChartView>| Chart { name: "card".into(), table: table.clone(), views };
+    let chart = |views: Vec<ChartView>| Chart {
+        name: "card".into(),
+        table: table.clone(),
+        views,
+        size_m: None,
+    };
     refused(&mut room, &chart(vec![mirrored]), "mirrored");
     let surfaces = room.capture.surfaces.len();
     place(&mut room.capture, &chart(vec![seen])).unwrap();

@@ -23,6 +23,8 @@ pub struct ChartTag {
     pub table: Table,
     /// Photographs by their `file_path`, the corners in each.
     pub views: Vec<(String, [DVec2; 4])>,
+    /// The lengths of its first and its second side, if it stands free in space.
+    pub size_m: Option<DVec2>,
     /// The place in the file.
     pub place: String,
 }
@@ -59,7 +61,20 @@ pub(super) fn read(field: &Field) -> Result<ChartTag, Error> {
         Ok((image, corners_px))
     });
     let views = views.collect::<Result<_, Error>>()?;
-    Ok(ChartTag { name, table, views, place: field.path.clone() })
+    let size_m = field.get("size").map(|field| size(&field)).transpose()?;
+    Ok(ChartTag { name, table, views, size_m, place: field.path.clone() })
+}
+
+/// The two lengths of a chart that stands free in space.
+fn size(field: &Field) -> Result<DVec2, Error> {
+    let size_m = DVec2::from_array(field.numbers::<2>()?);
+    if size_m.is_finite() && size_m.min_element() > 0.0 {
+        return Ok(size_m);
+    }
+    Err(field.wrong_with(
+        "a length is not above 0",
+        "Give two lengths in metres: from the first corner to the second, and from there to the third",
+    ))
 }
 
 /// What a chart's patches reflect.
@@ -108,6 +123,7 @@ impl ChartTag {
             name: self.name.clone(),
             table: self.table.clone(),
             views: views.collect::<Result<_, String>>()?,
+            size_m: self.size_m,
         })
     }
 }

@@ -1,8 +1,9 @@
-//! Cards and charts of known reflectance that lie on known surfaces: found by their corners in
-//! photographs, they become surfaces of their own, which the solve then treats as any other of known
-//! material.
+//! Cards and charts of known reflectance that lie on known surfaces or stand free in space: found by
+//! their corners in photographs, they become surfaces of their own, which the solve then treats as any
+//! other of known material.
 
 mod color;
+mod free;
 mod read;
 mod table;
 
@@ -28,6 +29,18 @@ pub struct Chart {
     /// Where photographs show its four corners, in turn, one entry a photograph; of a chart of
     /// several patches clockwise from that of the first patch on.
     pub views: Vec<ChartView>,
+    /// The lengths of the side from the first to the second corner and of the next, in metres, of one
+    /// that stands free in space; `None` for one that lies on the surface behind it.
+    pub size_m: Option<DVec2>,
+}
+
+/// Where a chart came to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Its corners, counter-clockwise as seen from the cameras.
+    pub corners: [DVec3; 4],
+    /// Standard deviation of the direction of its normal, in radians; 0 where it lies on a surface.
+    pub tilt_sd: f64,
 }
 
 /// A card in a photograph.
@@ -48,17 +61,16 @@ const PINNED_PART: f64 = 0.8;
 /// Off the surface behind, in units of the distance by which rays start off surfaces.
 const ABOVE: f32 = 5.0;
 
-/// Lays a chart onto the surface behind it.
+/// Lays a chart onto the surface behind it, or places one of known size free in space.
 ///
 /// # Errors
 /// Why it cannot be used, for a person: then nothing is changed.
-pub fn place(capture: &mut Capture, chart: &Chart) -> Result<(), String> {
+pub fn place(capture: &mut Capture, chart: &Chart) -> Result<Placed, String> {
     let pinned = chart.table.pinned();
     if pinned.is_empty() {
         return Err("none of its patches is grey, and colours are pinned by no others".into());
     }
-    for &patch in &pinned {
-        let name = chart.name_of(patch);
+    for name in chart.names(&pinned) {
         let is_taken = capture.materials.iter().any(|own| own.name == name)
             || capture.surfaces.iter().any(|own| own.name == name);
         if is_taken {
@@ -66,9 +78,23 @@ pub fn place(capture: &mut Capture, chart: &Chart) -> Result<(), String> {
         }
     }
     let caster = RayCaster::build(&capture.mesh.positions, &capture.mesh.triangles);
-    let corners = corners(capture, &caster, chart)?;
-    add(capture, chart, corners, &pinned);
-    Ok(())
+    let views = seen(capture, chart)?;
+    let placed = match chart.size_m {
+        Some(size_m) => in_space(capture, &caster, &views, size_m)?,
+        None => Placed { corners: on_surfaces(capture, &caster, &views)?, tilt_sd: 0.0 },
+    };
+    add(capture, chart, &placed, &pinned);
+    Ok(placed)
+}
+
+/// Removes the triangles of a chart that was placed. Its surfaces and materials stay, with nothing on
+/// them.
+pub fn take_away(capture: &mut Capture, chart: &Chart) {
+    let patches = (0..chart.table.patches.len()).map(|patch| chart.name_of(patch));
+    let names: Vec<String> = patches.chain([chart.name.clone(), chart.name_of_back()]).collect();
+    let surfaces = &capture.surfaces;
+    let stays = |surface: u32| !names.contains(&surfaces[surface as usize].name);
+    Arc::make_mut(&mut capture.mesh).retain_surfaces(stays);
 }
 
 impl Chart {
@@ -79,19 +105,77 @@ impl Chart {
             false => format!("{} {}", self.name, self.table.patches[patch].name),
         }
     }
+
+    /// What the surface is called that is not seen of one that stands free.
+    fn name_of_back(&self) -> String {
+        format!("{} back", self.name)
+    }
+
+    /// All names that it takes.
+    fn names(&self, pinned: &[usize]) -> impl Iterator<Item = String> {
+        let patches = pinned.iter().map(|&patch| self.name_of(patch));
+        patches.chain(self.size_m.map(|_| self.name_of_back()))
+    }
 }
 
-/// The corners in the world, counter-clockwise as seen from the cameras; or what is wrong.
-fn corners(capture: &Capture, caster: &RayCaster, chart: &Chart) -> Result<[DVec3; 4], String> {
-    let mut all = Vec::new();
-    for view in &chart.views {
+/// Its views with the corners counter-clockwise as seen; or why one cannot be read.
+fn seen(capture: &Capture, chart: &Chart) -> Result<Vec<ChartView>, String> {
+    let of = |view: &ChartView| {
         let photograph = &capture.photographs[view.photograph];
         let failed = |problem: String| format!("{}: {problem}", photograph.name);
         let image = photograph.image.as_ref();
         let image = image.ok_or_else(|| failed("it is no measurement of radiance".into()))?;
         read(image, &chart.table, view.corners_px).map_err(failed)?;
-        let corners = turned(view.corners_px).map_err(failed)?;
-        all.push(on_surface(caster, &photograph.camera, corners).map_err(failed)?);
+        Ok(ChartView { corners_px: turned(view.corners_px).map_err(failed)?, ..*view })
+    };
+    chart.views.iter().map(of).collect()
+}
+
+/// Where a card of known size stands; no known surface may be in front of it.
+fn in_space(
+    capture: &Capture,
+    caster: &RayCaster,
+    views: &[ChartView],
+    size_m: DVec2,
+) -> Result<Placed, String> {
+    let seen = |view: &ChartView| free::Seen {
+        camera: &capture.photographs[view.photograph].camera,
+        corners_px: view.corners_px,
+    };
+    let pose = free::pose(&views.iter().map(seen).collect::<Vec<_>>(), size_m)?;
+    let [a, b, c, d] = pose.corners;
+    for view in views {
+        let photograph = &capture.photographs[view.photograph];
+        for (s, t) in whole() {
+            let point = a.lerp(b, s).lerp(d.lerp(c, s), t);
+            let pixel = photograph.camera.place(point);
+            let Some(ray) = pixel.and_then(|pixel| photograph.camera.ray(pixel)) else { continue };
+            let distance = point.distance(photograph.camera.position);
+            let Some(hit) = caster.closest(&ray) else { continue };
+            if f64::from(hit.t) < distance {
+                return Err(format!(
+                    "{}: a known surface is {:.1} cm in front of it; check its size, or leave the size \
+                     out for a card that lies on a known surface",
+                    photograph.name,
+                    100.0 * (distance - f64::from(hit.t))
+                ));
+            }
+        }
+    }
+    Ok(Placed { corners: pose.corners, tilt_sd: pose.tilt_sd })
+}
+
+/// The corners in the world, on the known surface behind each photograph's; or what is wrong.
+fn on_surfaces(
+    capture: &Capture,
+    caster: &RayCaster,
+    views: &[ChartView],
+) -> Result<[DVec3; 4], String> {
+    let mut all = Vec::new();
+    for view in views {
+        let photograph = &capture.photographs[view.photograph];
+        let found = on_surface(caster, &photograph.camera, view.corners_px);
+        all.push(found.map_err(|problem| format!("{}: {problem}", photograph.name))?);
     }
     // One photograph may be turned against another: its corners begin with another one.
     let first = all[0];
@@ -161,17 +245,22 @@ fn on_surface(
 /// Adds a chart as surfaces a little above the one behind it: a card as one of known reflectance; of
 /// a chart of several patches those that are pinned, above a surface of the whole, of which nothing
 /// is estimated.
-fn add(capture: &mut Capture, chart: &Chart, corners: [DVec3; 4], pinned: &[usize]) {
+///
+/// One that stands free has a back, of which nothing is estimated either.
+fn add(capture: &mut Capture, chart: &Chart, placed: &Placed, pinned: &[usize]) {
     let above = ABOVE * offset_m(capture);
+    let &Placed { corners, tilt_sd } = placed;
+    if chart.size_m.is_some() {
+        let mut back = corners;
+        back.reverse();
+        add_untagged(capture, chart.name_of_back(), back, above);
+    }
     if let &[_] = pinned
         && chart.table.is_card()
     {
-        return add_pinned(capture, chart, 0, corners, above);
+        return add_pinned(capture, chart, 0, tilt_sd, corners, above);
     }
-    let surface = capture.surfaces.len();
-    add_quad(capture, surface, corners, above);
-    let role = Role::Untagged;
-    capture.surfaces.push(Surface { name: chart.name.clone(), role, has_texcoords: false });
+    add_untagged(capture, chart.name.clone(), corners, above);
     // As seen clockwise from the first patch on; they are counter-clockwise.
     let [p3, p2, p1, p0] = corners;
     let within = |place: DVec2| {
@@ -184,12 +273,27 @@ fn add(capture: &mut Capture, chart: &Chart, corners: [DVec3; 4], pinned: &[usiz
         let corner = |x: f64, y: f64| within(middle + half * DVec2::new(x, y));
         let [a, b, c, d] = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
         let own = [a, b, c, d].map(|(x, y)| corner(x, y));
-        add_pinned(capture, chart, patch, own, 2.0 * above);
+        add_pinned(capture, chart, patch, tilt_sd, own, 2.0 * above);
     }
 }
 
-/// Adds a patch as a surface of known reflectance.
-fn add_pinned(capture: &mut Capture, chart: &Chart, patch: usize, corners: [DVec3; 4], above: f32) {
+/// Adds a surface of which nothing is estimated.
+fn add_untagged(capture: &mut Capture, name: String, corners: [DVec3; 4], above: f32) {
+    let surface = capture.surfaces.len();
+    add_quad(capture, surface, corners, above);
+    capture.surfaces.push(Surface { name, role: Role::Untagged, has_texcoords: false });
+}
+
+/// Adds a patch as a surface of known reflectance. A tilt by an angle changes the irradiance from 45° by
+/// that part, so that the reflectance is known less well by as much.
+fn add_pinned(
+    capture: &mut Capture,
+    chart: &Chart,
+    patch: usize,
+    tilt_sd: f64,
+    corners: [DVec3; 4],
+    above: f32,
+) {
     let surface = capture.surfaces.len();
     add_quad(capture, surface, corners, above);
     let name = chart.name_of(patch);
@@ -202,7 +306,9 @@ fn add_pinned(capture: &mut Capture, chart: &Chart, patch: usize, corners: [DVec
         surfaces: vec![surface],
         textured: false,
         known_diffuse: Some(patch.reflectance),
-        known_diffuse_sd: Some(patch.sd),
+        known_diffuse_sd: Some(std::array::from_fn(|c| {
+            patch.sd[c].hypot(tilt_sd * patch.reflectance[c])
+        })),
     });
 }
 
