@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
-use crate::cli::{Ending, arguments, job};
+use crate::cli::{Ending, arguments, job, photographs};
 use crate::io::tags::pin::{Changed, Pin, of_table};
 use crate::io::{chart_table, tags};
 use crate::math::rgb::Rgb;
@@ -185,28 +185,9 @@ fn corners(texts: &[&str]) -> Result<[DVec2; 4], Ending> {
     }
 }
 
-/// The photographs by the names that are given, each with the corners.
-fn views(matches: &ArgMatches) -> Result<Vec<(&str, [DVec2; 4])>, Ending> {
-    let images: Vec<&str> =
-        matches.get_many::<String>("image").unwrap_or_default().map(String::as_str).collect();
-    let outlines = matches.get_occurrences::<String>("corners").unwrap_or_default();
-    let outlines: Vec<[DVec2; 4]> = outlines
-        .map(|texts| corners(&texts.map(String::as_str).collect::<Vec<_>>()))
-        .collect::<Result<_, _>>()?;
-    if images.len() != outlines.len() {
-        return Err(anyhow!(
-            "{} --image and {} --corners are given; each photograph needs the four corners",
-            images.len(),
-            outlines.len()
-        )
-        .into());
-    }
-    Ok(std::iter::zip(images, outlines).collect())
-}
-
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let folder = arguments::required_path(matches, "capture");
-    let views = views(matches)?;
+    let views = photographs::named(matches, "corners", "the four corners", corners)?;
     if views.len() > 1 && matches.get_flag("matrix") {
         return Err(anyhow!("--matrix is of one photograph; give one --image").into());
     }
@@ -220,45 +201,44 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         return Ok(());
     };
     display.clear();
-    let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
     let mut read = Vec::new();
     for &(image, corners_px) in &views {
-        let index =
-            tags::charts::photograph(image, &names).map_err(|problem| anyhow!("{problem}"))?;
-        let photograph = &capture.photographs[index];
+        let (photograph, radiance) = photographs::measured(&capture, image)?;
         let failed = |problem: String| anyhow!("{}: {problem}", photograph.name);
-        let radiance = photograph.image.as_deref();
-        let radiance = radiance.ok_or_else(|| failed("it is no measurement of radiance".into()))?;
         let readings = charts::read(radiance, &kind.table, corners_px).map_err(failed)?;
         let fit = charts::fit(&kind.table, &readings);
         read.push((photograph.name.as_str(), readings, fit));
     }
+    // All of it is found before anything is printed or written.
     let file = folder.join("tags.json");
-    let mut changed = Changed::begin(&file, &capture)?;
-    let mut done = Vec::new();
-    if matches.get_flag("pin") {
-        let mut tag = kind.tag.clone();
-        if let Some(size) = matches.get_one::<DVec2>("size") {
-            tag["size"] = json!(size.to_array());
-        }
-        let pins: Vec<Pin> = (views.iter())
-            .map(|&(photograph, corners_px)| Pin {
+    let mut changes = None;
+    if matches.get_flag("pin") || matches.get_flag("matrix") {
+        let mut changed = Changed::begin(&file, &capture)?;
+        let mut done = Vec::new();
+        if matches.get_flag("pin") {
+            let mut tag = kind.tag;
+            if let Some(size) = matches.get_one::<DVec2>("size") {
+                tag["size"] = json!(size.to_array());
+            }
+            let pins = views.iter().map(|&(photograph, corners_px)| Pin {
                 name,
                 kind: tag.clone(),
                 photograph,
                 corners_px,
-            })
-            .collect();
-        done.push(pin(&capture, &mut changed, &pins)?);
-    }
-    if matches.get_flag("matrix") {
-        let fit = read.iter().find_map(|(_, _, fit)| fit.as_ref());
-        let fit =
-            fit.ok_or_else(|| anyhow!("a colour matrix needs a chart of eight colours or more"))?;
-        // Photographs have been read by the one that is there.
-        let before = tags::read_color_matrix(&file)?;
-        changed.set_color_matrix(&before.map_or(fit.correction(), |own| fit.correction() * own));
-        done.push("photographs are read by the colour matrix from now on".to_owned());
+            });
+            done.push(pin(&capture, &mut changed, pins)?);
+        }
+        if matches.get_flag("matrix") {
+            let fit = read.iter().find_map(|(_, _, fit)| fit.as_ref());
+            let fit = fit
+                .ok_or_else(|| anyhow!("a colour matrix needs a chart of eight colours or more"))?;
+            // Photographs have been read by the one that is there.
+            let before = tags::read_color_matrix(&file)?;
+            let matrix = before.map_or(fit.correction(), |own| fit.correction() * own);
+            changed.set_color_matrix(&matrix);
+            done.push("photographs are read by the colour matrix from now on".to_owned());
+        }
+        changes = Some((changed, done));
     }
     if matches.get_flag("json") {
         let values: Vec<Value> = (read.iter())
@@ -275,7 +255,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             print(name, photograph, &kind.table, readings, fit.as_ref());
         }
     }
-    if !done.is_empty() {
+    if let Some((changed, done)) = changes {
         changed.write()?;
         note_line!("{}: {}", file.display(), done.join("; "));
     }
@@ -283,12 +263,14 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
 }
 
 /// Writes a chart in its photographs into the tags; returns what was done.
-fn pin(capture: &Capture, changed: &mut Changed, pins: &[Pin]) -> Result<String, Ending> {
-    let mut tag = None;
-    for pin in pins {
-        tag = Some(changed.pin(pin)?);
-    }
-    let tag = tag.ok_or_else(|| anyhow!("--image is missing"))?;
+fn pin<'a>(
+    capture: &Capture,
+    changed: &mut Changed,
+    pins: impl Iterator<Item = Pin<'a>>,
+) -> Result<String, Ending> {
+    let tags = pins.map(|pin| changed.pin(&pin)).collect::<Result<Vec<_>, _>>()?;
+    // Each has the photographs of those before.
+    let tag = tags.last().ok_or_else(|| anyhow!("--image is missing"))?;
     let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
     let mut chart = tag.resolved(&names).map_err(|problem| anyhow!("{problem}"))?;
     // It may be there already, under its own name.

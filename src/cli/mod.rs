@@ -12,6 +12,7 @@ mod merge;
 mod model;
 mod modelling;
 mod new;
+mod photographs;
 mod print;
 mod probe;
 mod progress;

@@ -9,8 +9,8 @@ use glam::DVec2;
 
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
-use crate::cli::{Ending, arguments, job};
-use crate::io::{exr, picture, tags};
+use crate::cli::{Ending, arguments, job, photographs};
+use crate::io::{exr, picture};
 use crate::math::latlong;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::scene::ball::{Ball, BallView, surroundings};
@@ -100,8 +100,8 @@ fn parse_reflectance(text: &str) -> Result<Rgb, String> {
 }
 
 /// The points of one `--outline`.
-fn points(texts: impl Iterator<Item = String>) -> Result<Vec<DVec2>, Ending> {
-    let point = |text: String| {
+fn points(texts: &[&str]) -> Result<Vec<DVec2>, Ending> {
+    let point = |text: &&str| {
         let numbers: Option<Vec<f64>> =
             text.split(',').map(|own| own.trim().parse().ok()).collect();
         match numbers.as_deref() {
@@ -109,24 +109,13 @@ fn points(texts: impl Iterator<Item = String>) -> Result<Vec<DVec2>, Ending> {
             _ => Err(anyhow!("--outline: \"{text}\" is no position x,y in pixels").into()),
         }
     };
-    texts.map(point).collect()
+    texts.iter().map(point).collect()
 }
 
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let folder = arguments::required_path(matches, "capture");
     let out = arguments::required_path(matches, "out");
-    let names: Vec<&String> = matches.get_many("image").unwrap_or_default().collect();
-    let outlines = matches.get_occurrences::<String>("outline").unwrap_or_default();
-    let outlines: Vec<Vec<DVec2>> =
-        outlines.map(|texts| points(texts.cloned())).collect::<Result<_, _>>()?;
-    if names.len() != outlines.len() {
-        return Err(anyhow!(
-            "{} --image and {} --outline are given; each photograph needs the outline of its ball",
-            names.len(),
-            outlines.len()
-        )
-        .into());
-    }
+    let balls = photographs::named(matches, "outline", "the outline of its ball", points)?;
     let given = matches.get_one::<Rgb>("reflectance").copied();
     let reflectance = given.ok_or_else(|| anyhow!("--reflectance is missing"))?;
     let number = |name: &str| matches.get_one::<f64>(name).copied();
@@ -148,15 +137,10 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         return Ok(());
     };
     display.clear();
-    let known: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
     let mut views = Vec::new();
-    for (name, outline) in std::iter::zip(names, &outlines) {
-        let index =
-            tags::charts::photograph(name, &known).map_err(|problem| anyhow!("{problem}"))?;
-        let photograph = &capture.photographs[index];
+    for (name, outline) in &balls {
+        let (photograph, image) = photographs::measured(&capture, name)?;
         let failed = |problem: String| anyhow!("{}: {problem}", photograph.name);
-        let image = photograph.image.as_deref();
-        let image = image.ok_or_else(|| failed("it is no measurement of radiance".into()))?;
         let camera = &photograph.camera;
         let ball = Ball::fit(camera, outline).map_err(|own| failed(format!("the ball: {own}")))?;
         let wide = 2.0 * ball.half_angle.to_degrees();

@@ -5,6 +5,7 @@ use faer::{Mat, Side};
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::scene::Camera;
+use crate::scene::charts::Placed;
 
 /// By how many pixels corners that a person gives are off, as a standard deviation of each coordinate.
 const CLICK_PX: f64 = 1.0;
@@ -29,21 +30,13 @@ pub struct Seen<'a> {
     pub corners_px: [DVec2; 4],
 }
 
-/// Where a card stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Counter-clockwise as seen from the cameras.
-    pub corners: [DVec3; 4],
-    /// Standard deviation of the direction of its normal, in radians, about its less certain axis.
-    pub tilt_sd: f64,
-}
-
 /// A pose that the least squares came to.
 struct Minimum {
     middle: DVec3,
     /// Its first and second side, and its normal.
     axes: DMat3,
     rms_px: f64,
+    /// As that of [`Placed`], about the less certain of the two sides and all axes between them.
     tilt_sd: f64,
 }
 
@@ -53,7 +46,7 @@ struct Minimum {
 ///
 /// # Errors
 /// Why there is none, for a person.
-pub fn pose(views: &[Seen], size_m: DVec2) -> Result<Pose, String> {
+pub fn pose(views: &[Seen], size_m: DVec2) -> Result<Placed, String> {
     let first = views.first().ok_or("no photograph shows it")?;
     let mut found: Vec<Minimum> = Vec::new();
     let starts = starts(first, size_m).ok_or("a corner lies beyond what the lens shows")?;
@@ -95,7 +88,7 @@ pub fn pose(views: &[Seen], size_m: DVec2) -> Result<Pose, String> {
             best.axes.z_axis.dot(other.axes.z_axis).clamp(-1.0, 1.0).acos().to_degrees()
         ));
     }
-    Ok(Pose { corners: corners(best.middle, best.axes, size_m), tilt_sd: best.tilt_sd })
+    Ok(Placed { corners: corners(best.middle, best.axes, size_m), tilt_sd: best.tilt_sd })
 }
 
 impl Seen<'_> {
@@ -288,7 +281,7 @@ mod tests {
         let cameras = cameras();
         let (middle, axes) = card();
         let expected = corners(middle, axes, SIZE);
-        let near = |found: &Pose, by: f64| {
+        let near = |found: &Placed, by: f64| {
             let off = found.corners.iter().zip(&expected).map(|(a, b)| a.distance(*b));
             assert!(off.fold(0.0, f64::max) < by, "{found:?}");
         };

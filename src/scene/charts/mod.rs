@@ -34,7 +34,7 @@ pub struct Chart {
     pub size_m: Option<DVec2>,
 }
 
-/// Where a chart came to be.
+/// The position of a chart in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
     /// Its corners, counter-clockwise as seen from the cameras.
@@ -106,7 +106,7 @@ impl Chart {
         }
     }
 
-    /// What the surface is called that is not seen of one that stands free.
+    /// The name of the back surface of a chart that stands free.
     fn name_of_back(&self) -> String {
         format!("{} back", self.name)
     }
@@ -142,8 +142,8 @@ fn in_space(
         camera: &capture.photographs[view.photograph].camera,
         corners_px: view.corners_px,
     };
-    let pose = free::pose(&views.iter().map(seen).collect::<Vec<_>>(), size_m)?;
-    let [a, b, c, d] = pose.corners;
+    let placed = free::pose(&views.iter().map(seen).collect::<Vec<_>>(), size_m)?;
+    let [a, b, c, d] = placed.corners;
     for view in views {
         let photograph = &capture.photographs[view.photograph];
         for (s, t) in whole() {
@@ -162,7 +162,7 @@ fn in_space(
             }
         }
     }
-    Ok(Placed { corners: pose.corners, tilt_sd: pose.tilt_sd })
+    Ok(placed)
 }
 
 /// The corners in the world, on the known surface behind each photograph's; or what is wrong.
