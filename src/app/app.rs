@@ -10,8 +10,8 @@ use super::paced::Paced;
 use super::pending::Pending;
 use super::state::State;
 use super::{
-    Launch, asking, commands, dispatch, dropping, entry, errands, file_dialog, files, import, jobs,
-    keeping, modelling, panels, saving,
+    Launch, asking, charting, commands, dispatch, dropping, entry, errands, file_dialog, files,
+    import, jobs, keeping, modelling, panels, saving,
 };
 use crate::io::engines::Search;
 
@@ -108,6 +108,7 @@ impl eframe::App for Studio {
         files::found_recent(state);
         files::follow_reading(state);
         saving::follow(state);
+        charting::follow(state);
         errands::follow(state, &mut actions);
         dropping::take(&ctx, state);
         // What is being typed comes before what is then done with it.

@@ -116,6 +116,7 @@ pub(super) fn suggestion(state: &State, asked: PathRequest) -> PathBuf {
         PathRequest::AddObject
         | PathRequest::AddDome
         | PathRequest::AddSky
+        | PathRequest::AddChartTable
         | PathRequest::LoadEdits => {
             project.map_or_else(PathBuf::new, |project| beside(&project.folder, ""))
         }

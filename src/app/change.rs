@@ -11,6 +11,7 @@ use crate::math::rgb::Rgb;
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
 use crate::scene::MaterialKind;
+use crate::scene::charts::LaidChart;
 
 /// One change of tags or options.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,6 +86,11 @@ pub enum Change {
         name: &'static str,
         masks: Arc<Masks>,
     },
+    /// Charts in photographs are added, changed or removed.
+    Charts {
+        name: &'static str,
+        charts: Arc<Vec<LaidChart>>,
+    },
     /// The scene is relit in another way.
     Relight {
         name: &'static str,
@@ -116,6 +122,7 @@ impl Change {
             Self::Given { name, .. }
             | Self::Relight { name, .. }
             | Self::Masks { name, .. }
+            | Self::Charts { name, .. }
             | Self::Unread { name, .. } => (*name).to_owned(),
         }
     }

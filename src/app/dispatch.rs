@@ -5,6 +5,7 @@ use super::actions::{Action, ImportAction, ModelAction, PathRequest, Relight};
 use super::asking;
 use super::change::Change;
 use super::changing;
+use super::charting;
 use super::dialogs::Palette;
 use super::files;
 use super::gesture::Gesture;
@@ -158,6 +159,7 @@ pub fn apply(state: &mut State, action: Action) {
             }
         }
         Action::Masking(what) => masking::apply(state, what),
+        Action::Charting(what) => charting::apply(state, what),
         Action::ShowPane(pane) => state.layout.show(pane),
         Action::ResetLayout => state.layout.reset(),
         Action::TraceOn(engine) => {

@@ -1,8 +1,12 @@
 //! What a user may change about a capture: tags and options. The type is small, so that every state
 //! can be kept for undo.
 
+mod charts;
+
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+use serde_json::Value;
 
 use super::change::Change;
 use super::given::GivenLight;
@@ -11,6 +15,7 @@ use crate::io::edits::Unread;
 use crate::io::project::{self, Absent, Masks, Tag};
 use crate::reconstruct::Options;
 use crate::render::edits::Edits;
+use crate::scene::charts::{LaidChart, surfaces};
 use crate::scene::{Capture, Material, MaterialKind};
 
 /// The edited state of a project.
@@ -30,13 +35,18 @@ pub struct Edit {
     pub absent: Absent,
     /// What is left out of photographs.
     pub masks: Arc<Masks>,
+    /// Charts in the photographs; their surfaces come after those of the files.
+    pub charts: Arc<Vec<LaidChart>>,
+    /// Charts of the project that could not be read; they are written back.
+    pub unread_charts: Arc<Vec<Value>>,
 }
 
 impl Edit {
     /// The state of a capture as it was loaded.
     pub fn of(capture: &Capture, options: Options) -> Self {
         let given = Arc::new(GivenLight::of(capture));
-        Self { materials: capture.materials.clone(), options, given, ..Self::default() }
+        let (materials, charts) = (capture.materials.clone(), capture.charts.clone());
+        Self { materials, charts, options, given, ..Self::default() }
     }
 
     /// The materials as a project file has them.
@@ -56,6 +66,7 @@ impl Edit {
             && self.given.lights == other.given.lights
             && self.given.environment == other.given.environment
             && self.masks == other.masks
+            && surfaces(&self.charts) == surfaces(&other.charts)
     }
 
     /// What can be moved in the 3D view.
@@ -183,6 +194,7 @@ impl Edit {
                 self.take(&given.luminaires(), None);
             }
             Change::Masks { masks, .. } => self.masks = masks.clone(),
+            Change::Charts { charts, .. } => self.set_charts(charts, loaded),
             Change::Relight { edits, .. } => self.relight = edits.clone(),
             Change::Unread { edits, unread, .. } => {
                 self.relight = edits.clone();

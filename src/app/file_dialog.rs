@@ -45,6 +45,7 @@ pub fn open_wanted(state: &mut State, window: &Frame) {
         PathRequest::AddObject => ("Mesh", &crate::io::mesh::EXTENSIONS),
         PathRequest::AddDome | PathRequest::AddSky => ("Light from all around", &["exr", "hdr"]),
         PathRequest::LoadEdits | PathRequest::SaveEdits => ("Edits", &["json"]),
+        PathRequest::AddChartTable => ("Table", &["csv"]),
         PathRequest::ImportMesh => ("Mesh", &crate::io::mesh::EXTENSIONS),
         PathRequest::SavePlot(_, PlotFile::Csv) => ("Table", &["csv"]),
         PathRequest::SavePlot(_, PlotFile::Svg) => ("Drawing", &["svg"]),
@@ -75,6 +76,7 @@ pub fn open_wanted(state: &mut State, window: &Frame) {
             | PathRequest::AddObject
             | PathRequest::AddDome
             | PathRequest::AddSky
+            | PathRequest::AddChartTable
             | PathRequest::LoadEdits
             | PathRequest::Find(_)
             | PathRequest::FindLight(_)

@@ -98,11 +98,14 @@ pub fn follow_reading(state: &mut State) {
         true => own.original.clone(),
         false => Some(path.clone()),
     });
+    let charts = project.as_ref().and_then(|own| own.charts.clone());
     let opening = Opening {
         path,
         folder,
         project,
         edits: None,
+        charts,
+        read_charts: None,
         lights: None,
         file,
         recovered: looking.is_recovered.then_some(looking.path),
@@ -170,6 +173,12 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
         stored.map_or((None, None), |own| (own.solution.clone(), own.results.clone()));
     let mut project = Project::new(opening.folder, capture, secs);
     project.file = opening.file;
+    if let Some(charts) = opening.read_charts {
+        for warning in &charts.warnings {
+            state.messages.warning(warning.clone());
+        }
+        project.opened_with(*charts);
+    }
     if let Some(before) = before {
         reopening::carry_over(&before, &mut project, &mut state.messages);
     }
@@ -188,6 +197,8 @@ pub fn show(state: &mut State, opening: Opening, capture: Arc<Capture>) {
             unread: Arc::new(edits.unread),
             absent: resolved.absent,
             masks: Arc::new(stored.masks),
+            charts: project.edit().charts.clone(),
+            unread_charts: project.edit().unread_charts.clone(),
         }));
         // Saving would write the capture's new place.
         if opening.recovered.is_some() || moved {
@@ -282,6 +293,7 @@ pub fn close_unprompted(state: &mut State) {
     state.jobs.studies.forget();
     state.jobs.stop_restoring();
     state.jobs.stop_suggesting();
+    state.jobs.charts.forget();
     state.viewport.clear();
     state.dialogs.forget_project();
     keeping::forget_kept(state);

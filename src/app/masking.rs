@@ -37,12 +37,21 @@ pub fn apply(state: &mut State, what: Masking) {
 
 /// A tool is for the photograph that is looked through; the selected one where none is.
 fn take_up(state: &mut State, tool: Option<MaskTool>) {
-    let Some(project) = &state.project else { return };
+    if state.project.is_none() {
+        return;
+    }
     state.viewport.masking.tool = tool;
     if tool.is_none() {
         return;
     }
+    state.viewport.cornering.is_active = false;
     state.layout.show(Pane::Masks);
+    look_through_any(state);
+}
+
+/// Looks through a photograph where none is: the selected one, or the first that measures radiance.
+pub fn look_through_any(state: &mut State) {
+    let Some(project) = &state.project else { return };
     if state.viewport.is_looking_through().is_none() {
         let first = || project.capture.measurements().next().map(|(index, ..)| index);
         match project.selection.photograph.or_else(first) {
@@ -94,7 +103,7 @@ fn mask_of(image: &Image) -> Mask {
 /// Suggestions have come: what they leave out is left out beside what was before.
 pub fn suggested(state: &mut State, of: &Arc<Capture>, suggestions: &[Suggestion]) {
     let Some(project) = &state.project else { return };
-    if !Arc::ptr_eq(&project.loaded, of) {
+    if !Arc::ptr_eq(&project.opened, of) {
         return;
     }
     let mut masks = (*project.edit().masks).clone();

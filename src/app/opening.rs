@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::pending::Pending;
 use super::unsaved::UnsavedWork;
 use crate::io::edits::StoredEdits;
 use crate::io::project::ProjectFile;
-use crate::io::tags::StoredLights;
+use crate::io::tags::{StoredCharts, StoredLights};
 use crate::scene::Capture;
 
 /// What is being opened.
@@ -21,6 +23,10 @@ pub struct Opening {
     pub project: Option<Box<ProjectFile>>,
     /// What the project changes of the recovered scene, once it has been read.
     pub edits: Option<Box<StoredEdits>>,
+    /// Charts in place of those of the capture's files, until they have been read.
+    pub charts: Option<Vec<Value>>,
+    /// What has been read of them.
+    pub read_charts: Option<Box<StoredCharts>>,
     /// The known lights that the project has, once they have been read.
     pub lights: Option<Box<StoredLights>>,
     /// The project file to save to.

@@ -34,6 +34,7 @@ macro_rules! panes {
             Viewport view Own, "3D view", "Show 3D view", "Geometry, cameras, samples and lights";
             Tags tags Right, "Tags", "Show tags", "Materials and which surfaces have them";
             KnownLight known_light Right, "Known light", "Show known light", "Lights whose shape and place are known";
+            Charts charts Right, "Charts", "Show charts", "Grey cards and colour charts in the photographs";
             Run run Right, "Run", "Show run", "Method, options and progress";
             Inspector inspector Right, "Inspector", "Show inspector", "Every number of the selection";
             Relight relight Right, "Relight", "Show relight", "Other light, materials and objects";

@@ -1,23 +1,28 @@
 //! The open project: the capture as it was loaded, the changes to it, and the results.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod matched;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
+
+use serde_json::Value;
 
 use super::change::Change;
 use super::edit::Edit;
 use super::gesture::{Gesture, Preview};
 use super::given::GivenLight;
 use super::products::{Products, Run};
-use super::relight::Added;
+pub use super::selection::{Focus, Selection};
 use super::undo::History;
 use super::viewport::{self, MaterialColors};
 use crate::io::project::ProjectFile;
 use crate::io::results::Results;
+use crate::io::tags::{StoredCharts, chart_values};
 use crate::reconstruct::{Reconstruction, StageCache, Update};
 use crate::render::scene::Solved;
 use crate::scene::Capture;
+use crate::scene::charts::LaidChart;
 use crate::worker::StoreResults;
 
 pub struct Project {
@@ -25,8 +30,12 @@ pub struct Project {
     pub folder: PathBuf,
     /// The project file, once there is one.
     pub file: Option<PathBuf>,
-    /// As the files say.
+    /// As the files say, with the charts of the present state.
     pub loaded: Arc<Capture>,
+    /// Those that the capture's own files name.
+    charts_of_files: Arc<Vec<LaidChart>>,
+    /// As it was opened: what was begun for this project and no other has the same.
+    pub opened: Arc<Capture>,
     pub load_secs: f64,
     /// As it would be reconstructed now.
     pub capture: Arc<Capture>,
@@ -47,36 +56,6 @@ pub struct Project {
     pub stage_cache: StageCache,
 }
 
-/// What is selected, everywhere in the window.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Selection {
-    pub surfaces: BTreeSet<usize>,
-    /// The surface from which shift extends.
-    pub anchor: Option<usize>,
-    pub hidden: BTreeSet<usize>,
-    /// Index into the edited list.
-    pub material: Option<usize>,
-    pub sample: Option<usize>,
-    pub light: Option<usize>,
-    pub photograph: Option<usize>,
-    /// An added light or object.
-    pub added: Option<Added>,
-    /// What was selected last: this is what the inspector shows.
-    pub focus: Focus,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Focus {
-    #[default]
-    Nothing,
-    Surfaces,
-    Material,
-    Sample,
-    Light,
-    Photograph,
-    Added,
-}
-
 impl Project {
     pub fn new(folder: PathBuf, loaded: Arc<Capture>, load_secs: f64) -> Self {
         let edit = Arc::new(Edit::of(&loaded, Default::default()));
@@ -84,6 +63,8 @@ impl Project {
             folder,
             file: None,
             capture: loaded.clone(),
+            charts_of_files: loaded.charts.clone(),
+            opened: loaded.clone(),
             loaded,
             load_secs,
             saved: Some(edit.clone()),
@@ -163,15 +144,23 @@ impl Project {
 
     /// Goes to another state: by undo, redo, or because a file says so.
     pub fn set_edit(&mut self, edit: Arc<Edit>) {
-        if edit.materials != self.edit.materials
+        let are_charts_new = edit.charts != self.edit.charts;
+        if are_charts_new {
+            self.loaded = Arc::new(self.loaded.with_charts(edit.charts.clone()));
+        }
+        if are_charts_new
+            || edit.materials != self.edit.materials
             || edit.given != self.edit.given
             || edit.masks != self.edit.masks
         {
             let earlier = Some((&*self.capture, &*self.edit));
             self.capture = Arc::new(edit.capture(&self.loaded, earlier));
         }
-        // Materials that come and go renumber the others.
         let selection = &mut self.selection;
+        if are_charts_new {
+            selection.forget_surfaces_of_charts(&self.loaded);
+        }
+        // Materials that come and go renumber the others.
         if edit.materials.len() != self.edit.materials.len() {
             selection.material = selection.material.and_then(|index| {
                 let name = &self.edit.materials.get(index)?.name;
@@ -202,6 +191,21 @@ impl Project {
         let (name, state) = self.history.redo(&self.edit.clone())?;
         self.set_edit(state);
         Some(name)
+    }
+
+    /// Takes note of charts with which the capture was opened in place of those of its files.
+    pub fn opened_with(&mut self, charts: StoredCharts) {
+        self.charts_of_files = charts.of_files;
+        let unread_charts = Arc::new(charts.unread);
+        self.edit = Arc::new(Edit { unread_charts, ..(*self.edit).clone() });
+        self.saved = Some(self.edit.clone());
+    }
+
+    /// The charts as a project file has them; `None` where they are those of the capture's files.
+    pub fn chart_values(&self) -> Option<Vec<Value>> {
+        let Edit { charts, unread_charts, .. } = &*self.edit;
+        let is_own = *charts != self.charts_of_files || !unread_charts.is_empty();
+        is_own.then(|| chart_values(charts, unread_charts, &self.loaded))
     }
 
     pub fn mark_saved(&mut self) {
@@ -250,9 +254,10 @@ impl Project {
             return;
         }
         let Results { materials, absent, masks, options, capture, reconstruction } = results;
+        let charts = capture.charts.clone();
         let given = Arc::new(GivenLight::of(&capture));
         let masks = Arc::new(masks);
-        let of = Edit { materials, absent, masks, options, given, ..(*self.edit).clone() };
+        let of = Edit { materials, absent, masks, charts, options, given, ..(*self.edit).clone() };
         let of_run = Some((Arc::new(of), capture.clone()));
         self.products = Products { of: of_run, ..Products::default() };
         self.products.finish(&capture, reconstruction);
@@ -296,9 +301,10 @@ impl Project {
             folder,
             inputs: ProjectFile {
                 capture: self.folder.clone(),
-                tags: edit.tags(&self.loaded),
-                lights: Some(edit.given.values(&self.loaded)),
+                tags: edit.tags(&capture),
+                lights: Some(edit.given.values(&capture)),
                 environment: Some(edit.given.environment),
+                charts: Some(chart_values(&edit.charts, &[], &capture)),
                 masks: (*edit.masks).clone(),
                 options: edit.options.clone(),
                 ..ProjectFile::default()
@@ -327,24 +333,6 @@ impl Project {
         let names = capture.materials.iter().map(|own| own.name.as_str()).enumerate();
         let place = |(index, name)| now(name).or(then.get(index).copied()).unwrap_or(index);
         MaterialColors { listed: names.map(place).collect() }
-    }
-
-    /// The material of the results that one of the list was found as. Names and order may have
-    /// been edited since: what counts is where most surfaces of either went.
-    pub fn found_as(&self, material: usize) -> Option<usize> {
-        let results = self.result_capture();
-        let own = &self.edit.materials.get(material)?.surfaces;
-        let result = most(own.iter().filter_map(|&surface| results.surfaces[surface].material()))?;
-        (self.listed_as(result) == Some(material)).then_some(result)
-    }
-
-    /// The material of the list that has most surfaces of one of the results.
-    pub fn listed_as(&self, result: usize) -> Option<usize> {
-        let listed = self.edit.listed();
-        let surfaces = &self.result_capture().materials.get(result)?.surfaces;
-        most(surfaces.iter().filter_map(|&surface| {
-            self.capture.surfaces[surface].material().map(|index| listed[index])
-        }))
     }
 
     /// Why it cannot be reconstructed now.
@@ -395,32 +383,14 @@ impl Project {
             selected_sample: self.selection.sample,
             selected_light: self.selection.light,
             selected_photograph: self.selection.photograph,
+            charts: self.edit.charts.clone(),
+            selected_chart: self.selection.chart,
             things: self.edit.things(),
             selected_added: self.selection.added,
             solved: self.products.solved.clone(),
             relit: None,
         }
     }
-}
-
-impl Selection {
-    /// Samples and lights of other results have other numbers.
-    pub fn forget_products(&mut self) {
-        self.sample = None;
-        self.light = None;
-        if matches!(self.focus, Focus::Sample | Focus::Light) {
-            self.focus = Focus::Nothing;
-        }
-    }
-}
-
-/// What comes most often; of several the smallest.
-fn most(items: impl Iterator<Item = usize>) -> Option<usize> {
-    let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
-    for item in items {
-        *counts.entry(item).or_default() += 1;
-    }
-    counts.into_iter().rev().max_by_key(|(_, count)| *count).map(|(item, _)| item)
 }
 
 #[cfg(test)]

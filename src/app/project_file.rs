@@ -16,6 +16,7 @@ pub fn file_of(state: &State, project: &Project) -> ProjectFile {
         tags: project.edit().tags(&project.loaded),
         lights: (given.lights != project.loaded.lights || !given.unread.is_empty())
             .then(|| given.values(&project.loaded)),
+        charts: project.chart_values(),
         environment: (given.environment != project.loaded.environment).then_some(given.environment),
         options: project.edit().options.clone(),
         masks: (*project.edit().masks).clone(),

@@ -15,17 +15,22 @@ use super::unsaved::UnsavedWork;
 use crate::io::edits::{Place, Unread};
 use crate::io::project;
 use crate::io::tags::light_values;
+use crate::scene::charts::{Chart, ChartView, LaidChart};
 use crate::scene::{Capture, KnownLight};
 
 /// Reads a capture anew.
 pub fn reopen(state: &mut State, folder: &Path) {
     let of = |project: &&Project| project.folder == folder;
-    let file = state.project.as_ref().filter(of).and_then(|project| project.file.clone());
+    let project = state.project.as_ref().filter(of);
+    let file = project.and_then(|project| project.file.clone());
+    let charts = project.and_then(Project::chart_values);
     state.jobs.open(Opening {
         path: file.clone().unwrap_or_else(|| folder.to_owned()),
         folder: folder.to_owned(),
         project: None,
         edits: None,
+        charts,
+        read_charts: None,
         lights: None,
         file,
         recovered: None,
@@ -47,14 +52,18 @@ pub fn take(state: &mut State, opening: &Opening) -> Option<Project> {
 /// Gives a project what was changed about the one before.
 pub fn carry_over(before: &Project, project: &mut Project, messages: &mut Messages) {
     let captures = [before.loaded.clone(), project.loaded.clone()];
-    let (edit, warnings) = renamed(before.edit(), &captures);
+    let charts = project.loaded.charts.clone();
+    let (edit, warnings) = renamed(before.edit(), &captures, charts);
     project.set_edit(Arc::new(edit));
     if before.is_changed() {
         project.mark_unsaved();
     } else {
         project.mark_saved();
     }
-    project.history = before.history.map(|edit| Arc::new(renamed(edit, &captures).0));
+    project.history = before.history.map(|edit| {
+        let charts = moved_charts(&edit.charts, &captures);
+        Arc::new(renamed(edit, &captures, charts).0)
+    });
     if !warnings.is_empty() {
         let text = warnings.join("\n") + "\nSaving keeps these tags as they are.";
         messages.error("The surfaces have changed", text);
@@ -63,7 +72,17 @@ pub fn carry_over(before: &Project, project: &mut Project, messages: &mut Messag
 
 /// The same tags on another capture's surfaces, by their names; what could not be found. Surfaces
 /// that are new have the materials of a capture that is opened.
-fn renamed(edit: &Edit, [old, new]: &[Arc<Capture>; 2]) -> (Edit, Vec<String>) {
+fn renamed(
+    edit: &Edit,
+    [old, new]: &[Arc<Capture>; 2],
+    charts: Arc<Vec<LaidChart>>,
+) -> (Edit, Vec<String>) {
+    let with =
+        |capture: &Arc<Capture>, charts: &Arc<Vec<LaidChart>>| match capture.charts == *charts {
+            true => capture.clone(),
+            false => Arc::new(capture.with_charts(charts.clone())),
+        };
+    let (old, new) = (&*with(old, &edit.charts), &*with(new, &charts));
     let given = relit(edit, old, new);
     let resolved = project::materials(&edit.tags(old), &given.lit(new));
     let mut materials = resolved.materials;
@@ -77,7 +96,25 @@ fn renamed(edit: &Edit, [old, new]: &[Arc<Capture>; 2]) -> (Edit, Vec<String>) {
         }
     }
     let given = Arc::new(given);
-    (Edit { materials, given, absent: resolved.absent, ..edit.clone() }, resolved.warnings)
+    let edit = Edit { materials, given, charts, absent: resolved.absent, ..edit.clone() };
+    (edit, resolved.warnings)
+}
+
+/// Charts of an earlier state in another capture. One that is there at present has its position there;
+/// others keep theirs. Photographs that are gone show them no more.
+fn moved_charts(charts: &[LaidChart], [old, new]: &[Arc<Capture>; 2]) -> Arc<Vec<LaidChart>> {
+    let view = |view: &ChartView| {
+        let name = &old.photographs[view.photograph].name;
+        let photograph = new.photographs.iter().position(|own| own.name == *name)?;
+        Some(ChartView { photograph, ..*view })
+    };
+    let moved = |own: &LaidChart| {
+        let views = own.chart.views.iter().filter_map(view).collect();
+        let chart = Chart { views, ..own.chart.clone() };
+        let now = new.charts.iter().find(|other| other.chart == chart);
+        now.cloned().unwrap_or_else(|| LaidChart { chart, placed: own.placed.clone() })
+    };
+    Arc::new(charts.iter().map(moved).collect())
 }
 
 /// The known light on another capture. What was never changed is as the new tags say.

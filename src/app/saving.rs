@@ -134,7 +134,7 @@ fn begin_project(state: &mut State, file: PathBuf, replace: bool) -> Option<Save
         stored.results = Some(storing.folder.clone());
     }
     let of = Saved::Project {
-        loaded: project.loaded.clone(),
+        opened: project.opened.clone(),
         edit: project.edit().clone(),
         storing: storing.map(Box::new),
     };
@@ -212,8 +212,8 @@ fn saved(state: &mut State, of: Saved, file: PathBuf) {
                 }
             }
         }
-        Saved::Project { loaded, edit, storing } => {
-            let project = state.project.as_mut().filter(|own| Arc::ptr_eq(&own.loaded, &loaded));
+        Saved::Project { opened, edit, storing } => {
+            let project = state.project.as_mut().filter(|own| Arc::ptr_eq(&own.opened, &opened));
             if let Some(project) = project {
                 project.file = Some(file.clone());
                 project.mark_saved_as(edit);

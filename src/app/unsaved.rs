@@ -95,7 +95,7 @@ pub struct Save {
 /// What was handed to the disk, which may have changed since.
 pub enum Saved {
     Model { folder: PathBuf, model: Arc<Model> },
-    Project { loaded: Arc<Capture>, edit: Arc<Edit>, storing: Option<Box<StoreResults>> },
+    Project { opened: Arc<Capture>, edit: Arc<Edit>, storing: Option<Box<StoreResults>> },
 }
 
 /// Why something was not written.

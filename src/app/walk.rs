@@ -117,6 +117,8 @@ pub(super) fn open(file: &Path, loaded: &Arc<Capture>) -> Project {
         relight: Arc::new(read.edits),
         unread: Arc::new(read.unread),
         absent: resolved.absent,
+        charts: project.edit().charts.clone(),
+        unread_charts: project.edit().unread_charts.clone(),
         masks: Arc::new(stored.masks),
     }));
     project

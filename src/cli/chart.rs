@@ -15,7 +15,7 @@ use crate::io::tags::pin::{Changed, Pin, of_table};
 use crate::io::{chart_table, tags};
 use crate::math::rgb::Rgb;
 use crate::scene::Capture;
-use crate::scene::charts::{self, ColorFit, PatchReading, Table};
+use crate::scene::charts::{self, Chart, ColorFit, PatchReading, Table};
 use crate::worker::{Command as Job, JobEvent, Worker};
 
 /// The usual grey card and what it may be off; see `tags.json`.
@@ -272,14 +272,15 @@ fn pin<'a>(
     // Each has the photographs of those before.
     let tag = tags.last().ok_or_else(|| anyhow!("--image is missing"))?;
     let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
-    let mut chart = tag.resolved(&names).map_err(|problem| anyhow!("{problem}"))?;
+    let chart = tag.resolved(&names).map_err(|problem| anyhow!("{problem}"))?;
     // It may be there already, under its own name.
-    let mut tried = Capture::clone(capture);
-    charts::take_away(&mut tried, &chart);
-    chart.name += " (read again)";
-    let placed = charts::place(&mut tried, &chart)
-        .map_err(|problem| anyhow!("{problem}; nothing is pinned"))?;
-    if chart.size_m.is_some() {
+    let others = capture.charts.iter().map(|own| own.chart.clone());
+    let mut all: Vec<Chart> = others.filter(|own| own.name != chart.name).collect();
+    all.push(chart);
+    let laid = charts::find(capture, all);
+    let own = laid.last().ok_or_else(|| anyhow!("--image is missing"))?;
+    let placed = own.placed.as_ref().map_err(|problem| anyhow!("{problem}; nothing is pinned"))?;
+    if own.chart.size_m.is_some() {
         let middle = placed.corners.iter().sum::<DVec3>() / 4.0;
         note_line!(
             "{}: its middle is at {:.3}, {:.3}, {:.3} m, its tilt is known to ± {:.1}°",
@@ -290,7 +291,7 @@ fn pin<'a>(
             placed.tilt_sd.to_degrees()
         );
     }
-    let pinned = tried.materials.len() - capture.materials.len();
+    let pinned = own.surfaces().iter().filter(|own| own.known.is_some()).count();
     Ok(format!("\"{}\" is pinned, {pinned} known reflectances", tag.name))
 }
 

@@ -9,6 +9,7 @@ use super::accept::{Loaded, Sensor, accept, bytes};
 use super::brackets::Series;
 use super::picture::{self, Format, Picture};
 use super::tags::ChartTag;
+use super::tags::charts::left_out;
 use super::transforms::{self, Cameras, Frame, Images};
 use super::{Error, Fault, brackets, mesh, photograph, raw, scratch, single, tags};
 use crate::exposures::{MergeOptions, Merged};
@@ -75,6 +76,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         materials: tags.materials,
         lights: tags.lights,
         environment: tags.environment,
+        charts: Arc::default(),
         warnings,
     };
     lay_charts(&mut capture, &tags.charts, &tag_file);
@@ -82,19 +84,31 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
 }
 
 /// Makes surfaces of the charts; one that cannot be used is left out with a warning.
-fn lay_charts(capture: &mut Capture, charts: &[ChartTag], tag_file: &Path) {
-    for tag in charts {
-        let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
-        let outcome = tag.resolved(&names).and_then(|chart| charts::place(capture, &chart));
-        if let Err(problem) = outcome {
-            capture.warnings.push(format!(
-                "{}, {}: the chart \"{}\" is left out, and nothing is pinned by it: {problem}.",
-                tag_file.display(),
-                tag.place,
-                tag.name
-            ));
+fn lay_charts(capture: &mut Capture, tags: &[ChartTag], tag_file: &Path) {
+    let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
+    let mut problems = Vec::new();
+    let (mut charts, mut places) = (Vec::new(), Vec::new());
+    for tag in tags {
+        match tag.resolved(&names) {
+            Ok(chart) => {
+                charts.push(chart);
+                places.push(&tag.place);
+            }
+            Err(problem) => problems.push((&tag.place, &tag.name, problem)),
         }
     }
+    let laid = charts::find(capture, charts);
+    for (place, own) in places.into_iter().zip(&laid) {
+        if let Err(problem) = &own.placed {
+            problems.push((place, &own.chart.name, problem.clone()));
+        }
+    }
+    let warning = |(place, name, problem): (&String, &String, String)| {
+        format!("{}, {place}: {}", tag_file.display(), left_out(name, &problem))
+    };
+    let mut warnings: Vec<String> = problems.into_iter().map(warning).collect();
+    *capture = capture.with_charts(Arc::new(laid));
+    capture.warnings.append(&mut warnings);
 }
 
 /// What a capture is called: its folder's name.

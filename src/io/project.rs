@@ -26,7 +26,7 @@ pub use masks::{Masks, put_masks};
 use masks::{StoredMask, stored_masks};
 
 /// The version that is written; older ones are read, too.
-pub const VERSION: u64 = 4;
+pub const VERSION: u64 = 5;
 /// The extension of project files.
 pub const EXTENSION: &str = "lobelia";
 
@@ -43,6 +43,9 @@ pub struct ProjectFile {
     pub lights: Option<Vec<Value>>,
     /// `None` for that of the capture's own tags.
     pub environment: Option<Environment>,
+    /// Charts in the form of `tags.json`, the files that they name absolute; `None` for those of the
+    /// capture's own tags.
+    pub charts: Option<Vec<Value>>,
     pub options: Options,
     pub relight: Relight,
     /// What is left out of photographs.
@@ -100,6 +103,8 @@ struct Stored {
     lights: Option<Vec<Value>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     environment: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    charts: Option<Vec<Value>>,
     /// By section and name, as they would be written on the command line.
     #[serde(default)]
     options: BTreeMap<String, BTreeMap<String, String>>,
@@ -172,8 +177,9 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
         capture: tidy(&folder.join(&stored.capture)),
         original: stored.original,
         tags: stored.materials,
-        lights: stored.lights.map(|lights| with_images(lights, from_here)),
+        lights: stored.lights.map(|lights| with_files(lights, "image", from_here)),
         environment: environment.transpose()?,
+        charts: stored.charts.map(|charts| with_files(charts, "table", from_here)),
         options,
         relight: Relight::Stored(stored.relight),
         masks: masks::read(file, stored.masks)?,
@@ -184,14 +190,14 @@ pub fn read(file: &Path) -> Result<ProjectFile, Error> {
     })
 }
 
-/// Known lights whose images are named another way.
-fn with_images(mut lights: Vec<Value>, name: impl Fn(&str) -> String) -> Vec<Value> {
-    for light in &mut lights {
-        if let Some(Value::String(image)) = light.get_mut("image") {
-            *image = name(image);
+/// Known lights or charts with another name for the file that is their member `key`.
+fn with_files(mut items: Vec<Value>, key: &str, name: impl Fn(&str) -> String) -> Vec<Value> {
+    for item in &mut items {
+        if let Some(Value::String(file)) = item.get_mut(key) {
+            *file = name(file);
         }
     }
-    lights
+    items
 }
 
 /// Brings a project of an older version to this one.
@@ -200,7 +206,8 @@ fn migrate(file: &Path, value: &mut Value) -> Result<(), Error> {
     // The first projects had no number.
     let version = root.get("version").map_or(Some(1), |version| version.value.as_u64());
     match version {
-        // Version 2 has gained "results", version 3 "lights" and "environment", version 4 "masks";
+        // Version 2 has gained "results", version 3 "lights" and "environment", version 4 "masks",
+        // version 5 "charts";
         // older projects do without.
         Some(1..=VERSION) => {
             value["version"] = VERSION.into();
@@ -257,16 +264,15 @@ fn text(file: &Path, project: &ProjectFile) -> Result<String, Error> {
             section.insert(declaration.name.to_owned(), text);
         }
     }
+    let to_here = |file: &str| relative(&folder, Path::new(file));
     let stored = Stored {
         version: VERSION,
         capture: relative(&folder, &absolute(&project.capture)),
         original: project.original.clone(),
         materials: project.tags.clone(),
-        lights: project
-            .lights
-            .clone()
-            .map(|lights| with_images(lights, |image| relative(&folder, Path::new(image)))),
+        lights: project.lights.clone().map(|lights| with_files(lights, "image", to_here)),
         environment: project.environment.map(|own| own.name().to_owned()),
+        charts: project.charts.clone().map(|charts| with_files(charts, "table", to_here)),
         options,
         start: project.options.start.clone(),
         relight: match &project.relight {

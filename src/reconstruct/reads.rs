@@ -179,8 +179,17 @@ impl Inputs {
     /// what they leave out: one that is drawn and taken back is the one before.
     pub(super) fn same_as(&self, other: &Self) -> bool {
         // Destructured, so that a field that is added cannot be forgotten here.
-        let Capture { name, mesh, surfaces, photographs, materials, lights, environment, warnings } =
-            &self.capture;
+        let Capture {
+            name,
+            mesh,
+            surfaces,
+            photographs,
+            materials,
+            lights,
+            environment,
+            charts,
+            warnings,
+        } = &self.capture;
         let capture = &other.capture;
         let same_photograph = |(a, b): (&crate::scene::Photograph, &crate::scene::Photograph)| {
             let same_image = match (&a.image, &b.image) {
@@ -194,8 +203,8 @@ impl Inputs {
             && Arc::ptr_eq(mesh, &capture.mesh)
             && photographs.len() == capture.photographs.len()
             && photographs.iter().zip(&capture.photographs).all(same_photograph)
-            && (name, environment, warnings)
-                == (&capture.name, &capture.environment, &capture.warnings)
+            && (name, environment, charts, warnings)
+                == (&capture.name, &capture.environment, &capture.charts, &capture.warnings)
             && (surfaces, materials, lights)
                 == (&capture.surfaces, &capture.materials, &capture.lights)
     }
@@ -227,7 +236,7 @@ fn assigned(capture: &Capture, with_kinds: bool) -> Capture {
     }
 }
 
-/// With every tag.
+/// With every tag. Charts are known by their surfaces.
 fn told(capture: &Capture) -> Capture {
-    Capture { name: String::new(), warnings: Vec::new(), ..capture.clone() }
+    Capture { name: String::new(), charts: Arc::default(), warnings: Vec::new(), ..capture.clone() }
 }

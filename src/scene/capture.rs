@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
+use crate::scene::charts::LaidChart;
 use crate::scene::{Camera, Dome, Emitter, Image};
 
 /// A partial geometric model with calibrated photographs of it and the artist's tags.
@@ -20,6 +21,8 @@ pub struct Capture {
     pub materials: Vec<Material>,
     pub lights: Vec<KnownLight>,
     pub environment: Environment,
+    /// Their surfaces and materials are the last ones of a capture as it was loaded.
+    pub charts: Arc<Vec<LaidChart>>,
     /// Warnings of the readers: each names the problem, its place and its consequence.
     pub warnings: Vec<String>,
 }

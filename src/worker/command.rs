@@ -8,7 +8,6 @@ use crate::geometry::bvh::RayCaster;
 use crate::io;
 use crate::io::brackets::{self, Series};
 use crate::io::import::{self, Holds, Import, Survey, Writing};
-use crate::io::project::ProjectFile;
 use crate::io::truth::Truth;
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights};
 use crate::reconstruct::lobes::{CoverageMask, coverage};
@@ -23,6 +22,7 @@ use crate::worker::merge::{self, Merging};
 use crate::worker::modelling::{self, Modelling};
 use crate::worker::relight::{self, Relighting};
 use crate::worker::render::{self, Rendering};
+use crate::worker::store::StoreResults;
 
 /// A job for the worker.
 #[derive(Clone, Debug)]
@@ -136,6 +136,15 @@ pub enum Command {
         /// The edits in it.
         value: Box<serde_json::Value>,
     },
+    /// Read the charts of a project, as far as they can be, and find their positions.
+    ReadStoredCharts {
+        /// As it was loaded.
+        capture: Arc<Capture>,
+        /// The project's file: paths are relative to it.
+        file: PathBuf,
+        /// The charts in it.
+        values: Vec<serde_json::Value>,
+    },
     /// Read the known lights of a project, as far as they can be.
     ReadStoredLights {
         /// Whose surfaces they name.
@@ -177,29 +186,6 @@ pub enum Command {
     /// Panics, to test that the worker goes on.
     #[cfg(test)]
     Panic,
-}
-
-/// Results to be written beside a project's file.
-#[derive(Clone, Debug)]
-pub struct StoreResults {
-    /// Their folder.
-    pub folder: PathBuf,
-    /// Tags and options of the run.
-    pub inputs: ProjectFile,
-    /// As it was tagged for the run.
-    pub capture: Arc<Capture>,
-    /// What is written.
-    pub reconstruction: Arc<Reconstruction>,
-    /// Seconds that loading took, for the report.
-    pub load_secs: f64,
-}
-
-impl StoreResults {
-    /// Writes them.
-    pub fn write(&self, watch: &Watch) -> Result<(), io::Error> {
-        let Self { folder, inputs, capture, reconstruction, load_secs } = self;
-        io::results::write(folder, inputs, capture, reconstruction, *load_secs, watch)
-    }
 }
 
 /// Where edits are.
@@ -352,6 +338,10 @@ impl Command {
                     }
                     Err(error) => JobEvent::Failed(error.to_string()),
                 }
+            }
+            Self::ReadStoredCharts { capture, file, values } => {
+                let stored = io::tags::stored_charts(&file, &values, &capture);
+                JobEvent::StoredCharts(Box::new(stored))
             }
             Self::ReadStoredLights { capture, file, values } => {
                 let stored = io::tags::stored_lights(&file, &values, &capture);

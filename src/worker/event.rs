@@ -9,7 +9,7 @@ use crate::io::engines::{Installed, Told};
 use crate::io::import::{Import, ShotCheck, Shown, Survey, Written};
 use crate::io::model::Opened;
 use crate::io::results::Results;
-use crate::io::tags::StoredLights;
+use crate::io::tags::{StoredCharts, StoredLights};
 use crate::io::truth::Truth;
 use crate::model::FoundCameras;
 use crate::model::lines::Line;
@@ -118,6 +118,8 @@ pub enum JobEvent {
     StoredEdits(Box<StoredEdits>),
     /// The known lights of a project were read, as far as they could be.
     StoredLights(Box<StoredLights>),
+    /// The charts of a project, as far as they could be read.
+    StoredCharts(Box<StoredCharts>),
     /// The results beside a project's file were read.
     Results(Box<Results>),
     /// The files of a picture are written.

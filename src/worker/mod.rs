@@ -14,6 +14,7 @@ mod modelling;
 mod panics;
 mod render;
 mod reprojection;
+mod store;
 mod memory;
 
 use std::collections::HashMap;
@@ -27,7 +28,7 @@ use crate::io::logfile;
 use crate::reconstruct::Update;
 use crate::watch::{Progress, Watch};
 
-pub use command::{Command, EditSource, StoreResults};
+pub use command::{Command, EditSource};
 pub use elsewhere::SceneExport;
 pub use event::{Event, Job, JobEvent};
 pub use merge::{MergeReport, Merging, Place, Written};
@@ -36,6 +37,7 @@ pub use panics::record_panics;
 pub use relight::{LatestRequest, PreviewRequest, Relighting, Relit};
 pub use render::{Files, Frame, Rendering};
 pub use reprojection::Reprojection;
+pub use store::StoreResults;
 
 /// The worker thread. Dropping this cancels all jobs and waits for the thread to end.
 pub struct Worker {

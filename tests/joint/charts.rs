@@ -1,12 +1,14 @@
 //! Cards of known reflectance on a floor that a lamp lights, whose radiance is known in closed form.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
+use lobelia::io::tags::{chart_values, stored_charts};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::options::Options;
-use lobelia::scene::charts::{Chart, ChartView, Table, place};
-use lobelia::scene::{Distortion, Emitter, Image, KnownLight, Role};
+use lobelia::scene::charts::{Chart, ChartKind, ChartView, Placed, Table, find};
+use lobelia::scene::{Capture, Distortion, Emitter, Image, KnownLight, Role};
 
 use crate::rooms::{Room, bent_camera, image_of, run};
 
@@ -52,7 +54,21 @@ fn view(room: &Room, photograph: usize, corners: [DVec3; 4]) -> ChartView {
 }
 
 fn chart(views: Vec<ChartView>) -> Chart {
-    Chart { name: "card".into(), table: Table::card(CARD, [0.001; 3]), views, size_m: None }
+    Chart {
+        name: "card".into(),
+        kind: ChartKind::Grey,
+        table: Table::card(CARD, [0.001; 3]),
+        views,
+        size_m: None,
+    }
+}
+
+/// Adds a chart to a capture, if it can be used.
+fn place(capture: &mut Capture, chart: &Chart) -> Result<Placed, String> {
+    let laid = find(capture, vec![chart.clone()]);
+    let placed = laid[0].placed.clone();
+    *capture = capture.with_charts(Arc::new(laid));
+    placed
 }
 
 fn refused(room: &mut Room, chart: &Chart, part: &str) {
@@ -164,6 +180,35 @@ fn room_with_standing_card() -> Room {
     room
 }
 
+/// What a project stores of charts brings them back; what cannot be read is kept, and said.
+#[test]
+fn charts_of_a_project_come_back() {
+    let mut room = room();
+    let on_floor = chart(vec![view(&room, 0, corners()), view(&room, 2, corners())]);
+    let mut lost = chart(vec![view(&room, 1, corners())]);
+    lost.name = "lost".into();
+    lost.views[0].corners_px.swap(0, 1);
+    let bare = room.capture.clone();
+    let laid = Arc::new(find(&bare, vec![on_floor, lost]));
+    room.capture = bare.with_charts(laid.clone());
+    assert!(laid[0].placed.is_ok() && laid[1].placed.is_err());
+    assert_eq!(room.capture.materials.len(), bare.materials.len() + 1);
+    let missing = serde_json::json!({"name": "m", "kind": "grey", "views": [
+        {"file_path": "nowhere.exr", "corners": [[0, 0], [1, 0], [1, 1], [0, 1]]}]});
+    let values = chart_values(&laid, std::slice::from_ref(&missing), &room.capture);
+    let stored = stored_charts(Path::new("a.lobelia"), &values, &bare);
+    assert_eq!(stored.capture.charts, laid);
+    assert_eq!(stored.capture.materials, room.capture.materials);
+    assert_eq!(stored.capture.mesh.positions, room.capture.mesh.positions);
+    assert_eq!(stored.unread, [missing]);
+    assert!(stored.warnings[0].contains("there is no photograph \"nowhere.exr\""));
+    assert!(stored.warnings[1].contains("the chart \"lost\" is left out"));
+    // Without charts all is as it was.
+    let none = stored_charts(Path::new("a.lobelia"), &[], &room.capture).capture;
+    assert_eq!((none.surfaces.len(), &none.materials), (bare.surfaces.len(), &bare.materials));
+    assert_eq!(none.mesh.positions, bare.mesh.positions);
+}
+
 /// A card on a stand that is not modelled: its pose follows from its size, and the floor's reflectance from it.
 #[test]
 fn a_card_that_stands_free_settles_the_scale() {
@@ -230,6 +275,7 @@ fn the_greys_of_a_chart_are_known() {
     let mirrored = ChartView { corners_px: [0, 3, 2, 1].map(|k| seen.corners_px[k]), ..seen };
     let chart = |views: Vec<ChartView>| Chart {
         name: "card".into(),
+        kind: ChartKind::ColorChecker,
         table: table.clone(),
         views,
         size_m: None,

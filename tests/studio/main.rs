@@ -3,6 +3,7 @@
 #![cfg(feature = "studio")]
 
 mod blink; // the model's faces over the photograph
+mod charts; // corners of cards and charts
 mod display; // photographs of 8 bits
 mod dropping; // files that are dropped, numbers that are typed
 mod edges; // things fitted to the lines of photographs

@@ -20,7 +20,7 @@ const WIDTH: f32 = 1100.0;
 const HEIGHT: f32 = 700.0;
 
 /// Panels by the workspace's part that they stand in. `View`, `Panels` must have no other.
-const RIGHT: [&str; 5] = ["tags", "known light", "run", "inspector", "relight"];
+const RIGHT: [&str; 6] = ["tags", "known light", "charts", "run", "inspector", "relight"];
 const LOWER: [&str; 8] = [
     "convergence",
     "error per sample",

@@ -24,6 +24,7 @@ use crate::model::from_points::Wanted;
 use crate::model::{self, Model};
 use crate::render;
 use crate::scene;
+use crate::scene::charts::Chart;
 
 pub use outcome::Outcome;
 pub use path_request::PathRequest;
@@ -100,6 +101,8 @@ pub enum Action {
     Lighting(Lighting),
     /// What is done about masks.
     Masking(Masking),
+    /// What is done about charts.
+    Charting(Charting),
     Import(ImportAction),
     New(NewAction),
     Model(ModelAction),
@@ -225,6 +228,42 @@ pub enum Masking {
     Invert,
     Suggest,
     StopSuggesting,
+}
+
+/// What is done about charts.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Charting {
+    Add(NewChart),
+    /// One whose reflectances a CSV file has.
+    AddTable(PathBuf),
+    /// Shows one, and places its corners.
+    Select(usize),
+    /// Takes up the tool that places the corners of the selected one, or lays it down.
+    Tool(bool),
+    /// The selected one has its corners there, in place of those before.
+    Corners {
+        photograph: usize,
+        corners_px: [DVec2; 4],
+    },
+    /// The selected one has no corners in a photograph any more.
+    RemoveCorners {
+        photograph: usize,
+    },
+    /// The selected one becomes another; what undo calls it.
+    Change {
+        name: &'static str,
+        chart: Box<Chart>,
+    },
+    /// The selected one is taken away.
+    Remove,
+}
+
+/// A chart that can be added without a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NewChart {
+    Grey,
+    White,
+    ColorChecker,
 }
 
 /// What is done about the import page from elsewhere.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{
-    Action, ExportAction, Field, ImportAction, Lighting, NewAction, PlotFile, Plotted, Relight,
-    Study,
+    Action, Charting, ExportAction, Field, ImportAction, Lighting, NewAction, PlotFile, Plotted,
+    Relight, Study,
 };
 use crate::app::jobs::studies::Kind;
 
@@ -20,6 +20,8 @@ pub enum PathRequest {
     AddDome,
     /// A known sky.
     AddSky,
+    /// The reflectances of a chart.
+    AddChartTable,
     LoadEdits,
     SaveEdits,
     RenderTo,
@@ -54,6 +56,7 @@ impl PathRequest {
             Self::AddObject => "Add a mesh (OBJ, glTF, PLY, STL)",
             Self::AddDome => "Add light from all around (EXR or HDR)",
             Self::AddSky => "Add a known sky (EXR or HDR)",
+            Self::AddChartTable => "Table of a chart's reflectances (CSV)",
             Self::LoadEdits => "Load edits (JSON)",
             Self::SaveEdits => "Save edits (JSON)",
             Self::RenderTo => "Render pictures into a folder",
@@ -107,6 +110,7 @@ impl PathRequest {
             Self::AddObject => Action::Relight(Relight::AddObject(path)),
             Self::AddDome => Action::Relight(Relight::AddDome(path)),
             Self::AddSky => Action::Lighting(Lighting::AddSky(path)),
+            Self::AddChartTable => Action::Charting(Charting::AddTable(path)),
             Self::LoadEdits => Action::Relight(Relight::Load(path)),
             Self::SaveEdits => Action::Relight(Relight::Save(path, replace)),
             Self::RenderTo => Action::Relight(Relight::PicturesFolder(path)),

@@ -2,11 +2,10 @@
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
-use super::{Command, Menu, draw, file};
-use crate::app::actions::{Action, Lighting, Masking, PathRequest, Select};
+use super::{Command, Menu, draw, file, photographs};
+use crate::app::actions::{Action, Lighting, PathRequest, Select};
 use crate::app::panes::Pane;
 use crate::app::relight::NewLight;
-use crate::app::viewport::MaskTool;
 use crate::app::workspaces::Workspace;
 use crate::render::Engine;
 
@@ -102,32 +101,8 @@ fn edit(list: &mut Vec<Command>) {
         "Make a material of the selected surfaces",
     );
     known_light(list);
-    masks(list);
-}
-
-fn masks(list: &mut Vec<Command>) {
-    use Menu::Edit;
-    let from = list.len();
-    let mut entry = |name, key, what, help| add(list, Edit, name, key, Action::Masking(what), help);
-    let tool = |tool| Masking::Tool(Some(tool));
-    entry(
-        "Paint mask",
-        key(Modifiers::SHIFT, Key::P),
-        tool(MaskTool::Brush),
-        MaskTool::Brush.help(),
-    );
-    entry("Draw mask with lasso", None, tool(MaskTool::Lasso), MaskTool::Lasso.help());
-    entry("Draw mask with box", None, tool(MaskTool::Box), MaskTool::Box.help());
-    entry("Mask surface", None, tool(MaskTool::Surface), MaskTool::Surface.help());
-    let help = "Clicks and drags in the 3D view select again";
-    entry("Lay mask tool down", None, Masking::Tool(None), help);
-    let help = "Find unmodelled things in front of the known surfaces, where photographs disagree";
-    entry("Suggest masks", None, Masking::Suggest, help);
-    let help = "Unmask all pixels of the photograph in view, or of the selected one";
-    entry("Clear mask", None, Masking::Clear, help);
-    let help = "Exchange pixels of that photograph that are kept and pixels that are left out";
-    entry("Invert mask", key(COMMAND | Modifiers::SHIFT, Key::M), Masking::Invert, help);
-    put_within(list, from, "Masks");
+    photographs::masks(list);
+    photographs::charts(list);
 }
 
 fn known_light(list: &mut Vec<Command>) {
@@ -382,7 +357,7 @@ fn help(list: &mut Vec<Command>) {
 }
 
 /// Moves the newest commands, from an index on, into a menu within the menu.
-fn put_within(list: &mut [Command], from: usize, name: &'static str) {
+pub(super) fn put_within(list: &mut [Command], from: usize, name: &'static str) {
     list[from..].iter_mut().for_each(|command| command.within = Some(name));
 }
 

@@ -3,11 +3,14 @@
 mod draw;
 mod file;
 mod list;
+mod photographs;
 mod reasons;
 
 use eframe::egui::{self, Key, KeyboardShortcut};
 
-use super::actions::{Action, Lighting, Masking, ModelAction, PathRequest, Relight, Select};
+use super::actions::{
+    Action, Charting, Lighting, Masking, ModelAction, PathRequest, Relight, Select,
+};
 use super::keys::{self, named};
 use super::masking;
 use super::modelling::ModelPage;
@@ -140,6 +143,7 @@ impl Command {
             | Action::Ask(
                 PathRequest::AddDome
                 | PathRequest::AddSky
+                | PathRequest::AddChartTable
                 | PathRequest::AddObject
                 | PathRequest::LoadEdits
                 | PathRequest::SaveEdits,
@@ -148,7 +152,8 @@ impl Command {
                 p.capture.measurements().count() >= 3 && !state.jobs.is_suggesting()
             }),
             Action::Masking(Masking::Clear | Masking::Invert) => masking::shown(state).is_some(),
-            Action::Masking(_) => project.is_some(),
+            Action::Masking(_) | Action::Charting(Charting::Add(_)) => project.is_some(),
+            Action::Charting(_) => project.is_some_and(|p| p.selection.chart.is_some()),
             Action::ExportScene(_) => {
                 project.is_some_and(|p| p.products.solved.is_some())
                     && !state.jobs.is_exporting_scene()

@@ -45,6 +45,7 @@ impl Command {
                 "Masks are suggested where photographs disagree: three that measure radiance or more \
                  are needed."
             }
+            Action::Charting(_) => "Add a chart, or select one in the Charts panel, first.",
             Action::Masking(_) => "Look through a photograph first (0).",
             Action::Relight(_) => NOTHING_ADDED,
             Action::Select(Select::StrongestLight) => {

@@ -135,6 +135,11 @@ fn loader_event(state: &mut State, event: Event) {
             state.jobs.loaded = Some(capture);
             read_on(state, opening);
         }
+        JobEvent::StoredCharts(charts) => {
+            // They are part of the capture from here on.
+            state.jobs.loaded = Some(charts.capture.clone());
+            read_on(state, Opening { read_charts: Some(charts), charts: None, ..opening });
+        }
         JobEvent::StoredLights(lights) => {
             read_on(state, Opening { lights: Some(lights), ..opening });
         }

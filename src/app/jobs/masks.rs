@@ -11,7 +11,7 @@ use crate::scene::{Capture, clutter};
 use crate::watch::Progress;
 use crate::worker::{Command, JobEvent};
 
-/// For a capture as it was loaded.
+/// For a capture as it was opened.
 pub(super) struct SuggestMasks(Arc<Capture>);
 
 impl SuggestMasks {
@@ -33,7 +33,7 @@ impl Jobs {
         let capture = project.capture.clone();
         let threshold = clutter::THRESHOLD;
         let command = Command::SuggestMasks { capture, threshold };
-        self.begin_task(Lane::Runner, command, SuggestMasks(project.loaded.clone()));
+        self.begin_task(Lane::Runner, command, SuggestMasks(project.opened.clone()));
     }
 
     pub fn stop_suggesting(&mut self) {

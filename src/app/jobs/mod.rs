@@ -4,6 +4,7 @@
 //! work, one reconstructs, one makes pictures, one shows the relit scene, one studies. All are the
 //! worker that the terminal drives.
 
+mod charts;
 pub mod events;
 mod masks;
 mod reading;
@@ -77,6 +78,8 @@ pub struct Coverage {
 /// Pixels along the longer side of a picture that is made to compare.
 const COMPARED: usize = 800;
 
+use charts::Charts;
+pub use charts::ViewReading;
 pub use reading::Reading;
 use rendering::PicturesJob;
 use studies::Studies;
@@ -93,6 +96,8 @@ pub struct Jobs {
     pub studies: Studies,
     /// Jobs that come to one answer.
     tasks: Vec<Running>,
+    /// Where charts are, and what is read of them.
+    pub charts: Charts,
     /// Pictures that are being written.
     rendering: Option<PicturesJob>,
     /// The photograph that is made anew, to be compared.
@@ -124,6 +129,7 @@ impl Jobs {
             relight: None,
             studies: Studies::new(worker()?),
             tasks: Vec::new(),
+            charts: Charts::default(),
             rendering: None,
             picture: None,
             coverage: None,

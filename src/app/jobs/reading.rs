@@ -66,7 +66,7 @@ impl Read {
 }
 
 impl Jobs {
-    /// Reads what else a project holds, before it is shown: its known lights, then what it changes
+    /// Reads what else a project holds, before it is shown: its charts, its known lights, then what it changes
     /// of the recovered scene. Gives the project back once all has been read.
     pub fn read_stored(
         &mut self,
@@ -74,6 +74,10 @@ impl Jobs {
         capture: Arc<Capture>,
     ) -> Option<(Opening, Arc<Capture>)> {
         let (file, project) = (opening.path.clone(), opening.project.as_deref());
+        if let Some(values) = opening.charts.clone() {
+            let command = Command::ReadStoredCharts { capture: capture.clone(), file, values };
+            return self.go_on_reading(command, opening, capture);
+        }
         let command = match project.map(|project| (&project.lights, &project.relight)) {
             Some((Some(values), _)) if opening.lights.is_none() => {
                 let (capture, values) = (capture.clone(), values.clone());
@@ -85,6 +89,15 @@ impl Jobs {
             }
             _ => return Some((opening, capture)),
         };
+        self.go_on_reading(command, opening, capture)
+    }
+
+    fn go_on_reading(
+        &mut self,
+        command: Command,
+        opening: Opening,
+        capture: Arc<Capture>,
+    ) -> Option<(Opening, Arc<Capture>)> {
         self.opening = Some((self.loader.send(command), opening));
         self.loaded = Some(capture);
         None

@@ -2,6 +2,7 @@
 
 pub mod begin;
 pub mod cards;
+mod charts;
 mod compare;
 mod compared;
 mod context;

@@ -85,7 +85,10 @@ fn accept(asked: PathRequest) -> &'static str {
         PathRequest::SaveAs => "Save",
         PathRequest::Export => "Export",
         PathRequest::Locate | PathRequest::Find(_) | PathRequest::FindLight(_) => "Use",
-        PathRequest::AddObject | PathRequest::AddDome | PathRequest::AddSky => "Add",
+        PathRequest::AddObject
+        | PathRequest::AddDome
+        | PathRequest::AddSky
+        | PathRequest::AddChartTable => "Add",
         PathRequest::LoadEdits => "Load",
         PathRequest::SaveEdits | PathRequest::SavePlot(..) => "Save",
         PathRequest::ImportCameras

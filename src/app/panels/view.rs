@@ -3,14 +3,15 @@
 use eframe::egui;
 
 use super::context::Context;
-use crate::app::actions::{Action, Masking, Mode, Select};
+use crate::app::actions::{Action, Charting, Masking, Mode, Select};
 use crate::app::viewport::{Content, ViewportEvent};
 
 pub type State = ();
 
 pub fn show(ui: &mut egui::Ui, context: Context, (): &mut State) {
     let Context { project, viewport, jobs, actions, .. } = context;
-    let content = Content { relit: jobs.relit().cloned(), ..project.content() };
+    let charts = jobs.charts.wanted(project).clone();
+    let content = Content { charts, relit: jobs.relit().cloned(), ..project.content() };
     let events = viewport.show(ui, &content);
     actions.extend(events.into_iter().map(action));
 }
@@ -22,6 +23,9 @@ fn action(event: ViewportEvent) -> Action {
         }
         ViewportEvent::Masked { photograph, shape, is_left_out } => {
             return Action::Masking(Masking::Draw { photograph, shape, is_left_out });
+        }
+        ViewportEvent::Cornered { photograph, corners_px } => {
+            return Action::Charting(Charting::Corners { photograph, corners_px });
         }
         ViewportEvent::Kept => return Action::KeepTransform,
         ViewportEvent::LeftAsItWas => return Action::LeaveTransform,

@@ -1,5 +1,7 @@
 //! What a project takes over from a run, and what its masks do to the capture.
 
+use std::collections::BTreeSet;
+
 use super::*;
 use crate::scene::{Role, Surface};
 

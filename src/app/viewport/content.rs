@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::app::derived::Derived;
 use crate::app::project::Focus;
@@ -16,6 +16,7 @@ use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::solution::Solution;
 use crate::render::scene::Solved;
+use crate::scene::charts::LaidChart;
 use crate::scene::{Capture, Shape};
 use crate::worker::Relit;
 
@@ -41,6 +42,9 @@ pub struct Content {
     pub selected_sample: Option<usize>,
     pub selected_light: Option<usize>,
     pub selected_photograph: Option<usize>,
+    /// The charts whose corners photographs show, as they are wanted now.
+    pub charts: Arc<Vec<LaidChart>>,
+    pub selected_chart: Option<usize>,
     /// What was set into the scene, and known lights.
     pub things: Things,
     pub selected_added: Option<Added>,
@@ -77,6 +81,8 @@ pub enum ViewportEvent {
     Moved { item: Added, name: &'static str, things: Things },
     /// Something was drawn over a photograph: its pixels are left out, or kept.
     Masked { photograph: usize, shape: Shape, is_left_out: bool },
+    /// The corners of the selected chart were placed in a photograph, in turn.
+    Cornered { photograph: usize, corners_px: [DVec2; 4] },
     /// It stays where it was moved to.
     Kept,
     /// It goes back to where it was before.

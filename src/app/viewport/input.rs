@@ -8,7 +8,7 @@ use crate::app::viewport::content::{Content, Shading, ViewportEvent};
 use crate::app::viewport::gizmo;
 use crate::app::viewport::picking::Picker;
 use crate::app::viewport::projection::{Placement, Projection};
-use crate::app::viewport::{Boxing, Viewport, masks, thumbs};
+use crate::app::viewport::{Boxing, Viewport, charts, masks, thumbs};
 
 /// Scene radii per second.
 const FLYING: f32 = 0.6;
@@ -19,7 +19,7 @@ pub fn navigate(view: &mut Viewport, ui: &Ui, response: &Response, content: &Con
     let (modifiers, motion) = ui.input(|i| (i.modifiers, i.pointer.delta()));
     let drag = Vec2::new(motion.x, motion.y);
     let middle = response.dragged_by(PointerButton::Middle);
-    let is_free = !masks::is_active(view);
+    let is_free = !has_tool(view);
     let alt_left = response.dragged_by(PointerButton::Primary) && modifiers.alt && is_free;
     if middle || alt_left {
         if modifiers.shift {
@@ -52,6 +52,11 @@ pub fn navigate(view: &mut Viewport, ui: &Ui, response: &Response, content: &Con
     } else if has_keys(ui, response) {
         keys(view, ui, content);
     }
+}
+
+/// Whether clicks and drags over the photograph are for a tool.
+fn has_tool(view: &Viewport) -> bool {
+    masks::is_active(view) || charts::is_active(view)
 }
 
 /// Keys count while the cursor is over the viewport or it has the focus, and nobody types.
@@ -115,7 +120,7 @@ fn keys(view: &mut Viewport, ui: &Ui, content: &Content) {
         leave_photograph(view, content);
         view.camera.orthographic ^= true;
     }
-    if !masks::is_active(view) && plain(Key::B) {
+    if !has_tool(view) && plain(Key::B) {
         view.boxing = Boxing::Armed;
     }
 }

@@ -120,8 +120,8 @@ pub fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     }
 }
 
-/// Whether two captures differ in their tags at most.
-pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
+/// Whether two captures have the same photographs and cameras, whatever is masked.
+pub fn has_same_photographs(a: &Capture, b: &Capture) -> bool {
     a.photographs.len() == b.photographs.len()
         && a.photographs.iter().zip(&b.photographs).all(|(a, b)| {
             let is_same_image = match (&a.image, &b.image) {
@@ -132,7 +132,6 @@ pub fn is_same_world(a: &Capture, b: &Capture) -> bool {
             };
             a.camera == b.camera && is_same_image
         })
-        && Arc::ptr_eq(&a.mesh, &b.mesh)
 }
 
 /// The corners of the box around the geometry and the cameras.

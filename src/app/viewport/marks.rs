@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::app::project::Focus;
+use crate::app::viewport::content::Content;
 use crate::app::viewport::gpu::{Disc, Line, LobeShape};
 use crate::app::viewport::projection::{Projection, Range};
 use crate::app::viewport::thumbs;
@@ -218,6 +220,34 @@ pub fn grid((low, high): (Vec3, Vec3), color: [f32; 4]) -> Vec<Line> {
 
 fn line(from: Vec3, to: Vec3, color: [f32; 4], width: f32) -> Line {
     Line { from: from.to_array(), to: to.to_array(), color, width }
+}
+
+/// The box around what was selected last; other selections may be left from before.
+pub fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
+    let point = match content.focus {
+        Focus::Nothing => return None,
+        Focus::Surfaces | Focus::Material => {
+            let (mesh, selected) = (&capture.mesh, &content.selected_surfaces);
+            let mut corners = (0..mesh.triangles.len())
+                .filter(|&triangle| selected.contains(&(mesh.surface[triangle] as usize)))
+                .flat_map(|triangle| mesh.corners(triangle));
+            let first = corners.next()?;
+            return Some(corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p))));
+        }
+        Focus::Sample => content.samples.as_ref()?.samples.get(content.selected_sample?)?.position,
+        Focus::Light => {
+            let (lights, _) = content.lights.as_ref()?;
+            placed(Some(capture), lights, lights.lights.get(content.selected_light?)?).0
+        }
+        Focus::Added => {
+            let item = content.selected_added?;
+            content.things.middle(item, capture.mesh.bounds()?)?
+        }
+        Focus::Photograph => {
+            capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()
+        }
+    };
+    Some((point, point))
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ impl Masking {
 }
 
 /// The photograph under the tool.
-fn under<'a>(view: &Viewport, content: &'a Content) -> Option<(usize, &'a Photograph)> {
+pub(super) fn under<'a>(view: &Viewport, content: &'a Content) -> Option<(usize, &'a Photograph)> {
     let index = view.through?;
     let photograph = content.capture.as_ref()?.photographs.get(index)?;
     photograph.image.is_some().then_some((index, photograph))
@@ -220,12 +220,12 @@ fn scale(camera: &Camera, p: &Projection) -> f64 {
     p.picture.map_or(1.0, |(_, size)| f64::from(size.x) / (high.x - low.x))
 }
 
-fn pixel_at(camera: &Camera, p: &Projection, position: Vec2) -> Option<DVec2> {
+pub(super) fn pixel_at(camera: &Camera, p: &Projection, position: Vec2) -> Option<DVec2> {
     let ray = p.ray(glam::Vec2::new(position.x, position.y));
     camera.place(camera.position + ray.direction.as_dvec3())
 }
 
-fn drawn_at(camera: &Camera, p: &Projection, pixel: DVec2) -> Option<Vec2> {
+pub(super) fn drawn_at(camera: &Camera, p: &Projection, pixel: DVec2) -> Option<Vec2> {
     let place = camera.position + camera.direction(pixel)?;
     let drawn = p.project(place.as_vec3())?;
     Some(vec2(drawn.x, drawn.y))

@@ -10,6 +10,7 @@ mod axes;
 mod background;
 mod before;
 mod camera;
+mod charts;
 mod content;
 mod display;
 mod frame;
@@ -81,6 +82,8 @@ pub struct Viewport {
     pub gizmo: Gizmo,
     /// What is drawn over the photograph that is looked through.
     pub masking: masks::Masking,
+    /// The tool for the corners of charts.
+    pub cornering: charts::Cornering,
     /// Shown without its bar and legend.
     pub is_preview: bool,
     /// The camera that the view was last seen by, where it has perspective.
@@ -124,6 +127,7 @@ impl Viewport {
             boxing: Boxing::Off,
             gizmo: Gizmo::default(),
             masking: masks::Masking::default(),
+            cornering: charts::Cornering::default(),
             is_preview: false,
             seen_by: None,
             scene,
@@ -167,7 +171,10 @@ impl Viewport {
         }
         self.frame(content, size);
         let projection = self.projection(size);
-        if !is_taken && !masks::interact(self, ui, &response, content, &projection, &mut events) {
+        let is_taken = is_taken
+            || charts::interact(self, ui, &response, content, &projection, &mut events)
+            || masks::interact(self, ui, &response, content, &projection, &mut events);
+        if !is_taken {
             input::select(self, ui, &response, content, &projection, &mut events);
         }
         self.hover(&response, content, &projection);
@@ -215,6 +222,7 @@ impl Viewport {
         self.through = None;
         self.boxing = Boxing::Off;
         self.masking.clear();
+        self.cornering.clear();
         self.hovered = None;
         self.value = None;
         self.selected_before = None;
@@ -227,7 +235,10 @@ impl Viewport {
     /// Whether a box is about to be dragged or is, a stroke is drawn, or something is being moved: Esc
     /// ends that.
     pub fn is_at_work(&self) -> bool {
-        self.boxing != Boxing::Off || self.gizmo.is_active() || self.masking.is_drawing()
+        self.boxing != Boxing::Off
+            || self.gizmo.is_active()
+            || self.masking.is_drawing()
+            || self.cornering.is_at_work()
     }
 
     /// Whether a light or an object is being moved.
@@ -327,7 +338,7 @@ impl Viewport {
         let Some(framing) = self.framing.take() else { return };
         let Some(capture) = &content.capture else { return };
         let selection = match framing {
-            Framing::Selection => selected_box(capture, content),
+            Framing::Selection => marks::selected_box(capture, content),
             Framing::All => None,
         };
         let (low, high) = selection.or_else(|| capture.mesh.bounds()).unwrap_or(self.scene.bounds);
@@ -375,6 +386,7 @@ impl Viewport {
             ui.put(place, egui::Label::new(text).selectable(false));
         }
         masks::draw(self, ui, response, content, p);
+        charts::draw(self, ui, response, content, p);
         added::draw(self, ui, response, content, p);
         before::show(self, ui, response);
         let has_toolbar_room = rect.width() > 240.0 && rect.height() > 120.0;
@@ -390,32 +402,4 @@ impl Viewport {
             }
         }
     }
-}
-
-/// The box around what was selected last; other selections may be left from before.
-fn selected_box(capture: &Capture, content: &Content) -> Option<(Vec3, Vec3)> {
-    let point = match content.focus {
-        Focus::Nothing => return None,
-        Focus::Surfaces | Focus::Material => {
-            let (mesh, selected) = (&capture.mesh, &content.selected_surfaces);
-            let mut corners = (0..mesh.triangles.len())
-                .filter(|&triangle| selected.contains(&(mesh.surface[triangle] as usize)))
-                .flat_map(|triangle| mesh.corners(triangle));
-            let first = corners.next()?;
-            return Some(corners.fold((first, first), |(low, high), p| (low.min(p), high.max(p))));
-        }
-        Focus::Sample => content.samples.as_ref()?.samples.get(content.selected_sample?)?.position,
-        Focus::Light => {
-            let (lights, _) = content.lights.as_ref()?;
-            marks::placed(Some(capture), lights, lights.lights.get(content.selected_light?)?).0
-        }
-        Focus::Added => {
-            let item = content.selected_added?;
-            content.things.middle(item, capture.mesh.bounds()?)?
-        }
-        Focus::Photograph => {
-            capture.photographs.get(content.selected_photograph?)?.camera.position.as_vec3()
-        }
-    };
-    Some((point, point))
 }

@@ -130,6 +130,17 @@ impl Layers {
         layers.filter(|(layer, _)| self.is_filled[*layer])
     }
 
+    /// The photographs that are not there yet.
+    pub fn missing(&self) -> Vec<usize> {
+        let layers = self.photographs.iter().zip(&self.is_filled);
+        layers.filter(|(_, is_filled)| !**is_filled).map(|(photograph, _)| *photograph).collect()
+    }
+
+    /// The mesh is another: all depth maps are drawn again.
+    pub fn forget_depths(&mut self) {
+        self.has_depth.fill_with(Arc::default);
+    }
+
     /// The number of depth maps that have been drawn.
     pub fn depth_maps(&self) -> usize {
         self.has_depth.iter().filter(|has| has.load(Relaxed)).count()

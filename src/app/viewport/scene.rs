@@ -9,7 +9,7 @@ use glam::Vec3;
 use crate::app::viewport::background::{Background, Done};
 use crate::app::viewport::content::{Content, Shading, ViewSettings};
 use crate::app::viewport::gpu::{Globals, Pipelines, bind, note_upload, upload, upload_mesh};
-use crate::app::viewport::known::{self, Look, UploadCache, bounds, is_same_world, same};
+use crate::app::viewport::known::{self, Look, UploadCache, bounds, has_same_photographs, same};
 use crate::app::viewport::paint::{Batch, DepthMap};
 use crate::app::viewport::palette::MaterialColors;
 use crate::app::viewport::photographs::{self, Layers};
@@ -156,7 +156,10 @@ impl Scene {
         self.version += 1;
         let before = self.capture.replace(capture.clone());
         // An edit of the tags gives a new capture with the same geometry and photographs.
-        if before.is_some_and(|before| is_same_world(&before, capture)) {
+        if let Some(before) = before.filter(|before| has_same_photographs(before, capture)) {
+            if !Arc::ptr_eq(&before.mesh, &capture.mesh) {
+                self.sync_mesh(capture, ctx);
+            }
             return false;
         }
         self.background = None;
@@ -178,6 +181,17 @@ impl Scene {
         true
     }
 
+    /// Takes another mesh beside the same photographs, as charts that come and go make it. What is on
+    /// hand of the one before is shown until the new one is prepared.
+    fn sync_mesh(&mut self, capture: &Arc<Capture>, ctx: &egui::Context) {
+        self.caster = None;
+        self.known.lines = None;
+        self.bounds = bounds(capture);
+        let missing = self.layers.missing();
+        self.background =
+            Some(Background::prepare(capture.clone(), missing, self.layers.size, ctx.clone()));
+    }
+
     fn receive(&mut self) {
         let ready: Vec<Done> = self
             .background
@@ -188,7 +202,10 @@ impl Scene {
         for done in ready {
             self.version += 1;
             match done {
-                Done::Corners(corners) => self.mesh = upload_mesh(&self.device, &corners),
+                Done::Corners(corners) => {
+                    self.mesh = upload_mesh(&self.device, &corners);
+                    self.layers.forget_depths();
+                }
                 Done::Caster(caster) => self.caster = Some(caster),
                 Done::Bright(bright) => self.bright = bright,
                 Done::Layer { photograph, texels } => {

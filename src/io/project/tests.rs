@@ -22,6 +22,7 @@ fn project(folder: &Path) -> ProjectFile {
             serde_json::json!({"kind": "dome", "image": folder.join("sky.exr")}),
         ]),
         environment: Some(Environment::Open),
+        charts: Some(vec![serde_json::json!({"name": "card", "table": folder.join("own.csv")})]),
         options,
         relight: Relight::Stored(serde_json::json!({"original_light": 0.5})),
         masks: Masks::from([("images/a.exr".to_owned(), mask())]),
@@ -44,6 +45,7 @@ fn a_project_comes_back_and_names_its_capture_relatively() {
     let text = std::fs::read_to_string(&file).unwrap();
     assert!(text.contains("\"../captures/room\"") && text.contains("\"../results\""), "{text}");
     assert!(text.contains("\"a.lobelia-data\"") && text.contains("\"../sky.exr\""), "{text}");
+    assert!(text.contains("\"../own.csv\""), "{text}");
     assert!(text.contains("\"count\": \"321\"") && !text.contains("exponent"), "{text}");
 }
 
@@ -51,13 +53,14 @@ fn a_project_comes_back_and_names_its_capture_relatively() {
 fn older_versions_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.lobelia");
-    for head in ["", "\"version\": 1, ", "\"version\": 2, ", "\"version\": 3, "] {
+    for head in ["", "\"version\": 1, ", "\"version\": 2, ", "\"version\": 3, ", "\"version\": 4, "]
+    {
         let text = format!("{{{head}\"capture\": \"x\", \"materials\": []}}");
         std::fs::write(&file, text).unwrap();
         let read = read(&file).unwrap();
         assert!(read.capture.ends_with("x") && read.results.is_none());
         write_over(&file, &read).unwrap();
-        assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 4"));
+        assert!(std::fs::read_to_string(&file).unwrap().contains("\"version\": 5"));
     }
 }
 
@@ -66,7 +69,7 @@ fn other_versions_and_damaged_projects_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.lobelia");
     for (text, part) in [
-        (r#"{"version": 5, "capture": "x", "materials": []}"#, "version 5"),
+        (r#"{"version": 6, "capture": "x", "materials": []}"#, "version 6"),
         (
             r#"{"version": 3, "capture": "x", "materials": [], "environment": "cave"}"#,
             "\"cave\" is no light model",

@@ -103,6 +103,8 @@ pub fn read(folder: &Path, loaded: &Capture) -> Result<Results, Error> {
     let folder = if folder.exists() || !former.exists() { folder } else { &former };
     let inputs_file = folder.join(INPUTS);
     let inputs = project::read(&inputs_file)?;
+    let charts = inputs.charts.map(|values| tags::stored_charts(&inputs_file, &values, loaded));
+    let loaded = charts.as_ref().map_or(loaded, |stored| &*stored.capture);
     let lights = inputs.lights.map_or_else(
         || loaded.lights.clone(),
         |values| tags::stored_lights(&inputs_file, &values, loaded).lights,

@@ -1,25 +1,30 @@
 //! `charts` of `tags.json`: charts of known reflectance, by their corners in photographs.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec2;
+use serde_json::{Value, json};
 
 use super::{deviation, reflectance};
 use crate::io::error::suggestion;
 use crate::io::json::Field;
+use crate::io::paths::absolute;
 use crate::io::{Error, chart_table};
 use crate::math::rgb::Rgb;
-use crate::scene::charts::{Chart, ChartView, Table};
+use crate::scene::Capture;
+use crate::scene::charts::{self, Chart, ChartKind, ChartView, LaidChart, Table};
 
 /// Of photographic grey cards, which are made to reflect 18 %; copies of them are off by a few
 /// hundredths of that.
-const GREY: Rgb = [0.18; 3];
-const GREY_SD: Rgb = [0.01; 3];
+pub const GREY: Rgb = [0.18; 3];
+pub const GREY_SD: Rgb = [0.01; 3];
 
 /// A chart whose photographs are not looked up yet: they are read after the tags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartTag {
     pub name: String,
+    pub kind: ChartKind,
     pub table: Table,
     /// Photographs by their `file_path`, the corners in each.
     pub views: Vec<(String, [DVec2; 4])>,
@@ -35,16 +40,9 @@ pub(super) fn read(field: &Field) -> Result<ChartTag, Error> {
     if name.is_empty() {
         return Err(name_field.wrong_with("the name is empty", "Give the chart a name of its own"));
     }
-    let table = table(field)?;
-    let views = field.need("views")?;
-    let items = views.items()?;
-    if items.is_empty() {
-        return Err(views.wrong_with(
-            "no photograph is listed",
-            "Give one photograph or more, each with the four corners",
-        ));
-    }
-    let views = items.iter().map(|item| {
+    let (kind, table) = table(field)?;
+    let views = field.need("views")?.items()?;
+    let views = views.iter().map(|item| {
         let image = item.need("file_path")?.text()?.to_owned();
         let corners = item.need("corners")?;
         let points = corners.items()?;
@@ -62,7 +60,7 @@ pub(super) fn read(field: &Field) -> Result<ChartTag, Error> {
     });
     let views = views.collect::<Result<_, Error>>()?;
     let size_m = field.get("size").map(|field| size(&field)).transpose()?;
-    Ok(ChartTag { name, table, views, size_m, place: field.path.clone() })
+    Ok(ChartTag { name, kind, table, views, size_m, place: field.path.clone() })
 }
 
 /// The two lengths of a chart that stands free in space.
@@ -77,20 +75,22 @@ fn size(field: &Field) -> Result<DVec2, Error> {
     ))
 }
 
-/// What a chart's patches reflect.
-fn table(field: &Field) -> Result<Table, Error> {
-    let kind = field.need("kind")?;
-    let usual = match kind.text()? {
-        "grey" => Some(GREY),
-        "white" => None,
-        "colorchecker" => return Ok(Table::color_checker()),
+/// What a chart is, and what its patches reflect.
+fn table(field: &Field) -> Result<(ChartKind, Table), Error> {
+    let kind_field = field.need("kind")?;
+    let (kind, usual) = match kind_field.text()? {
+        "grey" => (ChartKind::Grey, Some(GREY)),
+        "white" => (ChartKind::White, None),
+        "colorchecker" => return Ok((ChartKind::ColorChecker, Table::color_checker())),
         "table" => {
             let file = field.need("table")?;
             let folder = field.file.parent().unwrap_or(Path::new(""));
-            return chart_table::read(&folder.join(file.text()?.replace('\\', "/")));
+            let file = folder.join(file.text()?.replace('\\', "/"));
+            let table = chart_table::read(&file)?;
+            return Ok((ChartKind::Table(file), table));
         }
         other => {
-            return Err(kind.wrong_with(
+            return Err(kind_field.wrong_with(
                 &format!("\"{other}\" is no kind of chart that is read"),
                 "Give \"grey\" (a grey card), \"white\" (a white tile or paper of known reflectance), \
                  \"colorchecker\" (ColorChecker Classic, 24 patches), or \"table\" with the \
@@ -106,11 +106,100 @@ fn table(field: &Field) -> Result<Table, Error> {
         ));
     };
     let given = field.get("known_diffuse_sd").map(|field| deviation(&field)).transpose()?;
-    let known_diffuse_sd = given.unwrap_or(match known_diffuse == GREY {
+    let known_diffuse_sd = given.unwrap_or_else(|| card_sd(known_diffuse));
+    Ok((kind, Table::card(known_diffuse, known_diffuse_sd)))
+}
+
+/// The standard deviation of a card for which none is given.
+pub fn card_sd(reflectance: Rgb) -> Rgb {
+    match reflectance == GREY {
         true => GREY_SD,
-        false => known_diffuse.map(|value| 0.05 * value),
+        false => reflectance.map(|value| 0.05 * value),
+    }
+}
+
+/// Charts of a project, with what of them could not be read.
+#[derive(Clone, Debug, Default)]
+pub struct StoredCharts {
+    /// The capture with the charts that could be read in place of its own.
+    pub capture: Arc<Capture>,
+    /// The capture's own.
+    pub of_files: Arc<Vec<LaidChart>>,
+    /// Charts that could not be read: they are kept, and written back.
+    pub unread: Vec<Value>,
+    /// Why they could not, and why others cannot be used, for a person.
+    pub warnings: Vec<String>,
+}
+
+/// Reads charts in the form of `tags.json` and finds their positions; paths are relative to the folder
+/// of `file`.
+pub fn stored_charts(file: &Path, values: &[Value], capture: &Capture) -> StoredCharts {
+    let names: Vec<&str> = capture.photographs.iter().map(|own| own.name.as_str()).collect();
+    let mut stored = StoredCharts { of_files: capture.charts.clone(), ..StoredCharts::default() };
+    let mut wanted = Vec::new();
+    for (index, value) in values.iter().enumerate() {
+        let item = Field { file, path: format!("charts[{index}]"), value };
+        let chart = read(&item).map_err(|error| error.to_string()).and_then(|tag| {
+            let of = |problem| format!("{}, {}: {problem}.", file.display(), tag.place);
+            tag.resolved(&names).map_err(of)
+        });
+        match chart {
+            Ok(chart) => wanted.push(chart),
+            Err(problem) => {
+                stored.warnings.push(problem);
+                stored.unread.push(value.clone());
+            }
+        }
+    }
+    let own = capture.charts.iter().map(|own| &own.chart);
+    // The same charts keep the mesh that they are in: by it a run finds its earlier stages.
+    stored.capture = Arc::new(match own.eq(&wanted) {
+        true => capture.clone(),
+        false => capture.with_charts(Arc::new(charts::find(capture, wanted))),
     });
-    Ok(Table::card(known_diffuse, known_diffuse_sd))
+    for own in stored.capture.charts.iter() {
+        if let Err(problem) = &own.placed {
+            stored.warnings.push(left_out(&own.chart.name, problem));
+        }
+    }
+    stored
+}
+
+/// Says that a chart cannot be used, and why.
+pub fn left_out(name: &str, problem: &str) -> String {
+    format!("the chart \"{name}\" is left out, and nothing is pinned by it: {problem}.")
+}
+
+/// Charts as `tags.json` would have them, with those that could not be read; paths are absolute.
+pub fn chart_values(charts: &[LaidChart], unread: &[Value], capture: &Capture) -> Vec<Value> {
+    let own = charts.iter().map(|own| chart_value(&own.chart, capture));
+    own.chain(unread.iter().cloned()).collect()
+}
+
+fn chart_value(chart: &Chart, capture: &Capture) -> Value {
+    let views: Vec<Value> = (chart.views.iter())
+        .map(|view| {
+            let corners = view.corners_px.map(|corner| corner.to_array());
+            json!({"file_path": capture.photographs[view.photograph].name, "corners": corners})
+        })
+        .collect();
+    let (kind, file) = match &chart.kind {
+        ChartKind::Grey => ("grey", None),
+        ChartKind::White => ("white", None),
+        ChartKind::ColorChecker => ("colorchecker", None),
+        ChartKind::Table(file) => ("table", Some(absolute(file))),
+    };
+    let mut value = json!({"name": chart.name, "kind": kind, "views": views});
+    if let Some(file) = file {
+        value["table"] = json!(file.display().to_string());
+    } else if let [card] = chart.table.patches.as_slice() {
+        value["known_diffuse"] = json!(card.reflectance);
+        value["known_diffuse_sd"] = json!(card.sd);
+    }
+    if let Some(size_m) = chart.size_m {
+        value["size"] = json!(size_m.to_array());
+    }
+    value
 }
 
 impl ChartTag {
@@ -121,6 +210,7 @@ impl ChartTag {
         });
         Ok(Chart {
             name: self.name.clone(),
+            kind: self.kind.clone(),
             table: self.table.clone(),
             views: views.collect::<Result<_, String>>()?,
             size_m: self.size_m,

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::{DMat3, DVec3};
 
-pub use self::charts::ChartTag;
+pub use self::charts::{ChartTag, StoredCharts, chart_values, stored_charts};
 pub use self::stored::{StoredLights, light_values, stored_lights};
 use super::error::{listed, suggestion};
 use super::json::{self, Field};
