@@ -82,6 +82,12 @@ pub fn read(file: &Path, surfaces: &mut [Surface]) -> Result<Tags, Error> {
     if let Some(field) = root.get("charts") {
         for item in field.items()? {
             let chart = charts::read(&item)?;
+            if chart.views.is_empty() {
+                return Err(item.need("views")?.wrong_with(
+                    "no photograph is listed",
+                    "Give one photograph or more, each with the four corners",
+                ));
+            }
             let is_taken = !names.insert(chart.name.clone())
                 || reader.surfaces.iter().any(|surface| surface.name == chart.name);
             if is_taken {
