@@ -66,7 +66,8 @@ impl Edit {
             && self.given.lights == other.given.lights
             && self.given.environment == other.given.environment
             && self.masks == other.masks
-            && surfaces(&self.charts) == surfaces(&other.charts)
+            && (Arc::ptr_eq(&self.charts, &other.charts)
+                || surfaces(&self.charts) == surfaces(&other.charts))
     }
 
     /// What can be moved in the 3D view.
@@ -280,7 +281,8 @@ mod tests {
     use super::*;
     use crate::scene::{Role, Surface};
 
-    fn capture() -> Capture {
+    /// Three surfaces, each with a material of its own.
+    pub(super) fn capture() -> Capture {
         let surface = |index: usize| Surface {
             name: format!("s{index}"),
             role: Role::Material(index),

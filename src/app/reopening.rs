@@ -77,12 +77,8 @@ fn renamed(
     [old, new]: &[Arc<Capture>; 2],
     charts: Arc<Vec<LaidChart>>,
 ) -> (Edit, Vec<String>) {
-    let with =
-        |capture: &Arc<Capture>, charts: &Arc<Vec<LaidChart>>| match capture.charts == *charts {
-            true => capture.clone(),
-            false => Arc::new(capture.with_charts(charts.clone())),
-        };
-    let (old, new) = (&*with(old, &edit.charts), &*with(new, &charts));
+    let old = &old.with_charts(edit.charts.clone());
+    let new = &new.with_charts(charts.clone());
     let given = relit(edit, old, new);
     let resolved = project::materials(&edit.tags(old), &given.lit(new));
     let mut materials = resolved.materials;

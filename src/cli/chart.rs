@@ -11,15 +11,13 @@ use serde_json::{Value, json};
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job, photographs};
+use crate::io::tags::charts::GREY;
 use crate::io::tags::pin::{Changed, Pin, of_table};
 use crate::io::{chart_table, tags};
 use crate::math::rgb::Rgb;
 use crate::scene::Capture;
 use crate::scene::charts::{self, Chart, ColorFit, PatchReading, Table};
 use crate::worker::{Command as Job, JobEvent, Worker};
-
-/// The usual grey card and what it may be off; see `tags.json`.
-const GREY: Rgb = [0.18; 3];
 
 pub(super) fn command(capture: Arg) -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
@@ -319,14 +317,10 @@ fn print(
         say_line!("{:widest$}  {radiance:32}{spread:>6.1} %{missing:>7.1} %{apart}", patch.name);
     }
     let Some(fit) = fit else { return };
-    let mean = |which: usize| {
-        fit.differences.iter().map(|own| own[which]).sum::<f64>() / fit.differences.len() as f64
-    };
+    let [one, gains, matrix] = fit.mean_differences();
     say_line!(
-        "mean ΔE00: {:.2} with one scale, {:.2} with a gain a channel, {:.2} by the colour matrix",
-        mean(0),
-        mean(1),
-        mean(2)
+        "mean ΔE00: {one:.2} with one scale, {gains:.2} with a gain a channel, {matrix:.2} by the \
+         colour matrix"
     );
     let [across, down] = fit.shading.to_array().map(|value| 200.0 * value);
     say_line!(

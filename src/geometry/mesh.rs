@@ -34,18 +34,6 @@ impl Mesh {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// Removes the triangles of some surfaces.
-    pub fn retain_surfaces(&mut self, stays: impl Fn(u32) -> bool) {
-        let kept: Vec<usize> =
-            (0..self.triangles.len()).filter(|&triangle| stays(self.surface[triangle])).collect();
-        self.triangles = kept.iter().map(|&triangle| self.triangles[triangle]).collect();
-        self.polygon = kept.iter().map(|&triangle| self.polygon[triangle]).collect();
-        if !self.texcoords.is_empty() {
-            self.texcoords = kept.iter().map(|&triangle| self.texcoords[triangle]).collect();
-        }
-        self.surface = kept.iter().map(|&triangle| self.surface[triangle]).collect();
-    }
-
     /// Smallest and largest corner of the box around the triangles; `None` without any.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut corners =

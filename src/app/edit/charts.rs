@@ -66,21 +66,10 @@ impl Edit {
 mod tests {
     use super::*;
     use crate::app::change::Change;
+    use crate::app::edit::tests::capture;
     use crate::app::given::surfaces_of;
     use crate::reconstruct::Options;
     use crate::scene::charts::{Chart, ChartKind, Placed, Table};
-    use crate::scene::{Role, Surface};
-
-    fn capture() -> Capture {
-        let surface = |index: usize| Surface {
-            name: format!("s{index}"),
-            role: Role::Material(index),
-            has_texcoords: false,
-        };
-        let mut surfaces: Vec<Surface> = (0..3).map(surface).collect();
-        let tags = crate::io::tags::from_surfaces(&mut surfaces, &[]);
-        Capture { surfaces, materials: tags.materials, ..Capture::default() }
-    }
 
     /// Exchanges the charts of a project; the capture that is then reconstructed.
     fn put(loaded: &mut Capture, edit: &mut Edit, charts: Vec<LaidChart>) -> Capture {

@@ -16,8 +16,8 @@ use crate::scene::{Capture, Image};
 pub struct Charts {
     placing: Option<Placing>,
     table: Option<Pending<Result<(ChartKind, Table), String>>>,
-    reading: Option<(Of, Pending<Vec<ViewReading>>)>,
-    read: Option<(Of, Vec<ViewReading>)>,
+    reading: Option<(ReadingInputs, Pending<Vec<ViewReading>>)>,
+    read: Option<(ReadingInputs, Vec<ViewReading>)>,
 }
 
 /// Charts whose positions are being found.
@@ -39,13 +39,13 @@ impl Placing {
 }
 
 /// A chart and the photographs that it is read in.
-struct Of {
+struct ReadingInputs {
     chart: Chart,
     images: Vec<Option<Arc<Image>>>,
 }
 
-impl Of {
-    fn is(&self, chart: &Chart, images: &[Option<Arc<Image>>]) -> bool {
+impl ReadingInputs {
+    fn are(&self, chart: &Chart, images: &[Option<Arc<Image>>]) -> bool {
         let same = |(a, b): (&Option<Arc<Image>>, &Option<Arc<Image>>)| match (a, b) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
@@ -148,13 +148,13 @@ impl Charts {
         let image = |photograph: usize| project.capture.photographs.get(photograph)?.image.clone();
         let images: Vec<Option<Arc<Image>>> =
             chart.views.iter().map(|view| image(view.photograph)).collect();
-        let is_known = |of: &Of| of.is(chart, &images);
+        let is_known = |of: &ReadingInputs| of.are(chart, &images);
         if self.read.as_ref().is_some_and(|(of, _)| is_known(of))
             || self.reading.as_ref().is_some_and(|(of, _)| is_known(of))
         {
             return;
         }
-        let of = Of { chart: chart.clone(), images: images.clone() };
+        let of = ReadingInputs { chart: chart.clone(), images: images.clone() };
         let chart = chart.clone();
         let read = move || {
             let views = chart.views.iter().zip(&images);

@@ -308,14 +308,9 @@ fn readings_ui(ui: &mut egui::Ui, project: &Project, own: &LaidChart, read: &[Vi
             );
         }
         let Some(fit) = fit else { continue };
-        let mean = |which: usize| {
-            fit.differences.iter().map(|own| own[which]).sum::<f64>() / fit.differences.len() as f64
-        };
+        let [one, gains, matrix] = fit.mean_differences();
         ui.label(format!(
-            "ΔE00 {:.2}; {:.2} with a gain for each channel, {:.2} with a matrix",
-            mean(0),
-            mean(1),
-            mean(2)
+            "ΔE00 {one:.2}; {gains:.2} with a gain for each channel, {matrix:.2} with a matrix"
         ))
         .on_hover_text(
             "Mean colour difference (CIEDE2000) of the patches from their table. lobelia chart --matrix \

@@ -152,11 +152,11 @@ pub fn stored_charts(file: &Path, values: &[Value], capture: &Capture) -> Stored
         }
     }
     let own = capture.charts.iter().map(|own| &own.chart);
-    // The same charts keep the mesh that they are in: by it a run finds its earlier stages.
-    stored.capture = Arc::new(match own.eq(&wanted) {
-        true => capture.clone(),
-        false => capture.with_charts(Arc::new(charts::find(capture, wanted))),
-    });
+    let charts = match own.eq(&wanted) {
+        true => capture.charts.clone(),
+        false => Arc::new(charts::find(capture, wanted)),
+    };
+    stored.capture = Arc::new(capture.with_charts(charts));
     for own in stored.capture.charts.iter() {
         if let Err(problem) = &own.placed {
             stored.warnings.push(left_out(&own.chart.name, problem));

@@ -58,6 +58,12 @@ impl ColorFit {
     pub fn correction(&self) -> DMat3 {
         DMat3::from_diagonal(self.matrix.inverse() * DVec3::ONE) * self.matrix
     }
+
+    /// The means of the differences over all patches.
+    pub fn mean_differences(&self) -> [f64; 3] {
+        let count = self.differences.len() as f64;
+        std::array::from_fn(|way| self.differences.iter().map(|own| own[way]).sum::<f64>() / count)
+    }
 }
 
 /// Finds what readings tell of a camera; `None` of fewer than eight patches, and where they determine no

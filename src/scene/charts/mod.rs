@@ -102,6 +102,10 @@ impl Capture {
     ///
     /// Materials must be those of the files: those of its charts are the last ones.
     pub fn with_charts(&self, charts: Arc<Vec<LaidChart>>) -> Self {
+        // The same charts keep the mesh that they are in: by it a run finds its earlier stages.
+        if self.charts == charts {
+            return self.clone();
+        }
         let mut capture = self.without_charts();
         let above = ABOVE * offset_m(&capture);
         for surface in charts.iter().flat_map(LaidChart::surfaces) {
