@@ -6,6 +6,7 @@ use glam::DVec2;
 use super::actions::{Charting, NewChart};
 use super::change::Change;
 use super::changing;
+use super::jobs::Found;
 use super::masking::look_through_any;
 use super::panes::Pane;
 use super::project::Project;
@@ -80,8 +81,7 @@ pub fn follow(state: &mut State) {
         if let Some((name, problem)) = problem {
             state.messages.notice(format!("{name} pins nothing: {problem}."));
         }
-        let change = Change::Charts { name: found.name, charts: found.charts };
-        changing::change_project(state, &change);
+        take(state, found);
     }
     match state.jobs.charts.table() {
         Some(Ok((kind, table))) => add(state, kind, table),
@@ -156,5 +156,12 @@ fn change(state: &mut State, name: &'static str, change: impl FnOnce(&mut Chart)
 fn propose(state: &mut State, name: &'static str, charts: Vec<Chart>) {
     let Some(project) = &state.project else { return };
     let ctx = state.ctx.clone();
-    state.jobs.charts.place(&ctx, project, name, charts);
+    if let Some(found) = state.jobs.charts.place(&ctx, project, name, charts) {
+        take(state, found);
+    }
+}
+
+fn take(state: &mut State, found: Found) {
+    let change = Change::Charts { name: found.name, charts: found.charts };
+    changing::change_project(state, &change);
 }

@@ -81,14 +81,21 @@ impl Charts {
         self.read.as_ref().filter(|(of, _)| of.chart == *chart).map(|(_, read)| read.as_slice())
     }
 
-    /// Finds where charts are, in place of what was to be found before.
+    /// Finds where charts are, in place of what was to be found before; gives them at once where all
+    /// positions are known, as after one was removed.
     pub fn place(
         &mut self,
         ctx: &egui::Context,
         project: &Project,
         name: &'static str,
         charts: Vec<Chart>,
-    ) {
+    ) -> Option<Found> {
+        let known = |chart: &Chart| project.edit().charts.iter().find(|own| own.chart == *chart);
+        let placed: Option<Vec<LaidChart>> = charts.iter().map(|own| known(own).cloned()).collect();
+        if let Some(charts) = placed {
+            self.placing = None;
+            return Some(Found { name, charts: Arc::new(charts) });
+        }
         let before = self.wanted(project).clone();
         let wanted = charts.iter().map(|chart| {
             let same = before.iter().find(|own| own.chart.name == chart.name);
@@ -104,6 +111,7 @@ impl Charts {
             opened: project.opened.clone(),
             answer: Pending::start("charts", ctx, move || charts::find(&capture, charts)),
         });
+        None
     }
 
     /// Takes charts that have been placed. What was undone meanwhile is not done again.

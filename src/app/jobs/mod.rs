@@ -79,7 +79,7 @@ pub struct Coverage {
 const COMPARED: usize = 800;
 
 use charts::Charts;
-pub use charts::ViewReading;
+pub use charts::{Found, ViewReading};
 pub use reading::Reading;
 use rendering::PicturesJob;
 use studies::Studies;
