@@ -11,6 +11,7 @@ use super::masking::look_through_any;
 use super::panes::Pane;
 use super::project::Project;
 use super::relight::free_name;
+use super::reopening;
 use super::state::State;
 use crate::io::tags::charts::{GREY, card_sd};
 use crate::math::rgb::Rgb;
@@ -55,6 +56,7 @@ pub fn apply(state: &mut State, what: Charting) {
             charts.remove(selected);
             propose(state, "remove chart", charts);
         }
+        Charting::Matrix(of) => write_matrix(state, of),
     }
 }
 
@@ -88,6 +90,15 @@ pub fn follow(state: &mut State) {
         Some(Err(text)) => state.messages.error("This table cannot be used", text),
         None => {}
     }
+    match state.jobs.charts.matrix() {
+        Some(Ok(())) => {
+            if let Some(folder) = state.project.as_ref().map(|project| project.folder.clone()) {
+                reopening::reopen(state, &folder);
+            }
+        }
+        Some(Err(text)) => state.messages.error("The colour matrix cannot be written", text),
+        None => {}
+    }
     if let Some(project) = &state.project {
         let ctx = state.ctx.clone();
         state.jobs.charts.follow_reading(&ctx, project);
@@ -111,6 +122,23 @@ fn add(state: &mut State, kind: ChartKind, table: Table) {
         project.selection.chart = Some(last);
     }
     take_up(state, true);
+}
+
+/// Has photographs read by the matrix that the selected chart has in this one, or by none.
+fn write_matrix(state: &mut State, photograph: Option<usize>) {
+    let Some(project) = &state.project else { return };
+    let correction = photograph.and_then(|photograph| {
+        let (charts, selected) = selected(state)?;
+        let chart = &charts[selected];
+        let view = chart.views.iter().position(|view| view.photograph == photograph)?;
+        let (_, fit) = state.jobs.charts.reading(chart)?.get(view)?.as_ref().ok()?;
+        Some(fit.as_ref()?.correction())
+    });
+    if photograph.is_some() && correction.is_none() {
+        return;
+    }
+    let ctx = state.ctx.clone();
+    state.jobs.charts.write_matrix(&ctx, project, correction);
 }
 
 /// The tool is for the photograph that is looked through; the selected one where none is.

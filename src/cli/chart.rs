@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job, photographs};
+use crate::io::chart_table;
 use crate::io::tags::charts::GREY;
 use crate::io::tags::pin::{Changed, Pin, of_table};
-use crate::io::{chart_table, tags};
 use crate::math::rgb::Rgb;
 use crate::scene::Capture;
 use crate::scene::charts::{self, Chart, ColorFit, PatchReading, Table};
@@ -230,10 +230,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             let fit = read.iter().find_map(|(_, _, fit)| fit.as_ref());
             let fit = fit
                 .ok_or_else(|| anyhow!("a colour matrix needs a chart of eight colours or more"))?;
-            // Photographs have been read by the one that is there.
-            let before = tags::read_color_matrix(&file)?;
-            let matrix = before.map_or(fit.correction(), |own| fit.correction() * own);
-            changed.set_color_matrix(&matrix);
+            changed.correct_colors(&fit.correction())?;
             done.push("photographs are read by the colour matrix from now on".to_owned());
         }
         changes = Some((changed, done));

@@ -18,7 +18,7 @@ use crate::watch::Watch;
 
 const GEOMETRY: &str = "scene.obj";
 const CAMERAS: &str = "transforms.json";
-const TAGS: &str = "tags.json";
+pub const TAGS: &str = "tags.json";
 
 /// Loads a capture folder. `watch` counts the photographs.
 pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
@@ -77,6 +77,7 @@ pub fn load(folder: &Path, watch: &Watch) -> Result<Capture, Error> {
         lights: tags.lights,
         environment: tags.environment,
         charts: Arc::default(),
+        color_matrix: tags.color_matrix,
         warnings,
     };
     lay_charts(&mut capture, &tags.charts, &tag_file);

@@ -188,6 +188,7 @@ impl Inputs {
             lights,
             environment,
             charts,
+            color_matrix,
             warnings,
         } = &self.capture;
         let capture = &other.capture;
@@ -203,8 +204,9 @@ impl Inputs {
             && Arc::ptr_eq(mesh, &capture.mesh)
             && photographs.len() == capture.photographs.len()
             && photographs.iter().zip(&capture.photographs).all(same_photograph)
-            && (name, environment, charts, warnings)
-                == (&capture.name, &capture.environment, &capture.charts, &capture.warnings)
+            && (name, environment, warnings)
+                == (&capture.name, &capture.environment, &capture.warnings)
+            && (charts, color_matrix) == (&capture.charts, &capture.color_matrix)
             && (surfaces, materials, lights)
                 == (&capture.surfaces, &capture.materials, &capture.lights)
     }
@@ -236,7 +238,13 @@ fn assigned(capture: &Capture, with_kinds: bool) -> Capture {
     }
 }
 
-/// With every tag. Charts are known by their surfaces.
+/// With every tag. Charts are known by their surfaces, a colour matrix by what it makes of the pixels.
 fn told(capture: &Capture) -> Capture {
-    Capture { name: String::new(), charts: Arc::default(), warnings: Vec::new(), ..capture.clone() }
+    Capture {
+        name: String::new(),
+        charts: Arc::default(),
+        color_matrix: None,
+        warnings: Vec::new(),
+        ..capture.clone()
+    }
 }

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DMat3;
+
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::Rgb;
 use crate::scene::charts::LaidChart;
@@ -23,6 +25,8 @@ pub struct Capture {
     pub environment: Environment,
     /// Their surfaces and materials are the last ones of a capture as it was loaded.
     pub charts: Arc<Vec<LaidChart>>,
+    /// What the pixels of the photographs were multiplied by after they were read, if anything.
+    pub color_matrix: Option<DMat3>,
     /// Warnings of the readers: each names the problem, its place and its consequence.
     pub warnings: Vec<String>,
 }

@@ -23,6 +23,8 @@ mod surfaces; // textures and gloss
 
 #[path = "../shared/displaced.rs"]
 mod displaced;
+#[path = "../shared/drawn_chart.rs"]
+mod drawn_chart;
 
 use std::fs;
 use std::path::{Path, PathBuf};

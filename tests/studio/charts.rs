@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use eframe::egui::{self, Key, Modifiers, PointerButton, Pos2};
+use serde_json::json;
 
 use crate::Window;
+use crate::drawn_chart;
 use crate::nothing_lost::{json_of, save};
 use crate::runs::coarse;
 
@@ -134,4 +136,51 @@ fn clicks_are_taken_back_and_a_card_that_cannot_be_used_says_why() {
     window.click("Remove images/000.exr");
     window.wait_for("It pins nothing yet: its corners are in no photograph.");
     click_all(&mut window);
+}
+
+#[test]
+fn photographs_are_read_by_the_matrix_of_a_chart_and_without_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    drawn_chart::capture(folder.path(), &drawn_chart::chart(|_, _, own| own));
+    let corners = json!([[20, 24], [128, 24], [128, 96], [20, 96]]);
+    let view = json!({"file_path": "images/a.exr", "corners": corners});
+    let tags = json!({
+        "materials": [{"name": "floor", "surfaces": ["floor"]}],
+        "charts": [{"name": "chart", "kind": "colorchecker", "views": [view]}],
+    });
+    let file = folder.path().join("tags.json");
+    std::fs::write(&file, tags.to_string()).unwrap();
+    let home = folder.path().join("home");
+    let mut window = Window::at(&home, Some(folder.path()));
+    window.wait_for("Photographs (1)");
+    window.click("Charts");
+    window.click("chart  (ColorChecker, 1 photograph)");
+    window.wait("its colours", |window| window.has_part("with a matrix"));
+    // How far the patches are from their table, the colour of the light apart.
+    let with_gains = |window: &Window| -> f64 {
+        let text = window.labels("ΔE00 ").remove(0);
+        let before = text.split_once(" with a gain").unwrap().0;
+        before.rsplit(' ').next().unwrap().parse().unwrap()
+    };
+    let before = with_gains(&window);
+    assert!(before > 2.0, "{before}");
+    // A tag that was changed stays.
+    window.click("Tags");
+    window.click("floor");
+    window.click("Specular");
+    window.click("Charts");
+    window.click("Use the colour matrix of images/a.exr");
+    window.wait_for("Photographs are read by a colour matrix.");
+    assert_eq!(json_of(&file)["color_matrix"].as_array().unwrap().len(), 3);
+    assert_eq!(json_of(&file)["charts"], tags["charts"], "the rest is as it was");
+    window.click("chart  (ColorChecker, 1 photograph)");
+    window.wait("its colours", |window| window.has_part("with a matrix"));
+    let after = with_gains(&window);
+    assert!(after < 0.1 * before, "{after} after {before}");
+    window.click("Remove matrix");
+    let is_read = |window: &Window| !window.has("Photographs are read by a colour matrix.");
+    window.wait("the files' own colours", |window| is_read(window));
+    assert_eq!(json_of(&file), tags);
+    window.key(Modifiers::COMMAND, Key::Z);
+    assert!(window.has_part("Undone"), "the step before is still there");
 }

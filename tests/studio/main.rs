@@ -36,6 +36,8 @@ mod walk; // many actions in a row beside a plain model of them
 mod box_of_points;
 #[path = "../shared/displaced.rs"]
 mod displaced;
+#[path = "../shared/drawn_chart.rs"]
+mod drawn_chart;
 #[path = "../shared/skip.rs"]
 mod skip;
 

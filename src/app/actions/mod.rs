@@ -256,6 +256,9 @@ pub enum Charting {
     },
     /// The selected one is taken away.
     Remove,
+    /// Photographs are read anew by the colour matrix that the selected one has in this photograph; without
+    /// one, as they are in their files.
+    Matrix(Option<usize>),
 }
 
 /// A chart that can be added without a file.

@@ -4,10 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui;
+use glam::DMat3;
 
 use crate::app::pending::{Answer, Pending};
 use crate::app::project::Project;
+use crate::io::capture::TAGS;
 use crate::io::chart_table;
+use crate::io::tags::pin::Changed;
 use crate::scene::charts::{self, Chart, ChartKind, ColorFit, LaidChart, PatchReading, Table};
 use crate::scene::{Capture, Image};
 
@@ -16,6 +19,7 @@ use crate::scene::{Capture, Image};
 pub struct Charts {
     placing: Option<Placing>,
     table: Option<Pending<Result<(ChartKind, Table), String>>>,
+    matrix: Option<Pending<Result<(), String>>>,
     reading: Option<(ReadingInputs, Pending<Vec<ViewReading>>)>,
     read: Option<(ReadingInputs, Vec<ViewReading>)>,
 }
@@ -138,6 +142,33 @@ impl Charts {
     /// Takes a table that was read.
     pub fn table(&mut self) -> Option<Result<(ChartKind, Table), String>> {
         Pending::take(&mut self.table)
+    }
+
+    /// Has the photographs of the project's capture corrected by a matrix from now on, or left as they are:
+    /// its `tags.json` says so.
+    pub fn write_matrix(
+        &mut self,
+        ctx: &egui::Context,
+        project: &Project,
+        correction: Option<DMat3>,
+    ) {
+        let (file, capture) = (project.folder.join(TAGS), project.opened.clone());
+        self.matrix = Some(Pending::start("colour matrix", ctx, move || {
+            let write = || {
+                let mut changed = Changed::begin(&file, &capture)?;
+                match &correction {
+                    Some(correction) => changed.correct_colors(correction)?,
+                    None => changed.remove_color_matrix(),
+                }
+                changed.write()
+            };
+            write().map_err(|error: crate::io::Error| error.to_string())
+        }));
+    }
+
+    /// Takes word of a matrix that was written.
+    pub fn matrix(&mut self) -> Option<Result<(), String>> {
+        Pending::take(&mut self.matrix)
     }
 
     /// Reads the patches of the selected chart where that is not done yet.

@@ -30,6 +30,16 @@ pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| add_ui(ui, selected.is_some(), actions));
         list_ui(ui, &charts, selected, jobs.charts.is_placing(), actions);
+        if project.opened.color_matrix.is_some() {
+            ui.horizontal_wrapped(|ui| {
+                ui.weak("Photographs are read by a colour matrix.");
+                let help = "Leave colours as the camera recorded them: takes the matrix out of tags.json \
+                            and reads the photographs anew. Results do not stay";
+                if ui.button("Remove matrix").on_hover_text(help).clicked() {
+                    actions.push(Action::Charting(Charting::Matrix(None)));
+                }
+            });
+        }
         let Some(index) = selected else { return };
         ui.separator();
         let own = &charts[index];
@@ -39,7 +49,7 @@ pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
         state_ui(ui, own, jobs.charts.is_placing());
         if let Some(read) = jobs.charts.reading(&own.chart) {
             ui.separator();
-            readings_ui(ui, project, own, read);
+            readings_ui(ui, project, own, read, actions);
         }
     });
 }
@@ -284,7 +294,13 @@ fn state_ui(ui: &mut egui::Ui, own: &LaidChart, is_placing: bool) {
 }
 
 /// What was read of the patches in each photograph.
-fn readings_ui(ui: &mut egui::Ui, project: &Project, own: &LaidChart, read: &[ViewReading]) {
+fn readings_ui(
+    ui: &mut egui::Ui,
+    project: &Project,
+    own: &LaidChart,
+    read: &[ViewReading],
+    actions: &mut Vec<Action>,
+) {
     for (view, read) in own.chart.views.iter().zip(read) {
         let Some(photograph) = project.loaded.photographs.get(view.photograph) else { continue };
         cut(ui, RichText::new(photograph.name.as_str()).strong());
@@ -313,9 +329,16 @@ fn readings_ui(ui: &mut egui::Ui, project: &Project, own: &LaidChart, read: &[Vi
             "ΔE00 {one:.2}; {gains:.2} with a gain for each channel, {matrix:.2} with a matrix"
         ))
         .on_hover_text(
-            "Mean colour difference (CIEDE2000) of the patches from their table. lobelia chart --matrix \
-             writes the matrix into tags.json",
+            "Mean colour difference (CIEDE2000) of the patches from their table, with one scale for the \
+             three channels, with a scale each, and with the colour matrix that makes it least",
         );
+        let use_matrix =
+            named(ui.button("Use matrix"), format!("Use the colour matrix of {}", photograph.name));
+        let help = "Read all photographs anew by this colour matrix, which tags.json will name. Tags and \
+                    their undo stay; results do not";
+        if use_matrix.on_hover_text(help).clicked() {
+            actions.push(Action::Charting(Charting::Matrix(Some(view.photograph))));
+        }
         if fit.curve.is_better {
             let text = format!(
                 "The photograph is not linear: reflectance goes with radiance to the power {:.2}",

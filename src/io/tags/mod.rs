@@ -182,15 +182,6 @@ fn color_matrix(root: &Field) -> Result<Option<DMat3>, Error> {
     Ok(Some(matrix))
 }
 
-/// The matrix that a `tags.json` multiplies photographs by; `None` where there is none, or no file.
-pub fn read_color_matrix(file: &Path) -> Result<Option<DMat3>, Error> {
-    if !file.exists() {
-        return Ok(None);
-    }
-    let value = json::read(file)?;
-    color_matrix(&Field::root(file, &value)?)
-}
-
 struct Reader<'a> {
     surfaces: &'a mut [Surface],
     /// Which material or light took each surface, by the path of its mention.

@@ -8,6 +8,7 @@ use glam::{DMat3, DVec2};
 use serde_json::{Value, json};
 
 use super::charts::{self, ChartTag};
+use super::color_matrix;
 use crate::io::json::{self as reader, Field};
 use crate::io::paths::{absolute, relative};
 use crate::io::{Error, Fault, atomic};
@@ -79,8 +80,33 @@ impl<'a> Changed<'a> {
         items.get(place).map_or_else(|| Err(root.wrong("the charts are no list")), charts::read)
     }
 
+    /// Has photographs corrected beyond what is done already: they have been read by the matrix that is
+    /// there.
+    pub fn correct_colors(&mut self, correction: &DMat3) -> Result<(), Error> {
+        let before = color_matrix(&Field::root(self.file, &self.value()?)?)?;
+        self.set_color_matrix(&before.map_or(*correction, |own| *correction * own));
+        Ok(())
+    }
+
+    /// Photographs are left as they are in their files.
+    pub fn remove_color_matrix(&mut self) {
+        let members = items(&self.text, self.text.find('{').unwrap_or(0));
+        let is_own =
+            |own: &&Range<usize>| self.text[(*own).clone()].starts_with("\"color_matrix\"");
+        let Some(place) = members.iter().position(|own| is_own(&own)) else { return };
+        let (before, after) =
+            (place.checked_sub(1).map(|own| &members[own]), members.get(place + 1));
+        let own = &members[place];
+        let range = match (before, after) {
+            (Some(before), _) => before.end..own.end,
+            (None, Some(after)) => own.start..after.start,
+            (None, None) => own.clone(),
+        };
+        self.text.replace_range(range, "");
+    }
+
     /// With the matrix by which photographs are multiplied.
-    pub fn set_color_matrix(&mut self, matrix: &DMat3) {
+    fn set_color_matrix(&mut self, matrix: &DMat3) {
         let row = |row: usize| json!(matrix.row(row).to_array()).to_string();
         let text = format!("[{}, {}, {}]", row(0), row(1), row(2));
         self.put_member("color_matrix", &text);
@@ -234,6 +260,14 @@ mod tests {
             json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
         );
         assert_eq!(changed.text.matches("color_matrix").count(), 1);
+        changed.correct_colors(&DMat3::from_diagonal([1.0, 2.0, 3.0].into())).unwrap();
+        assert_eq!(
+            changed.value().unwrap()["color_matrix"],
+            json!([[1.0, 2.0, 3.0], [8.0, 10.0, 12.0], [21.0, 24.0, 27.0]])
+        );
+        changed.remove_color_matrix();
+        assert_eq!(changed.value().unwrap().as_object().unwrap().len(), 3);
+        assert!(!changed.text.contains("color_matrix"), "{}", changed.text);
     }
 
     #[test]
@@ -243,5 +277,12 @@ mod tests {
         let mut changed = Changed { file: Path::new("tags.json"), text: "{}".to_owned() };
         changed.set_color_matrix(&DMat3::IDENTITY);
         assert_eq!(changed.value().unwrap()["color_matrix"][1], json!([0.0, 1.0, 0.0]));
+        changed.remove_color_matrix();
+        assert_eq!(changed.value().unwrap(), json!({}));
+        changed.remove_color_matrix();
+        let text = "{\"color_matrix\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"charts\": []}";
+        let mut changed = Changed { file: Path::new("tags.json"), text: text.to_owned() };
+        changed.remove_color_matrix();
+        assert_eq!(changed.text, "{\"charts\": []}");
     }
 }
