@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lobelia::io::export::summary;
 use lobelia::io::{capture, truth::Truth};
 use lobelia::reconstruct::{self, Options};
-use lobelia::study::score;
+use lobelia::study::score::{self, Intervals, Score};
 use lobelia::watch::Watch;
 
 /// By how much an error may grow.
@@ -41,22 +41,48 @@ fn captures_are_named_once_and_some_only_judge() {
     assert!(mean <= 0.015, "{mean}");
 }
 
+/// The folder of captures, unless the checks with it are not made.
+fn folder() -> Option<PathBuf> {
+    let folder = std::env::var_os("LOBELIA_ACCURACY").map(PathBuf::from);
+    if folder.is_none() {
+        crate::skip::skip("LOBELIA_ACCURACY names no folder of captures");
+    }
+    folder
+}
+
+/// What a capture comes out as with the default options and another seed.
+fn scored(folder: &Path, seed: Option<usize>) -> Score {
+    let capture = capture::load(folder, &Watch::new()).unwrap();
+    let mut options = Options::default();
+    options.general.seed = seed.unwrap_or(options.general.seed);
+    let whole = reconstruct::run(&capture, &options, &Watch::new(), &|_| ()).unwrap();
+    let truth = Truth::read(&folder.join("truth.json")).unwrap();
+    score::compare(&summary(&capture, &options, &whole, 0.0), &truth)
+}
+
+/// In a room with a glossy floor the search can end in a wrong minimum, and whether it does depends on
+/// the seed. With two of these seeds it once did (errors of 0.15 and 0.11); with the third, more rounds
+/// of the search lead into one. Today's errors are 0.037, 0.010 and 0.021.
+#[test]
+fn a_glossy_room_comes_out_right_by_any_seed() {
+    let Some(folder) = folder() else { return };
+    for seed in [3, 5, 9] {
+        let score = scored(&folder.join("corner-glossy"), Some(seed));
+        let error = score.raw.unwrap().mean_diffuse;
+        println!("seed {seed}: {error:.4}");
+        assert!(error <= LIMIT * 0.037, "seed {seed}: {error}");
+        let Intervals { inside, of, .. } = score.intervals;
+        assert!(of > 0 && 10 * inside >= 9 * of, "seed {seed}: {inside} of {of}");
+    }
+}
+
 #[test]
 fn no_capture_comes_out_much_worse_than_today() {
-    let Some(folder) = std::env::var_os("LOBELIA_ACCURACY").map(PathBuf::from) else {
-        crate::skip::skip("LOBELIA_ACCURACY names no folder of captures");
-        return;
-    };
+    let Some(folder) = folder() else { return };
     let mut worse = Vec::new();
     let (mut now, mut before) = (0.0, 0.0);
     for (name, _, today) in captures() {
-        let folder = folder.join(&name);
-        let capture = capture::load(&folder, &Watch::new()).unwrap();
-        let options = Options::default();
-        let whole = reconstruct::run(&capture, &options, &Watch::new(), &|_| ()).unwrap();
-        let truth = Truth::read(&folder.join("truth.json")).unwrap();
-        let score = score::compare(&summary(&capture, &options, &whole, 0.0), &truth);
-        let error = score.raw.unwrap().mean_diffuse;
+        let error = scored(&folder.join(&name), None).raw.unwrap().mean_diffuse;
         println!("{name}: {error:.4}, {today:.4} today");
         (now, before) = (now + error, before + today);
         if error > LIMIT * today.max(CHANCE) {
