@@ -249,7 +249,7 @@ mod tests {
         let other = Pin { kind: json!({"kind": "colorchecker"}), ..pin("one", 1.0) };
         assert!(changed.pin(&other).unwrap_err().to_string().contains("another kind"));
         changed.set_color_matrix(&DMat3::from_diagonal([1.0, 2.0, 3.0].into()));
-        changed.set_color_matrix(&DMat3::from_cols_array(&[1., 4., 7., 2., 5., 8., 3., 6., 9.]));
+        changed.set_color_matrix(&DMat3::from_cols_array(&[1., 4., 7., 2., 5., 8., 3., 6., 10.]));
         let value = changed.value().unwrap();
         assert_eq!(value["saturation"], 5.0);
         assert_eq!(value["materials"][0]["name"], "a, ] \" }");
@@ -257,13 +257,13 @@ mod tests {
         assert_eq!(value["charts"][1]["name"], "two");
         assert_eq!(
             value["color_matrix"],
-            json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
+            json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 10.0]])
         );
         assert_eq!(changed.text.matches("color_matrix").count(), 1);
         changed.correct_colors(&DMat3::from_diagonal([1.0, 2.0, 3.0].into())).unwrap();
         assert_eq!(
             changed.value().unwrap()["color_matrix"],
-            json!([[1.0, 2.0, 3.0], [8.0, 10.0, 12.0], [21.0, 24.0, 27.0]])
+            json!([[1.0, 2.0, 3.0], [8.0, 10.0, 12.0], [21.0, 24.0, 30.0]])
         );
         changed.remove_color_matrix();
         assert_eq!(changed.value().unwrap().as_object().unwrap().len(), 3);
