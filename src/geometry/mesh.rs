@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 /// Triangles of the partial geometric model, in metres.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from outside.

@@ -174,9 +174,10 @@ impl Inputs {
         Step::ALL.map(|step| Arc::new(Self::of(step, capture, options)))
     }
 
-    /// Whether these are the same inputs. Mesh and pixels of images are compared by their address,
-    /// not by their contents: read again from a file they count as others. Masks are compared by
-    /// what they leave out: one that is drawn and taken back is the one before.
+    /// Whether these are the same inputs. Pixels of images are compared by their address, not by their
+    /// contents: read again from a file they count as others. Masks are compared by what they leave
+    /// out, and meshes by their triangles: a mask that is drawn and taken back is the one before, and so
+    /// is the mesh without a chart that was added and removed.
     pub(super) fn same_as(&self, other: &Self) -> bool {
         // Destructured, so that a field that is added cannot be forgotten here.
         let Capture {
@@ -201,7 +202,7 @@ impl Inputs {
             same_image && a.name == b.name && a.camera == b.camera
         };
         self.options == other.options
-            && Arc::ptr_eq(mesh, &capture.mesh)
+            && (Arc::ptr_eq(mesh, &capture.mesh) || *mesh == capture.mesh)
             && photographs.len() == capture.photographs.len()
             && photographs.iter().zip(&capture.photographs).all(same_photograph)
             && (name, environment, warnings)

@@ -136,17 +136,11 @@ impl Object {
 
 impl PartialEq for Object {
     fn eq(&self, other: &Self) -> bool {
-        let same_mesh = || {
-            let (own, other) = (&*self.mesh, &*other.mesh);
-            own.positions == other.positions
-                && own.triangles == other.triangles
-                && own.surface == other.surface
-        };
         self.name == other.name
             && self.file == other.file
             && self.surfaces == other.surfaces
             && self.world_from_object == other.world_from_object
-            && (Arc::ptr_eq(&self.mesh, &other.mesh) || same_mesh())
+            && (Arc::ptr_eq(&self.mesh, &other.mesh) || **self.mesh == **other.mesh)
     }
 }
 
