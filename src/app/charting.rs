@@ -56,7 +56,12 @@ pub fn apply(state: &mut State, what: Charting) {
             charts.remove(selected);
             propose(state, "remove chart", charts);
         }
-        Charting::Matrix(of) => write_matrix(state, of),
+        Charting::Matrix(correction) => {
+            if let Some(project) = &state.project {
+                let ctx = state.ctx.clone();
+                state.jobs.charts.write_matrix(&ctx, project, correction);
+            }
+        }
     }
 }
 
@@ -124,23 +129,6 @@ fn add(state: &mut State, kind: ChartKind, table: Table) {
     take_up(state, true);
 }
 
-/// Has photographs read by the matrix that the selected chart has in this one, or by none.
-fn write_matrix(state: &mut State, photograph: Option<usize>) {
-    let Some(project) = &state.project else { return };
-    let correction = photograph.and_then(|photograph| {
-        let (charts, selected) = selected(state)?;
-        let chart = &charts[selected];
-        let view = chart.views.iter().position(|view| view.photograph == photograph)?;
-        let (_, fit) = state.jobs.charts.reading(chart)?.get(view)?.as_ref().ok()?;
-        Some(fit.as_ref()?.correction())
-    });
-    if photograph.is_some() && correction.is_none() {
-        return;
-    }
-    let ctx = state.ctx.clone();
-    state.jobs.charts.write_matrix(&ctx, project, correction);
-}
-
 /// The tool is for the photograph that is looked through; the selected one where none is.
 fn take_up(state: &mut State, is_active: bool) {
     if state.project.is_none() {
@@ -180,7 +168,7 @@ fn change(state: &mut State, name: &'static str, change: impl FnOnce(&mut Chart)
     propose(state, name, charts);
 }
 
-/// Has the positions found, after which it is a step that can be undone.
+/// Has the positions found that are not known yet, and then takes the charts.
 fn propose(state: &mut State, name: &'static str, charts: Vec<Chart>) {
     let Some(project) = &state.project else { return };
     let ctx = state.ctx.clone();
@@ -189,6 +177,7 @@ fn propose(state: &mut State, name: &'static str, charts: Vec<Chart>) {
     }
 }
 
+/// Makes charts whose positions are known the present ones, in a step that can be undone.
 fn take(state: &mut State, found: Found) {
     let change = Change::Charts { name: found.name, charts: found.charts };
     changing::change_project(state, &change);

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::cli::print::{note_line, say_line};
 use crate::cli::progress::Display;
 use crate::cli::{Ending, arguments, job, photographs};
+use crate::io::capture::TAGS;
 use crate::io::chart_table;
 use crate::io::tags::charts::GREY;
 use crate::io::tags::pin::{Changed, Pin, of_table};
@@ -208,7 +209,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
         read.push((photograph.name.as_str(), readings, fit));
     }
     // All of it is found before anything is printed or written.
-    let file = folder.join("tags.json");
+    let file = folder.join(TAGS);
     let mut changes = None;
     if matches.get_flag("pin") || matches.get_flag("matrix") {
         let mut changed = Changed::begin(&file, &capture)?;
@@ -230,7 +231,7 @@ pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
             let fit = read.iter().find_map(|(_, _, fit)| fit.as_ref());
             let fit = fit
                 .ok_or_else(|| anyhow!("a colour matrix needs a chart of eight colours or more"))?;
-            changed.correct_colors(&fit.correction())?;
+            changed.set_color_matrix(&capture.corrected_by(&fit.correction()));
             done.push("photographs are read by the colour matrix from now on".to_owned());
         }
         changes = Some((changed, done));

@@ -31,6 +31,13 @@ pub struct Capture {
     pub warnings: Vec<String>,
 }
 
+impl Capture {
+    /// The colour matrix to read the photographs by: the present one, followed by `correction`.
+    pub fn corrected_by(&self, correction: &DMat3) -> DMat3 {
+        self.color_matrix.map_or(*correction, |own| *correction * own)
+    }
+}
+
 /// A group of polygons that can be tagged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 
 use super::change::Change;
 use super::jobs::studies::{Kind, SpeedRequest, StabilityRequest};
@@ -256,9 +256,8 @@ pub enum Charting {
     },
     /// The selected one is taken away.
     Remove,
-    /// Photographs are read anew by the colour matrix that the selected one has in this photograph; without
-    /// one, as they are in their files.
-    Matrix(Option<usize>),
+    /// Photographs are read anew, corrected by this matrix; without one, as they are in their files.
+    Matrix(Option<DMat3>),
 }
 
 /// A chart that can be added without a file.

@@ -144,8 +144,8 @@ impl Charts {
         Pending::take(&mut self.table)
     }
 
-    /// Has the photographs of the project's capture corrected by a matrix from now on, or left as they are:
-    /// its `tags.json` says so.
+    /// Writes into the `tags.json` of the project's capture that photographs are corrected by a matrix
+    /// beyond what is done now; without one, that they are left as they are in their files.
     pub fn write_matrix(
         &mut self,
         ctx: &egui::Context,
@@ -154,19 +154,19 @@ impl Charts {
     ) {
         let (file, capture) = (project.folder.join(TAGS), project.opened.clone());
         self.matrix = Some(Pending::start("colour matrix", ctx, move || {
-            let write = || {
+            let write = || -> Result<(), crate::io::Error> {
                 let mut changed = Changed::begin(&file, &capture)?;
                 match &correction {
-                    Some(correction) => changed.correct_colors(correction)?,
+                    Some(correction) => changed.set_color_matrix(&capture.corrected_by(correction)),
                     None => changed.remove_color_matrix(),
                 }
                 changed.write()
             };
-            write().map_err(|error: crate::io::Error| error.to_string())
+            write().map_err(|error| error.to_string())
         }));
     }
 
-    /// Takes word of a matrix that was written.
+    /// What came of writing a matrix, once that is over.
     pub fn matrix(&mut self) -> Option<Result<(), String>> {
         Pending::take(&mut self.matrix)
     }

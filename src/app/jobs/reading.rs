@@ -11,6 +11,7 @@ use crate::app::opening::Opening;
 use crate::app::project::Project;
 use crate::app::state::State;
 use crate::app::{lighting, relighting, reopening};
+use crate::io::capture::TAGS;
 use crate::io::project::Relight;
 use crate::scene::Capture;
 use crate::worker::{Command, EditSource, JobEvent};
@@ -113,7 +114,7 @@ impl Jobs {
     /// Reads known lights for the open project.
     pub fn read_lights(&mut self, project: Option<&Project>, reading: Reading, values: Vec<Value>) {
         let Some(project) = project else { return };
-        let (capture, file) = (project.loaded.clone(), project.folder.join("tags.json"));
+        let (capture, file) = (project.loaded.clone(), project.folder.join(TAGS));
         let command = Command::ReadStoredLights { capture, file, values };
         self.begin_task(Lane::Loader, command, Read(reading));
     }

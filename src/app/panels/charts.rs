@@ -34,7 +34,7 @@ pub fn show(ui: &mut egui::Ui, context: Context, state: &mut State) {
             ui.horizontal_wrapped(|ui| {
                 ui.weak("Photographs are read by a colour matrix.");
                 let help = "Leave colours as the camera recorded them: takes the matrix out of tags.json \
-                            and reads the photographs anew. Results do not stay";
+                            and reads the photographs anew. Results are discarded";
                 if ui.button("Remove matrix").on_hover_text(help).clicked() {
                     actions.push(Action::Charting(Charting::Matrix(None)));
                 }
@@ -335,9 +335,9 @@ fn readings_ui(
         let use_matrix =
             named(ui.button("Use matrix"), format!("Use the colour matrix of {}", photograph.name));
         let help = "Read all photographs anew by this colour matrix, which tags.json will name. Tags and \
-                    their undo stay; results do not";
+                    their undo stay; results are discarded";
         if use_matrix.on_hover_text(help).clicked() {
-            actions.push(Action::Charting(Charting::Matrix(Some(view.photograph))));
+            actions.push(Action::Charting(Charting::Matrix(Some(fit.correction()))));
         }
         if fit.curve.is_better {
             let text = format!(

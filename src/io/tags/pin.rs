@@ -8,7 +8,6 @@ use glam::{DMat3, DVec2};
 use serde_json::{Value, json};
 
 use super::charts::{self, ChartTag};
-use super::color_matrix;
 use crate::io::json::{self as reader, Field};
 use crate::io::paths::{absolute, relative};
 use crate::io::{Error, Fault, atomic};
@@ -80,33 +79,21 @@ impl<'a> Changed<'a> {
         items.get(place).map_or_else(|| Err(root.wrong("the charts are no list")), charts::read)
     }
 
-    /// Has photographs corrected beyond what is done already: they have been read by the matrix that is
-    /// there.
-    pub fn correct_colors(&mut self, correction: &DMat3) -> Result<(), Error> {
-        let before = color_matrix(&Field::root(self.file, &self.value()?)?)?;
-        self.set_color_matrix(&before.map_or(*correction, |own| *correction * own));
-        Ok(())
-    }
-
-    /// Photographs are left as they are in their files.
+    /// Without a matrix: photographs are left as they are in their files.
     pub fn remove_color_matrix(&mut self) {
         let members = items(&self.text, self.text.find('{').unwrap_or(0));
-        let is_own =
-            |own: &&Range<usize>| self.text[(*own).clone()].starts_with("\"color_matrix\"");
-        let Some(place) = members.iter().position(|own| is_own(&own)) else { return };
-        let (before, after) =
-            (place.checked_sub(1).map(|own| &members[own]), members.get(place + 1));
-        let own = &members[place];
-        let range = match (before, after) {
-            (Some(before), _) => before.end..own.end,
-            (None, Some(after)) => own.start..after.start,
-            (None, None) => own.clone(),
+        let Some(place) = place_of(&self.text, &members, "color_matrix") else { return };
+        // The comma before it goes with it, or that after it.
+        let range = match (place.checked_sub(1), members.get(place + 1)) {
+            (Some(before), _) => members[before].end..members[place].end,
+            (None, Some(after)) => members[place].start..after.start,
+            (None, None) => members[place].clone(),
         };
         self.text.replace_range(range, "");
     }
 
     /// With the matrix by which photographs are multiplied.
-    fn set_color_matrix(&mut self, matrix: &DMat3) {
+    pub fn set_color_matrix(&mut self, matrix: &DMat3) {
         let row = |row: usize| json!(matrix.row(row).to_array()).to_string();
         let text = format!("[{}, {}, {}]", row(0), row(1), row(2));
         self.put_member("color_matrix", &text);
@@ -179,12 +166,18 @@ fn chart_text(chart: &Value) -> String {
 
 /// The value of a member of the outermost object.
 fn member(text: &str, key: &str) -> Option<Range<usize>> {
-    let wanted = json!(key).to_string();
     let members = items(text, text.find('{')?);
-    let own = members.into_iter().rfind(|own| text[own.clone()].starts_with(&wanted))?;
-    let colon = own.start + wanted.len() + text[own.start + wanted.len()..own.end].find(':')? + 1;
+    let own = &members[place_of(text, &members, key)?];
+    let after_key = own.start + json!(key).to_string().len();
+    let colon = after_key + text[after_key..own.end].find(':')? + 1;
     let value = text[colon..own.end].trim_start();
     Some(own.end - value.len()..own.end)
+}
+
+/// Which member has a key; the last one of several, which is the one that counts.
+fn place_of(text: &str, members: &[Range<usize>], key: &str) -> Option<usize> {
+    let wanted = json!(key).to_string();
+    members.iter().rposition(|own| text[own.clone()].starts_with(&wanted))
 }
 
 /// The items of a list, or the members of an object, that begins at `start`, without what is about
@@ -260,7 +253,10 @@ mod tests {
             json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 10.0]])
         );
         assert_eq!(changed.text.matches("color_matrix").count(), 1);
-        changed.correct_colors(&DMat3::from_diagonal([1.0, 2.0, 3.0].into())).unwrap();
+        let rows = DMat3::from_cols_array(&[1., 4., 7., 2., 5., 8., 3., 6., 10.]);
+        let capture = Capture { color_matrix: Some(rows), ..Capture::default() };
+        let correction = DMat3::from_diagonal([1.0, 2.0, 3.0].into());
+        changed.set_color_matrix(&capture.corrected_by(&correction));
         assert_eq!(
             changed.value().unwrap()["color_matrix"],
             json!([[1.0, 2.0, 3.0], [8.0, 10.0, 12.0], [21.0, 24.0, 30.0]])
