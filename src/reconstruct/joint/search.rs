@@ -115,14 +115,14 @@ pub fn search<'a>(
     Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
 }
 
-/// Times that the lights and the sharpness of the lobes are looked for in turn. With two, one of 14 seeds
-/// of `corner-glossy` stays in a wrong minimum.
+/// Times that the lights are looked for, and the sharpness of the lobes between them. With two, the search
+/// stays in a wrong minimum with two of 14 seeds of `corner-glossy`, as it does with one.
 const TURNS: usize = 3;
 
 /// Looks for the lights with the gloss given and for the sharpness of the lobes with the lights given,
 /// in turn, until the lobes change no more. Light that is too bright, lobes that are too blunt and
-/// surfaces that are too dark fit a glossy room nearly as well as the truth: a round may lead into such a
-/// minimum as well as out of it, so that the lights with the least held-out error are taken.
+/// surfaces that are too dark fit a glossy room nearly as well as the truth. A further turn may lead into such
+/// a minimum as well as out of it, so the lights with the least held-out error are taken.
 fn in_turn<'a>(
     problem: &Problem<'a>,
     glossy: Fitted,

@@ -102,7 +102,7 @@ impl Capture {
     ///
     /// Materials must be those of the files: those of its charts are the last ones.
     pub fn with_charts(&self, charts: Arc<Vec<LaidChart>>) -> Self {
-        // The same charts keep the mesh that they are in: by it a run finds its earlier stages.
+        // The same charts keep their mesh, so that it need not be copied, drawn or compared anew.
         if self.charts == charts {
             return self.clone();
         }
