@@ -77,27 +77,31 @@ pub fn search<'a>(
     let first = LightModel::new(problem, &layout(World::Room))?;
     let worlds = Worlds { environment, sky: layout(World::Open), undecided, from: &fine };
     let sky = problem.sky.clone();
-    let Lit { step: mut chosen, mut problem, unknown } =
-        lights(problem, &places, &first, &worlds, None)?;
-    if first.is_glossy() {
-        // Lamps stand better where highlights have their true sharpness, and I_s its part from
-        // glossy surfaces.
-        // What is handed on as known is not tried again.
-        let is_handed_on = |trial: &&Trial| {
-            matches!(trial.part, TrialPart::SeenSky(_) | TrialPart::Room | TrialPart::Sun)
-        };
-        let mut trials: Vec<Trial> = chosen.trials.iter().filter(is_handed_on).cloned().collect();
-        let known = (unknown, chosen.best.fitted.model.sun().cloned());
-        let (gloss, of_gloss) = gloss::choose(&problem, chosen.best.fitted)?;
-        let lights_of = |settled: &Problem<'a>, gloss: &[Option<Gloss>]| {
-            let first = LightModel { gloss: gloss.to_vec(), ..first.clone() };
-            lights(&settled.with_sky(sky.clone()), &places, &first, &worlds, Some(known.clone()))
-        };
-        let again = in_turn(&problem, gloss.fitted, indirect, lights_of)?;
-        (chosen, problem) = (again.step, again.problem);
-        trials.extend(of_gloss);
-        chosen.trials.extend(trials);
-    }
+    let lit = lights(problem, &places, &first, &worlds, None)?;
+    // What is handed on as known is not tried again.
+    let is_handed_on = |trial: &&Trial| {
+        matches!(trial.part, TrialPart::SeenSky(_) | TrialPart::Room | TrialPart::Sun)
+    };
+    let handed_on: Vec<Trial> = lit.step.trials.iter().filter(is_handed_on).cloned().collect();
+    let known = (lit.unknown, lit.step.best.fitted.model.sun().cloned());
+    let lights_of = |settled: &Problem<'a>, gloss: &[Option<Gloss>]| -> Result<Lit<'a>, Error> {
+        let first = LightModel { gloss: gloss.to_vec(), ..first.clone() };
+        let settled = settled.with_sky(sky.clone());
+        let mut lit = lights(&settled, &places, &first, &worlds, Some(known.clone()))?;
+        lit.step.trials.extend(handed_on.clone());
+        Ok(lit)
+    };
+    let Lit { step: chosen, mut problem, .. } = if first.is_glossy() {
+        let (gloss, trials) = gloss::choose(&lit.problem, lit.step.best.fitted)?;
+        let mut again = in_turn(&lit.problem, gloss.fitted, None, indirect, lights_of)?;
+        again.step.trials.extend(trials);
+        again
+    } else if indirect.has_patches() {
+        let (problem, fitted) = (lit.problem.clone(), lit.step.best.fitted.clone());
+        in_turn(&problem, fitted, Some(lit), indirect, lights_of)?
+    } else {
+        lit
+    };
     let of_lights = |trial: &Trial| match trial.part {
         TrialPart::Sun => 1,
         TrialPart::Lamp(_) => COLUMNS,
@@ -112,41 +116,59 @@ pub fn search<'a>(
         let (sharp, found) = sharpen(&problem, best.fitted.clone())?;
         (best, sharpness) = (validate(&problem, sharp, Some(&best))?, found);
     }
+    if indirect.has_patches() {
+        // What unphotographed surfaces reflect has changed with the lights and the density. Lights
+        // that were found without it may be wrong with it.
+        let Settled { problem: after, fitted, .. } =
+            indirect.settle(&problem, best.fitted.clone())?;
+        let settled = validate(&after, fitted, None)?;
+        if compare(&problem, &best, &settled).change < 0.0 {
+            (best, problem) = (settled, after);
+        }
+    }
     Ok(Found { lamps, suns, problem, best, is_fine, trials, candidates, sharpness })
 }
 
-/// Times that the lights are looked for, and the sharpness of the lobes between them. With two, the search
-/// stays in a wrong minimum with two of 14 seeds of `corner-glossy`, as it does with one.
+/// Times that I_s, the lights and the sharpness of the lobes are found one after the other. With two, the
+/// search stays in a wrong minimum with two of 14 seeds of `corner-glossy`, as it does with one.
 const TURNS: usize = 3;
 
-/// Looks for the lights with the gloss given and for the sharpness of the lobes with the lights given,
-/// in turn, until the lobes change no more. Light that is too bright, lobes that are too blunt and
-/// surfaces that are too dark fit a glossy room nearly as well as the truth. A further turn may lead into such
-/// a minimum as well as out of it, so the lights with the least held-out error are taken.
+/// Computes I_s with the lights given, looks for the lights with that I_s, and for the sharpness of the
+/// lobes with these lights, in turn, until the lobes change no more. Lamps stand better where highlights
+/// have their true sharpness, and where the light of unphotographed and of glossy surfaces is that of the
+/// lamps. But light that is too bright, lobes that are too blunt and surfaces that are too dark fit a
+/// glossy room nearly as well as the truth; and a lamp that was found beside an unphotographed surface,
+/// without what this surface reflects of it, is too bright with it. A further turn may lead into such a
+/// minimum as well as out of it, so the lights with the least held-out error are taken, `found` among
+/// them.
 fn in_turn<'a>(
     problem: &Problem<'a>,
-    glossy: Fitted,
+    mut fitted: Fitted,
+    found: Option<Lit<'a>>,
     indirect: &Indirect,
     lights_of: impl Fn(&Problem<'a>, &[Option<Gloss>]) -> Result<Lit<'a>, Error>,
 ) -> Result<Lit<'a>, Error> {
-    let next = |problem: &Problem<'a>, glossy: Fitted| -> Result<Lit<'a>, Error> {
-        let Settled { problem, fitted, .. } = indirect.settle(problem, glossy)?;
-        lights_of(&problem, &fitted.model.gloss)
-    };
-    let mut best = next(problem, glossy)?;
-    let (mut problem, mut fitted) = (best.problem.clone(), best.step.best.fitted.clone());
-    for _ in 1..TURNS {
-        let (sharp, _) = sharpen(&problem, fitted.clone())?;
-        if sharp.model.gloss == fitted.model.gloss {
-            break;
+    let mut problem = problem.clone();
+    let mut best = found;
+    for turn in 0..TURNS {
+        if turn > 0 {
+            let (sharp, _) = sharpen(&problem, fitted.clone())?;
+            if sharp.model.gloss == fitted.model.gloss {
+                break;
+            }
+            fitted = sharp;
         }
-        let lit = next(&problem, sharp)?;
+        let settled = indirect.settle(&problem, fitted)?;
+        let lit = lights_of(&settled.problem, &settled.fitted.model.gloss)?;
         (problem, fitted) = (lit.problem.clone(), lit.step.best.fitted.clone());
-        if compare(&problem, &best.step.best, &lit.step.best).change < 0.0 {
-            best = lit;
-        }
+        best = match best {
+            Some(best) if compare(&problem, &best.step.best, &lit.step.best).change >= 0.0 => {
+                Some(best)
+            }
+            _ => Some(lit),
+        };
     }
-    Ok(best)
+    Ok(best.expect("there is at least one turn"))
 }
 
 /// Where unknown light may come from.
