@@ -93,12 +93,12 @@ pub fn search<'a>(
     };
     let Lit { step: chosen, mut problem, .. } = if first.is_glossy() {
         let (gloss, trials) = gloss::choose(&lit.problem, lit.step.best.fitted)?;
-        let mut again = in_turn(&lit.problem, gloss.fitted, None, indirect, lights_of)?;
+        let mut again = in_turn(lit.problem, gloss.fitted, None, indirect, lights_of)?;
         again.step.trials.extend(trials);
         again
     } else if indirect.has_patches() {
-        let (problem, fitted) = (lit.problem.clone(), lit.step.best.fitted.clone());
-        in_turn(&problem, fitted, Some(lit), indirect, lights_of)?
+        let fitted = lit.step.best.fitted.clone();
+        in_turn(lit.problem.clone(), fitted, Some(lit), indirect, lights_of)?
     } else {
         lit
     };
@@ -117,8 +117,8 @@ pub fn search<'a>(
         (best, sharpness) = (validate(&problem, sharp, Some(&best))?, found);
     }
     if indirect.has_patches() {
-        // What unphotographed surfaces reflect has changed with the lights and the density. Lights
-        // that were found without it may be wrong with it.
+        // What unphotographed surfaces reflect depends on the lights and the density, which have
+        // changed. The lights were chosen with the earlier value and may fit worse with the new one.
         let Settled { problem: after, fitted, .. } =
             indirect.settle(&problem, best.fitted.clone())?;
         let settled = validate(&after, fitted, None)?;
@@ -134,21 +134,20 @@ pub fn search<'a>(
 const TURNS: usize = 3;
 
 /// Computes I_s with the lights given, looks for the lights with that I_s, and for the sharpness of the
-/// lobes with these lights, in turn, until the lobes change no more. Lamps stand better where highlights
-/// have their true sharpness, and where the light of unphotographed and of glossy surfaces is that of the
-/// lamps. But light that is too bright, lobes that are too blunt and surfaces that are too dark fit a
-/// glossy room nearly as well as the truth; and a lamp that was found beside an unphotographed surface,
-/// without what this surface reflects of it, is too bright with it. A further turn may lead into such a
-/// minimum as well as out of it, so the lights with the least held-out error are taken, `found` among
-/// them.
+/// lobes with these lights, in turn, until the lobes change no more. Lamps are placed better if
+/// highlights have their true sharpness, and if the light that unphotographed and glossy surfaces reflect
+/// was computed with the lamps. But light that is too bright, lobes that are too blunt and surfaces that
+/// are too dark fit a glossy room nearly as well as the truth. And a lamp beside an unphotographed surface
+/// is found too bright if what that surface reflects of it is missing in I_s. A further turn may lead into
+/// such a minimum as well as out of it, so the lights with the least held-out error are taken. `found` has
+/// lights that were found before, which are compared with them.
 fn in_turn<'a>(
-    problem: &Problem<'a>,
+    mut problem: Problem<'a>,
     mut fitted: Fitted,
     found: Option<Lit<'a>>,
     indirect: &Indirect,
     lights_of: impl Fn(&Problem<'a>, &[Option<Gloss>]) -> Result<Lit<'a>, Error>,
 ) -> Result<Lit<'a>, Error> {
-    let mut problem = problem.clone();
     let mut best = found;
     for turn in 0..TURNS {
         if turn > 0 {
@@ -161,12 +160,11 @@ fn in_turn<'a>(
         let settled = indirect.settle(&problem, fitted)?;
         let lit = lights_of(&settled.problem, &settled.fitted.model.gloss)?;
         (problem, fitted) = (lit.problem.clone(), lit.step.best.fitted.clone());
-        best = match best {
-            Some(best) if compare(&problem, &best.step.best, &lit.step.best).change >= 0.0 => {
-                Some(best)
-            }
-            _ => Some(lit),
-        };
+        let is_better =
+            |best: &Lit| compare(&problem, &best.step.best, &lit.step.best).change < 0.0;
+        if best.as_ref().is_none_or(is_better) {
+            best = Some(lit);
+        }
     }
     Ok(best.expect("there is at least one turn"))
 }
