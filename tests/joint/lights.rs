@@ -4,7 +4,7 @@
 //! The pictures have no light between surfaces, so surfaces are dark: what is left out is below
 //! 3 % of the light, and reflectances may be off by a little more than that.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::Reconstruction;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
@@ -12,7 +12,7 @@ use lobelia::reconstruct::options::{Method, Options};
 use lobelia::reconstruct::solution::TrialPart;
 use lobelia::scene::{Emitter, KnownLight, MaterialKind};
 
-use crate::rooms::{Room, Tracer, camera, quick, run};
+use crate::rooms::{Room, Tracer, camera, quick, run, sight};
 
 const LOW: DVec3 = DVec3::new(-0.35, -0.3, 0.0);
 const HIGH: DVec3 = DVec3::new(0.3, 0.35, 0.6);
@@ -163,6 +163,36 @@ fn a_sky_that_photographs_show_is_as_bright_as_they_show_it() {
             assert!((low..=high).contains(&true_value), "{true_value} in {low} to {high}");
         }
     }
+}
+
+/// Photographs from two places show the same radiance in the same directions, so that the sky is far away.
+/// It is used then, though the scene is lit by an even sky, which predicts it better.
+#[test]
+fn a_sky_that_is_seen_to_be_far_away_is_reported_as_used() {
+    let mut room = scene(|tracer, p, normal| [1.2, 1.0, 0.8].map(|c| c * sky(tracer, p, normal)));
+    let shown = |direction: DVec3| {
+        let brightness = 1.0 + 0.9 * direction.y.atan2(direction.x).sin();
+        [1.2, 1.0, 0.8].map(|c| (c * brightness / std::f64::consts::PI) as f32)
+    };
+    for from in [DVec3::new(0.0, 0.0, 3.0), DVec3::new(1.5, -1.0, 2.0)] {
+        for k in 0..8 {
+            let (y, x) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
+            let camera = camera((120, 90), 1.5, from, from + DVec3::new(x, y, 0.45));
+            let places =
+                (0..90 * 120).map(|i| DVec2::new((i % 120) as f64, (i / 120) as f64) + 0.5);
+            let pixels = places.map(|place| shown(sight(&camera, place))).collect();
+            room.photograph_of(camera, pixels, None);
+        }
+    }
+    let mut options = options();
+    options.samples.count = 600;
+    options.joint.light_sets = 1;
+    let result = run(&room, &options).unwrap();
+    let certainty = result.solution.certainty.as_ref().unwrap();
+    let trials = &certainty.selection.as_ref().unwrap().trials;
+    let seen = trials.iter().find(|trial| matches!(trial.part, TrialPart::SeenSky(_)));
+    let seen = seen.expect("a sky is shown");
+    assert!(seen.change > 0.0 && seen.supported, "{seen:?}");
 }
 
 /// A lamp that the artist knows, close to a point: its irradiance is I cos θ / d².

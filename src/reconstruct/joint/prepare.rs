@@ -108,7 +108,7 @@ fn with_seen_sky<'a>(search: &Problem<'a>) -> Result<(Problem<'a>, Seen), Error>
     };
     let cv = compare(search, &validated(search)?, &validated(&seen)?);
     if sky.is_distant || cv.is_better_beyond(DOUBTLESS) {
-        let trial = cv.trial(TrialPart::SeenSky(cells));
+        let trial = Trial { supported: true, ..cv.trial(TrialPart::SeenSky(cells)) };
         return Ok((seen, Seen { undecided: None, trial: Some(trial) }));
     }
     Ok((search.clone(), Seen { undecided: Some(sky), trial: None }))
