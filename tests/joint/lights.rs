@@ -9,7 +9,7 @@ use lobelia::math::rgb::Rgb;
 use lobelia::reconstruct::Reconstruction;
 use lobelia::reconstruct::lights::{LightKind, VirtualLight};
 use lobelia::reconstruct::options::{Method, Options};
-use lobelia::reconstruct::solution::TrialPart;
+use lobelia::reconstruct::solution::{Trial, TrialPart};
 use lobelia::scene::{Emitter, KnownLight, MaterialKind};
 
 use crate::rooms::{Room, Tracer, camera, quick, run, sight};
@@ -116,6 +116,13 @@ fn a_sun_is_found_where_it_stands() {
     }
 }
 
+/// What was reported of the sky that photographs show.
+fn seen_sky(result: &Reconstruction) -> &Trial {
+    let certainty = result.solution.certainty.as_ref().unwrap();
+    let mut trials = certainty.selection.as_ref().unwrap().trials.iter();
+    trials.find(|trial| matches!(trial.part, TrialPart::SeenSky(_))).expect("a sky is shown")
+}
+
 /// Photographs that look past the geometry show what shines there.
 #[test]
 fn a_sky_that_photographs_show_is_as_bright_as_they_show_it() {
@@ -131,10 +138,8 @@ fn a_sky_that_photographs_show_is_as_bright_as_they_show_it() {
         room.photograph_of(camera, pixels, None);
     }
     let result = run(&room, &options()).unwrap();
-    let certainty = result.solution.certainty.as_ref().unwrap();
-    let trials = &certainty.selection.as_ref().unwrap().trials;
-    let seen = trials.iter().find(|trial| matches!(trial.part, TrialPart::SeenSky(_)));
-    assert!(seen.is_some_and(|trial| trial.supported), "{trials:?}");
+    let seen = seen_sky(&result);
+    assert!(seen.supported, "{seen:?}");
     // The sky above 45° is seen for certain: 15 % of the sphere, of which cells are 1 in 2000.
     let lights = result.lights.lights.iter().enumerate();
     let as_shown = |(index, light): &(usize, &VirtualLight)| {
@@ -156,6 +161,7 @@ fn a_sky_that_photographs_show_is_as_bright_as_they_show_it() {
             assert!(angle > 0.6 * free.half_angle, "{angle} from a cell of {}", free.half_angle);
         }
     }
+    let certainty = result.solution.certainty.as_ref().unwrap();
     for (material, truth) in [FLOOR, BOX].into_iter().enumerate() {
         let known = certainty.materials[material].as_ref().unwrap();
         for (c, true_value) in truth.into_iter().enumerate() {
@@ -188,10 +194,7 @@ fn a_sky_that_is_seen_to_be_far_away_is_reported_as_used() {
     options.samples.count = 600;
     options.joint.light_sets = 1;
     let result = run(&room, &options).unwrap();
-    let certainty = result.solution.certainty.as_ref().unwrap();
-    let trials = &certainty.selection.as_ref().unwrap().trials;
-    let seen = trials.iter().find(|trial| matches!(trial.part, TrialPart::SeenSky(_)));
-    let seen = seen.expect("a sky is shown");
+    let seen = seen_sky(&result);
     assert!(seen.change > 0.0 && seen.supported, "{seen:?}");
 }
 
