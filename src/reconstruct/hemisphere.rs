@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use crate::math::rgb::{CHANNELS, Radiance};
 use crate::math::sampling::{Frame, Random, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::bright::{Aim, BrightCells};
-use crate::scene::{SurfacePoint, Views};
+use crate::scene::{Incoming, SurfacePoint, Views};
 
 /// Where a gathering ray hit a known surface that no photograph shows.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +17,18 @@ pub struct UnphotographedHit {
     pub point: SurfacePoint,
     /// Index into `Mesh::triangles`.
     pub triangle: u32,
+    /// Unit direction of the ray from where it started, before any mirror.
+    pub direction: Vec3,
     /// The projected solid angle that the ray stands for, cos θ ω in sr.
     pub projected_sr: f64,
+}
+
+impl UnphotographedHit {
+    /// What arrives from there, if the radiance of the surface is known.
+    pub fn record(&self, radiance: Radiance) -> Record {
+        let irradiance = radiance.map(|value| value * self.projected_sr as f32);
+        Record { direction: self.direction, irradiance }
+    }
 }
 
 /// Radiance arriving at a specular sample from a photographed surface.
@@ -31,11 +41,15 @@ pub struct Record {
 }
 
 impl Record {
-    /// The direction, an angular radius of 0, and the irradiance, as [`Incoming`](crate::scene::Incoming)
-    /// takes them.
+    /// The direction, an angular radius of 0, and the irradiance, as [`Incoming`] takes them.
     pub fn from_direction(&self) -> (Vec3, f32, Radiance) {
         (self.direction, 0.0, self.irradiance)
     }
+}
+
+/// The light of records, for a specular lobe.
+pub fn incoming(records: impl Iterator<Item = Record>) -> Incoming {
+    Incoming::new(records.map(|record| record.from_direction()))
 }
 
 /// The light that rays over a surface point's hemisphere found.
@@ -74,6 +88,7 @@ pub fn hemisphere(
             unphotographed.push(UnphotographedHit {
                 point: met,
                 triangle: hit.triangle,
+                direction,
                 projected_sr: f64::from(PI / count * part.iter().sum::<f32>()) / CHANNELS as f64,
             });
             continue;

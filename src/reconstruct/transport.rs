@@ -17,7 +17,7 @@ use crate::reconstruct::hemisphere::{Gathered, Record, UnphotographedHit, hemisp
 use crate::reconstruct::lights::{LightKind, VirtualLight, VirtualLights, VisibilityRays};
 use crate::reconstruct::lobes::{Lobe, Lobes};
 use crate::reconstruct::samples::{Sample, SampleCloud};
-use crate::scene::{Incoming, KnownLight, MaterialKind, SurfacePoint, Views};
+use crate::scene::{KnownLight, MaterialKind, SurfacePoint, Views};
 use crate::watch::{Cancelled, Watch};
 
 options! {
@@ -64,7 +64,7 @@ pub struct PatchRadiosity {
     /// Finds the patch of a position.
     nearest: Option<Nearest>,
     /// Per patch.
-    radiance: Vec<Radiance>,
+    pub(super) radiance: Vec<Radiance>,
 }
 
 impl PatchRadiosity {
@@ -76,26 +76,22 @@ impl PatchRadiosity {
     /// I_s plus the irradiance from the patches that the unphotographed hits lie on; unchanged
     /// where there are no patches.
     pub fn added_to(&self, irradiance: Radiance, unphotographed: &[UnphotographedHit]) -> Rgb {
-        let Some(nearest) = &self.nearest else { return irradiance.map(f64::from) };
-        let seen =
-            unphotographed.iter().map(|hit| (nearest.to(hit.point.position), hit.projected_sr));
-        self.added_from(irradiance, seen)
-    }
-
-    /// The same for patches that are known, each with its projected solid angle in sr (π times its
-    /// form factor).
-    pub fn added_from(
-        &self,
-        irradiance: Radiance,
-        seen: impl Iterator<Item = (usize, f64)>,
-    ) -> Rgb {
         let mut sum = irradiance.map(f64::from);
-        for (patch, projected_sr) in seen {
-            for (sum, value) in sum.iter_mut().zip(self.radiance[patch]) {
-                *sum += projected_sr * f64::from(value);
-            }
+        for record in self.records(unphotographed) {
+            sum.iter_mut().zip(record.irradiance).for_each(|(sum, own)| *sum += f64::from(own));
         }
         sum
+    }
+
+    /// What arrives from unphotographed hits, by direction; nothing where there are no patches.
+    pub fn records<'a>(
+        &'a self,
+        unphotographed: &'a [UnphotographedHit],
+    ) -> impl Iterator<Item = Record> + 'a {
+        self.nearest.iter().flat_map(move |nearest| {
+            let radiance = |hit: &UnphotographedHit| self.radiance[nearest.to(hit.point.position)];
+            unphotographed.iter().map(move |hit| hit.record(radiance(hit)))
+        })
     }
 }
 
@@ -103,11 +99,6 @@ impl Transport {
     /// The radiance records of one sample; none for a diffuse one.
     pub fn records_of(&self, sample: usize) -> &[Record] {
         &self.records[self.first_record[sample]..self.first_record[sample + 1]]
-    }
-
-    /// The light of the radiance records of one sample.
-    pub fn incoming(&self, sample: usize) -> Incoming {
-        Incoming::new(self.records_of(sample).iter().map(Record::from_direction))
     }
 
     /// The hits of one sample on surfaces that no photograph shows.

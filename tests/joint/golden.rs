@@ -90,6 +90,7 @@ impl Case {
             specular: Mat::from_fn(shiny, self.columns, |i, j| self.specular[j * shiny + i] as f32)
                 .into(),
             specular_base: [self.specular_base.clone(), vec![], vec![]],
+            patches: Default::default(),
         }
     }
 

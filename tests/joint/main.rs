@@ -38,6 +38,8 @@ mod whole;
 mod window;
 /// Lamps that photographs show in front of surfaces.
 mod in_front;
+/// What glossy surfaces mirror, where no photograph shows it.
+mod mirrored;
 
 /// A dielectric coat, as for the renderer.
 #[path = "../render/coats.rs"]

@@ -113,6 +113,7 @@ impl Recipe {
             base: [base, Vec::new(), Vec::new()],
             specular: Mat::zeros(0, columns.len()).into(),
             specular_base: Default::default(),
+            patches: Default::default(),
         };
         let reflectance = self.reflectance.clone();
         Scene { design, material, block, reflectance, exact }

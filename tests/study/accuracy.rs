@@ -62,7 +62,7 @@ fn scored(folder: &Path, seed: Option<usize>) -> Score {
 
 /// In a room with a glossy floor the search can end in a wrong minimum, and whether it does depends on
 /// the seed. With two of these seeds it once did (errors of 0.15 and 0.11); with the third, more rounds
-/// of the search lead into one. Today's errors are 0.037, 0.010 and 0.021.
+/// of the search led into one. Today's errors are 0.015, 0.011 and 0.013.
 #[test]
 fn a_glossy_room_comes_out_right_by_any_seed() {
     let Some(folder) = folder() else { return };
@@ -70,7 +70,7 @@ fn a_glossy_room_comes_out_right_by_any_seed() {
         let score = scored(&folder.join("corner-glossy"), Some(seed));
         let error = score.raw.unwrap().mean_diffuse;
         println!("seed {seed}: {error:.4}");
-        assert!(error <= LIMIT * 0.037, "seed {seed}: {error}");
+        assert!(error <= LIMIT * 0.0154, "seed {seed}: {error}");
         let Intervals { inside, of, .. } = score.intervals;
         assert!(of > 0 && 10 * inside >= 9 * of, "seed {seed}: {inside} of {of}");
     }

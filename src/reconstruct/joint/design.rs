@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use crate::math::rgb::Radiance;
 use crate::solve::kernels::column_of;
 
 /// How the light reaches the rows. Single precision is what rays give; sums over it are of double
@@ -18,9 +19,16 @@ pub struct Design {
     pub specular: Arc<Mat<f32>>,
     /// The same part of `base`, per channel and glossy row.
     pub specular_base: [Vec<f64>; 3],
+    /// `SurfaceLight::patches` with which `specular_base` was computed.
+    pub patches: Arc<Vec<Radiance>>,
 }
 
 impl Design {
+    /// Whether `specular_base` was computed with this light of unphotographed surfaces.
+    pub fn has_patches(&self, patches: &Arc<Vec<Radiance>>) -> bool {
+        Arc::ptr_eq(&self.patches, patches)
+    }
+
     /// Number of emissions.
     pub fn columns(&self) -> usize {
         self.diffuse.ncols()

@@ -9,12 +9,11 @@ use rayon::prelude::*;
 
 use crate::math::rgb::Rgb;
 use crate::reconstruct::Error;
-use crate::reconstruct::hemisphere::Record;
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::compare::{PairedCv, Validated, compare, validate};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit, with_terms};
 use crate::reconstruct::joint::glossy::LightOnRow;
-use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::problem::{Data, Problem};
 use crate::reconstruct::joint::system::{Channel, Design, State, Terms};
 use crate::reconstruct::solution::{Trial, TrialPart};
 use crate::scene::{Gloss, Incoming, Viewing};
@@ -179,13 +178,14 @@ impl LitRow {
         let point = problem.surface_point(row);
         let glossy = problem.glossy[problem.rows.glossy[row]?];
         let viewing = problem.data.equations.glossy[glossy].viewing;
-        let records = problem.data.transport.records_of(problem.rows.sample[row]);
+        let Data { transport, .. } = problem.data;
+        let records = problem.surface_light.records(transport, problem.rows.sample[row]);
         let lights = light.lights.iter().map(|(index, irradiance)| {
             let shape = &set.lights.lights[*index];
             let direction = shape.direction_from(point.position);
             (direction, shape.angle_from(point.position), irradiance.map(|value| value as f32))
         });
-        let records = records.iter().map(Record::from_direction);
+        let records = records.map(|record| record.from_direction());
         let incoming = Incoming::new(records.chain(lights));
         Some(Self { irradiance: light.irradiance, viewing, incoming })
     }
@@ -223,6 +223,7 @@ impl<'a> LitMaterial<'a> {
             base: std::array::from_fn(|c| self.light.iter().map(|l| l.irradiance[c]).collect()),
             specular: Mat::zeros(rows, 0).into(),
             specular_base: std::array::from_fn(|c| specular.iter().map(|rgb| rgb[c]).collect()),
+            patches: problem.surface_light.patches.clone(),
         };
         let model = fitted.model.with_gloss(self.material, Some(gloss));
         let mut sum = 0.0;

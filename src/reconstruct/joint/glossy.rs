@@ -10,9 +10,10 @@ use crate::geometry::spaced::Nearest;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Frame, Random, square_to_cosine_hemisphere, stratified};
 use crate::reconstruct::Stream;
+use crate::reconstruct::hemisphere::{Record, incoming};
 use crate::reconstruct::joint::background::LightSet;
 use crate::reconstruct::joint::fit::Fitted;
-use crate::reconstruct::joint::problem::{Data, Problem};
+use crate::reconstruct::joint::problem::Problem;
 use crate::reconstruct::samples::Sample;
 use crate::scene::{Gloss, Role, Viewing, agreeing};
 use crate::watch::Cancelled;
@@ -44,31 +45,31 @@ struct Reflection {
 /// Corrects the irradiance of each sample by the ratio of the radiance that glossy surfaces send to
 /// the sample to that which they send to the cameras.
 ///
-/// `photographed` is what [`photographed`] gives for the fit's gloss.
+/// `from_surfaces` is what [`mirrored`] gives for the fit's gloss and the light of known surfaces.
 pub fn correct(
     problem: &Problem,
     fitted: &Fitted,
     reflections: &[Reflections],
-    photographed: &[Vec<Rgb>],
+    from_surfaces: &[Vec<Rgb>],
     sums: &mut [Rgb],
 ) {
     let set = fitted.model.set();
     let first_row = first_rows(problem);
     let weight = std::f64::consts::PI / (GLOSSY_SIDE * GLOSSY_SIDE) as f64;
-    let changes = |(seen, photographed): (&Reflections, &Vec<Rgb>)| -> Option<Vec<Rgb>> {
+    let changes = |(seen, from_surfaces): (&Reflections, &Vec<Rgb>)| -> Option<Vec<Rgb>> {
         let near = GlossySample::at(problem, fitted, &set, first_row[seen.near]?)?;
-        let change = |(ray, &photographed): (&Reflection, &Rgb)| -> Rgb {
-            let sent = near.towards(problem, fitted, &set, (-ray.direction, photographed));
+        let change = |(ray, &from_surfaces): (&Reflection, &Rgb)| -> Rgb {
+            let sent = near.towards(problem, fitted, &set, (-ray.direction, from_surfaces));
             std::array::from_fn(|c| {
                 let ratio = sent[c] / near.seen[c].max(f64::MIN_POSITIVE);
                 let ratio = ratio.clamp(RATIO.0, RATIO.1);
                 weight * f64::from(ray.radiance[c]) * (ratio - 1.0)
             })
         };
-        Some(seen.rays.iter().zip(photographed).map(change).collect())
+        Some(seen.rays.iter().zip(from_surfaces).map(change).collect())
     };
     let changes: Vec<Option<Vec<Rgb>>> =
-        reflections.par_iter().zip(photographed).map(changes).collect();
+        reflections.par_iter().zip(from_surfaces).map(changes).collect();
     for (seen, changes) in reflections.iter().zip(changes) {
         for (ray, change) in seen.rays.iter().zip(changes.iter().flatten()) {
             sums[ray.sample].iter_mut().zip(change).for_each(|(sum, change)| *sum += change);
@@ -76,20 +77,21 @@ pub fn correct(
     }
 }
 
-/// Per ray the light of photographed surfaces that the lobe of the surface there sends to the
-/// sample, π L/ρ_s.
-pub fn photographed(
+/// Per ray what the lobe of the surface there sends to the sample, π L/ρ_s, of some of the light on the
+/// samples of glossy surfaces.
+pub fn mirrored<R: Iterator<Item = Record>>(
     problem: &Problem,
     gloss: &[Option<Gloss>],
     reflections: &[Reflections],
+    light_on: impl Fn(usize) -> R + Sync,
 ) -> Vec<Vec<Rgb>> {
-    let Data { cloud, transport, .. } = problem.data;
+    let cloud = problem.data.cloud;
     let of = |seen: &Reflections| -> Vec<Rgb> {
         let near = &cloud.samples[seen.near];
         let Some(gloss) = gloss[near.material] else {
             return vec![[0.0; CHANNELS]; seen.rays.len()];
         };
-        let incoming = transport.incoming(seen.near);
+        let incoming = incoming(light_on(seen.near));
         let viewing = |ray: &Reflection| Viewing::from(-ray.direction, near.normal);
         seen.rays.iter().map(|ray| incoming.reflected(viewing(ray), gloss)).collect()
     };
@@ -235,18 +237,18 @@ impl GlossySample {
         Some(Self { material, gloss, row, light, seen })
     }
 
-    /// π L̂ in a direction away from the surface, with what [`photographed`] gives for it.
+    /// π L̂ in a direction away from the surface, with what [`mirrored`] gives for it and the light of known surfaces.
     fn towards(
         &self,
         problem: &Problem,
         fitted: &Fitted,
         set: &LightSet,
-        (direction, photographed): (Vec3, Rgb),
+        (direction, from_surfaces): (Vec3, Rgb),
     ) -> Rgb {
         let point = problem.surface_point(self.row);
         let viewing = Viewing::from(direction, point.normal);
         let lights = self.light.mirrored(set, point.position, viewing, self.gloss);
-        let mirrored: Rgb = std::array::from_fn(|c| photographed[c] + lights[c]);
+        let mirrored: Rgb = std::array::from_fn(|c| from_surfaces[c] + lights[c]);
         std::array::from_fn(|c| {
             let state = &fitted.channels[c].state;
             state.log_diffuse[self.material].exp() * self.light.irradiance[c]

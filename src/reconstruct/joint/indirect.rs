@@ -11,6 +11,8 @@
 //!   specular lobe and the light are known, the radiance that was read in the photographs is
 //!   multiplied by the ratio of the two.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -22,6 +24,7 @@ use crate::reconstruct::hemisphere::{Gathered, UnphotographedHit, hemisphere};
 use crate::reconstruct::joint::fit::{Fitted, ROUGH, fit};
 use crate::reconstruct::joint::glossy::{self, Reflections};
 use crate::reconstruct::joint::problem::Problem;
+use crate::reconstruct::joint::surface_light::SurfaceLight;
 use crate::reconstruct::samples::{Sample, SampleCloud, spacing_for};
 use crate::reconstruct::transport::{self, PatchRadiosity, TransportOptions};
 use crate::reconstruct::{Error, Stream};
@@ -111,14 +114,17 @@ impl Indirect {
         }
         let coupling =
             self.patches.as_ref().map(|p| p.couple(problem, &settled.fitted)).transpose()?;
+        let transport = problem.data.transport;
         let gloss = &settled.fitted.model.gloss;
-        let mirrored = glossy::photographed(problem, gloss, &self.glossy);
+        let records = |sample| transport.records_of(sample).iter().copied();
+        let mirrored = glossy::mirrored(problem, gloss, &self.glossy, records);
         for _ in 0..ROUNDS {
             let Settled { problem, fitted, .. } = &settled;
-            let (irradiance, patch_radiosity) =
-                self.irradiance(problem, fitted, coupling.as_ref(), &mirrored);
-            let change = relative_change(&problem.irradiance, &irradiance);
-            let problem = problem.with_irradiance(irradiance);
+            let (surface_light, patch_radiosity) =
+                self.light(problem, fitted, coupling.as_ref(), &mirrored);
+            let before = &problem.surface_light.irradiance;
+            let change = relative_change(before, &surface_light.irradiance);
+            let problem = problem.with_surface_light(surface_light);
             let fitted = fit(&problem, &fitted.model, Some(fitted), ROUGH)?;
             settled = Settled { problem, fitted, patch_radiosity };
             if change < TOLERANCE {
@@ -128,37 +134,40 @@ impl Indirect {
         Ok(settled)
     }
 
-    /// I_s of every sample, in the photographs' unit times sr, and the radiosity of the patches.
-    fn irradiance(
+    /// The light of known surfaces on every sample, and the radiosity of the patches.
+    fn light(
         &self,
         problem: &Problem,
         fitted: &Fitted,
         coupling: Option<&Mat<f64>>,
         mirrored: &[Vec<Rgb>],
-    ) -> (Vec<Radiance>, PatchRadiosity) {
+    ) -> (SurfaceLight, PatchRadiosity) {
         let transport = problem.data.transport;
-        let (mut sums, mut patch_radiosity) = (
-            transport.irradiance.iter().map(|rgb| rgb.map(f64::from)).collect::<Vec<Rgb>>(),
-            PatchRadiosity::default(),
-        );
-        if let (Some(patches), Some(coupling)) = (&self.patches, coupling) {
-            patch_radiosity = patches.light(problem, fitted, coupling);
-            sums.par_iter_mut().enumerate().for_each(|(sample, sum)| {
-                let points = transport.first_unphotographed[sample]
-                    ..transport.first_unphotographed[sample + 1];
-                let seen = points.map(|point| {
-                    (patches.of_point[point], transport.unphotographed[point].projected_sr)
-                });
-                *sum = patch_radiosity.added_from(transport.irradiance[sample], seen);
-            });
-        }
+        let (radiance, patch_radiosity) = match (&self.patches, coupling) {
+            (Some(patches), Some(coupling)) => {
+                let radiosity = patches.light(problem, fitted, coupling);
+                let of = |&patch: &usize| radiosity.radiance[patch];
+                (Arc::new(patches.of_point.iter().map(of).collect()), radiosity)
+            }
+            // The same, so that designs that were computed with it stay valid (`Design::has_patches`).
+            _ => (problem.surface_light.patches.clone(), PatchRadiosity::default()),
+        };
+        let mut light = SurfaceLight { patches: radiance, ..SurfaceLight::default() };
+        let samples = 0..transport.irradiance.len();
+        let mut sums: Vec<Rgb> =
+            samples.into_par_iter().map(|sample| light.irradiance_on(transport, sample)).collect();
         if fitted.model.is_glossy() {
-            glossy::correct(problem, fitted, &self.glossy, mirrored, &mut sums);
+            // Of the patches as they were when the model was fitted.
+            let records = |sample| problem.surface_light.of_patches(transport, sample);
+            let mut from_surfaces =
+                glossy::mirrored(problem, &fitted.model.gloss, &self.glossy, records);
+            let all = from_surfaces.iter_mut().flatten().zip(mirrored.iter().flatten());
+            all.for_each(|(sum, own)| sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own));
+            glossy::correct(problem, fitted, &self.glossy, &from_surfaces, &mut sums);
         }
-        (
-            sums.into_iter().map(|sum| sum.map(|value| value.max(0.0) as f32)).collect(),
-            patch_radiosity,
-        )
+        let single = |sum: Rgb| sum.map(|value| value.max(0.0) as f32);
+        light.irradiance = Arc::new(sums.into_iter().map(single).collect());
+        (light, patch_radiosity)
     }
 }
 

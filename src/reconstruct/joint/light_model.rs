@@ -7,6 +7,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use crate::math::rgb::{CHANNELS, Rgb};
+use crate::reconstruct::hemisphere::incoming;
 use crate::reconstruct::joint::background::{Layout, LightSet, NEIGHBOURS, World};
 use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::part::{Part, PartKind};
@@ -245,18 +246,20 @@ impl LightModel {
             None => Arc::new(self.coupling(problem.rows.sample.len())),
         };
         let base = |c: usize| -> Vec<f64> {
-            let of = |&sample: &usize| f64::from(problem.irradiance[sample][c]);
+            let of = |&sample: &usize| f64::from(problem.surface_light.irradiance[sample][c]);
             problem.rows.sample.iter().map(of).collect()
         };
         let base = [base(0), base(1), base(2)];
-        let (specular, specular_base) = match alike.filter(|f| f.model.gloss == self.gloss) {
+        let patches = problem.surface_light.patches.clone();
+        let is_same = |f: &&Fitted| f.model.gloss == self.gloss && f.design.has_patches(&patches);
+        let (specular, specular_base) = match alike.filter(is_same) {
             Some(fitted) => (fitted.design.specular.clone(), fitted.design.specular_base.clone()),
             None => {
                 let (specular, base) = self.specular(problem, &diffuse, earlier);
                 (Arc::new(specular), base)
             }
         };
-        Design { diffuse, base, specular, specular_base }
+        Design { diffuse, base, specular, specular_base, patches }
     }
 
     /// Whether the columns are those of another model.
@@ -279,7 +282,7 @@ impl LightModel {
         coupling
     }
 
-    /// π f/ρ_s times the coupling, glossy rows × columns, and the same of the radiance records, per
+    /// π f/ρ_s times the coupling, glossy rows × columns, and the same of the light of known surfaces, per
     /// channel and glossy row. Zero for materials that are diffuse here. `earlier` is of the same rows.
     fn specular(
         &self,
@@ -298,19 +301,17 @@ impl LightModel {
         };
         type Shape<'f> = Option<(Gloss, Option<&'f Fitted>)>;
         let lobes: Vec<Shape> = rows.iter().map(lobe).collect();
+        let patches = &problem.surface_light.patches;
         let records = |(place, lobe): (usize, &Shape)| -> Rgb {
             match *lobe {
                 None => [0.0; CHANNELS],
-                Some((_, Some(earlier))) => {
+                Some((_, Some(earlier))) if earlier.design.has_patches(patches) => {
                     std::array::from_fn(|c| earlier.design.specular_base[c][place])
                 }
-                Some((Gloss::Phong { exponent }, None)) => {
-                    let glossy = &problem.data.equations.glossy[problem.glossy[place]];
-                    glossy.records(exponent).map(|value| value * 0.5 * (exponent + 2.0))
-                }
-                Some((gloss, None)) => {
+                Some((gloss, _)) => {
                     let sample = problem.rows.sample[rows[place]];
-                    problem.data.transport.incoming(sample).reflected(viewing(place), gloss)
+                    let records = problem.surface_light.records(problem.data.transport, sample);
+                    incoming(records).reflected(viewing(place), gloss)
                 }
             }
         };

@@ -47,6 +47,7 @@ mod seen_sky;
 mod strength;
 mod sun;
 mod sun_gain;
+mod surface_light;
 pub mod system;
 mod terms;
 mod uncertainty;
@@ -119,7 +120,7 @@ pub fn solve(
     let report = |problem: &Problem, fitted: &Fitted| history.push(problem, fitted);
     let Prepared { all, search: some, is_outer, fine, indirect, surfaces, seen } = prepared;
     let found = search(&some, seen.undecided, &indirect, fine, surfaces, &report)?;
-    let all = all.with_irradiance((*found.problem.irradiance).clone());
+    let all = all.with_surface_light(found.problem.surface_light.clone());
     let all = all.with_sky(found.problem.sky.clone());
     let best = &found.best.fitted;
     let fitted = fit(&all, &best.model.on(&all, &best.rows)?, Some(best), ROUGH)?;
@@ -210,7 +211,7 @@ pub fn solve(
         coupling: of_samples(&all, &fitted),
         lights: set.lights,
         lobes: set.lobes,
-        irradiance: (*known.irradiance).clone(),
+        irradiance: (*known.surface_light.irradiance).clone(),
         patch_radiosity,
         solution,
     })

@@ -68,7 +68,7 @@ pub fn prepare<'a>(problem: &Problem<'a>) -> Result<Prepared<'a>, Error> {
     let layout = Layout::new(&search, World::Room, Density::Fine, surfaces);
     let fine = fit(&search, &LightModel::new(&search, &layout)?, None, EXACT)?;
     let Settled { problem: search, fitted: fine, .. } = indirect.settle(&search, fine)?;
-    let all = problem.with_irradiance((*search.irradiance).clone()).informed_by(&search, &fine);
+    let all = problem.with_surface_light(search.surface_light.clone()).informed_by(&search, &fine);
     let search = search.informed_by(&search, &fine);
     Ok(Prepared { all, search, is_outer, fine, indirect, surfaces, seen })
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use crate::math::rgb::{CHANNELS, Radiance, Rgb};
+use crate::math::rgb::{CHANNELS, Rgb};
 use crate::reconstruct::Options;
 use crate::reconstruct::equations::{Equation, Equations};
 use crate::reconstruct::joint::background::LightSet;
@@ -14,6 +14,7 @@ use crate::reconstruct::joint::fit::Fitted;
 use crate::reconstruct::joint::options::JointOptions;
 use crate::reconstruct::joint::priors::Priors;
 use crate::reconstruct::joint::seen_sky::SeenSky;
+use crate::reconstruct::joint::surface_light::SurfaceLight;
 use crate::reconstruct::joint::system::Rows;
 use crate::reconstruct::samples::SampleCloud;
 use crate::reconstruct::transport::{self, Transport};
@@ -48,9 +49,8 @@ pub struct Problem<'a> {
     pub glossy: Arc<Vec<usize>>,
     /// Per row its block.
     pub block: Arc<Vec<usize>>,
-    /// I_s per sample of the cloud, including the light from unphotographed surfaces and visible
-    /// lights.
-    pub irradiance: Arc<Vec<Radiance>>,
+    /// The light of photographed surfaces, unphotographed ones and visible lights on the samples.
+    pub surface_light: SurfaceLight,
     /// Per row the weight of its squared residual; 0 for rows that are left out.
     pub weights: Arc<Vec<f64>>,
     pub priors: Arc<Priors>,
@@ -88,7 +88,7 @@ impl<'a> Problem<'a> {
             equation: Arc::new(order),
             glossy: Arc::new(glossy),
             block: Arc::new(rows.sample.iter().map(|&sample| blocks.of_sample[sample]).collect()),
-            irradiance: Arc::new(data.transport.irradiance.clone()),
+            surface_light: SurfaceLight::photographed(data.transport),
             weights: Arc::new(weights),
             priors: Arc::new(Priors::new(capture, &data.options.joint, normalised, start)),
             rows: Arc::new(rows),
@@ -184,7 +184,7 @@ impl<'a> Problem<'a> {
             glossy: Arc::new(glossy),
             block: Arc::new(some(&self.block)),
             weights: Arc::new(kept.iter().map(|&row| self.weights[row]).collect()),
-            irradiance: self.irradiance.clone(),
+            surface_light: self.surface_light.clone(),
             priors: self.priors.clone(),
             sky: self.sky.clone(),
             data: self.data,
@@ -199,8 +199,8 @@ impl<'a> Problem<'a> {
         self.part(|row| chosen[row])
     }
 
-    pub fn with_irradiance(&self, irradiance: Vec<Radiance>) -> Self {
-        Self { irradiance: Arc::new(irradiance), ..self.clone() }
+    pub fn with_surface_light(&self, surface_light: SurfaceLight) -> Self {
+        Self { surface_light, ..self.clone() }
     }
 
     pub fn with_sky(&self, sky: Option<Arc<SeenSky>>) -> Self {

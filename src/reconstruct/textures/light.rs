@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::math::rgb::{CHANNELS, Radiance, Rgb};
 use crate::math::sampling::{Random, grid_side};
 use crate::reconstruct::Stream;
-use crate::reconstruct::hemisphere::{Record, hemisphere};
+use crate::reconstruct::hemisphere::{Gathered, hemisphere, incoming};
 use crate::reconstruct::lights::VisibilityRays;
 use crate::reconstruct::options::Options;
 use crate::reconstruct::recovered::RecoveredLight;
@@ -129,11 +129,14 @@ impl<'a> Light<'a> {
     ) -> Incident {
         let side = grid_side(options.rays);
         let bright = &self.recovered.bright;
-        let records = hemisphere(views, bright, point, side, &mut self.random()).records;
-        let photographed = Incoming::new(records.iter().map(Record::from_direction));
+        let Gathered { records, unphotographed, .. } =
+            hemisphere(views, bright, point, side, &mut self.random());
+        let reflected = self.recovered.patch_radiosity.records(&unphotographed);
+        let records = records.into_iter().chain(reflected);
+        let surfaces = incoming(records);
         let single = |rgb: Rgb| rgb.map(|value| value as f32);
         let lights = self.lights_apart(views, point, options).into_iter();
-        Incident { photographed, lights: lights.map(|(light, rgb)| (light, single(rgb))).collect() }
+        Incident { surfaces, lights: lights.map(|(light, rgb)| (light, single(rgb))).collect() }
     }
 
     /// Radiance that a specular lobe of a strength per channel reflects from a surface point.
@@ -149,14 +152,15 @@ impl<'a> Light<'a> {
             (light.direction_from(point.position), light.angle_from(point.position), *irradiance)
         });
         let lights = Incoming::new(lights).reflected(viewing, gloss);
-        let photographed = incident.photographed.reflected(viewing, gloss);
-        std::array::from_fn(|c| strength[c] * (photographed[c] + lights[c]) / PI)
+        let surfaces = incident.surfaces.reflected(viewing, gloss);
+        std::array::from_fn(|c| strength[c] * (surfaces[c] + lights[c]) / PI)
     }
 }
 
 /// The light at a surface point by direction.
 pub(super) struct Incident {
-    photographed: Incoming,
+    /// Of known surfaces.
+    surfaces: Incoming,
     /// Irradiance from each light, with its index.
     lights: Vec<(usize, Radiance)>,
 }

@@ -24,6 +24,7 @@ impl Example {
             base: Default::default(),
             specular: draw(ROWS - first, COLUMNS).into(),
             specular_base: Default::default(),
+            patches: Default::default(),
         };
         Self { rows: Rows { material, glossy, materials: 3, ..Rows::default() }, design, random }
     }
