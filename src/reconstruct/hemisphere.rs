@@ -31,7 +31,7 @@ impl UnphotographedHit {
     }
 }
 
-/// Radiance arriving at a specular sample from a photographed surface.
+/// Light that arrives at a specular sample from a point of a known surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
     /// Unit direction from the sample to where the radiance comes from.

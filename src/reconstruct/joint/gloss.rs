@@ -163,7 +163,7 @@ struct LitMaterial<'a> {
     light: Vec<LitRow>,
 }
 
-/// The light on a glossy row: the contributions of photographed surfaces and of the lights of the
+/// The light on a glossy row: the contributions of known surfaces and of the lights of the
 /// model.
 struct LitRow {
     /// g, the irradiance of Eq. 14.
