@@ -77,8 +77,8 @@ pub fn correct(
     }
 }
 
-/// Per ray what the lobe of the surface there sends to the sample, π L/ρ_s, of some of the light on the
-/// samples of glossy surfaces.
+/// Per ray what the lobe of the surface there sends to the sample, π L/ρ_s, of the light that `light_on`
+/// gives for a sample of a glossy surface.
 pub fn mirrored<R: Iterator<Item = Record>>(
     problem: &Problem,
     gloss: &[Option<Gloss>],
@@ -237,7 +237,8 @@ impl GlossySample {
         Some(Self { material, gloss, row, light, seen })
     }
 
-    /// π L̂ in a direction away from the surface, with what [`mirrored`] gives for it and the light of known surfaces.
+    /// π L̂ in a direction away from the surface, with what [`mirrored`] gives for it and the light of known
+    /// surfaces.
     fn towards(
         &self,
         problem: &Problem,

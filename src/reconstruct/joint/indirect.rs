@@ -1,5 +1,5 @@
 //! I_s, the irradiance of every sample from known surfaces: one operator from the reflectances and
-//! the light of a fit to I_s.
+//! the light of a fit to I_s, and to the same light by direction on the samples of glossy surfaces.
 //!
 //! - The radiance of photographed surfaces is read from the photographs (`Transport::irradiance`).
 //! - The radiance of known surfaces that no photograph shows is computed by radiosity: patches are
@@ -117,11 +117,11 @@ impl Indirect {
         let transport = problem.data.transport;
         let gloss = &settled.fitted.model.gloss;
         let records = |sample| transport.records_of(sample).iter().copied();
-        let mirrored = glossy::mirrored(problem, gloss, &self.glossy, records);
+        let photographed = glossy::mirrored(problem, gloss, &self.glossy, records);
         for _ in 0..ROUNDS {
             let Settled { problem, fitted, .. } = &settled;
             let (surface_light, patch_radiosity) =
-                self.light(problem, fitted, coupling.as_ref(), &mirrored);
+                self.light(problem, fitted, coupling.as_ref(), &photographed);
             let before = &problem.surface_light.irradiance;
             let change = relative_change(before, &surface_light.irradiance);
             let problem = problem.with_surface_light(surface_light);
@@ -134,13 +134,14 @@ impl Indirect {
         Ok(settled)
     }
 
-    /// The light of known surfaces on every sample, and the radiosity of the patches.
+    /// The light of known surfaces on every sample, and the radiosity of the patches. `photographed` is what
+    /// [`glossy::mirrored`] gives for the light of photographed surfaces.
     fn light(
         &self,
         problem: &Problem,
         fitted: &Fitted,
         coupling: Option<&Mat<f64>>,
-        mirrored: &[Vec<Rgb>],
+        photographed: &[Vec<Rgb>],
     ) -> (SurfaceLight, PatchRadiosity) {
         let transport = problem.data.transport;
         let (radiance, patch_radiosity) = match (&self.patches, coupling) {
@@ -161,7 +162,7 @@ impl Indirect {
             let records = |sample| problem.surface_light.of_patches(transport, sample);
             let mut from_surfaces =
                 glossy::mirrored(problem, &fitted.model.gloss, &self.glossy, records);
-            let all = from_surfaces.iter_mut().flatten().zip(mirrored.iter().flatten());
+            let all = from_surfaces.iter_mut().flatten().zip(photographed.iter().flatten());
             all.for_each(|(sum, own)| sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own));
             glossy::correct(problem, fitted, &self.glossy, &from_surfaces, &mut sums);
         }
