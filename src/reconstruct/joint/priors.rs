@@ -15,7 +15,7 @@ const LEAST_RELATIVE_SD: f64 = 1e-3;
 /// Relative error of a sample's radiance before anything is fitted.
 const TYPICAL_ERROR: f64 = 0.05;
 
-////// Prior knowledge of the reflectances.
+/// Prior knowledge of the reflectances.
 #[derive(Clone, Debug)]
 pub struct Priors {
     /// Materials with samples.
