@@ -25,7 +25,8 @@ options! {
         min_per_material: usize = 80, Some((0.0, 1e6)), "";
         /// Reject pixels beside face and silhouette edges, which mix two surfaces.
         reject_edges: bool = true, None, "";
-        /// Side of the window of pixels over which a sample's radiance is averaged.
+        /// Side of the window of pixels over which a sample's radiance is averaged. Where an edge cuts
+        /// the window, the pixel in its middle is used alone.
         window_px: usize = 3, Some((1.0, 31.0)), "px";
         /// A photograph is not used where the cosine between its viewing direction and the surface
         /// normal is smaller.

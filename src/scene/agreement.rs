@@ -7,6 +7,45 @@ use crate::math::rgb::{CHANNELS, Radiance};
 /// kitchen-full and kitchen-coarse.
 pub const AGREEMENT: f64 = 1.5;
 
+/// Photographs that are asked for the radiance of a point, if they agree and at most.
+const ENOUGH_VIEWS: usize = 3;
+const MOST_VIEWS: usize = 16;
+
+/// What some photographs measure of one point.
+#[derive(Debug, Default)]
+pub struct Readings {
+    values: [Radiance; MOST_VIEWS],
+    count: usize,
+    is_enough: bool,
+}
+
+impl Readings {
+    /// Adds the radiance in one more photograph, unless there are enough.
+    pub fn add(&mut self, radiance: Radiance) {
+        if self.is_enough {
+            return;
+        }
+        self.values[self.count] = radiance;
+        self.count += 1;
+        let agree = || agreeing(self.read().iter().map(brightness)).all(|is_near| is_near);
+        self.is_enough = self.count == MOST_VIEWS || self.count == ENOUGH_VIEWS && agree();
+    }
+
+    /// Whether no other photograph needs to be asked.
+    pub fn is_enough(&self) -> bool {
+        self.is_enough
+    }
+
+    /// The radiance that they agree on ([`agreed`]); `None` without photographs.
+    pub fn agreed(&self) -> Option<Radiance> {
+        (self.count > 0).then(|| agreed(self.read()))
+    }
+
+    fn read(&self) -> &[Radiance] {
+        &self.values[..self.count]
+    }
+}
+
 /// The diffuse radiance of a surface point from photographs in several directions: the mean of
 /// those that are not far brighter than the darkest. A highlight, a mirror image or a thing in
 /// front of the surface makes the point brighter in some photographs, by any factor, although this

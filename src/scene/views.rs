@@ -18,7 +18,7 @@ use super::look::Look;
 use crate::geometry::bvh::{Blocker, Hit, Ray, RayCaster};
 use crate::geometry::mesh::Mesh;
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::scene::agreement::{agreed, agreeing, brightness};
+use crate::scene::agreement::Readings;
 use crate::scene::{Camera, Capture, Image, Optics};
 use crate::watch::{Cancelled, Watch};
 
@@ -78,10 +78,6 @@ pub const WHOLE_PIXELS: usize = 1 << 24;
 
 /// Points whose pixels stay in memory: the system maps 64 kB about a pixel that is read from a file.
 const POINTS_HELD: usize = 64;
-
-/// Photographs asked for the radiance of a point that a ray hits, if they agree and at most.
-const ENOUGH_VIEWS: usize = 3;
-const MOST_VIEWS: usize = 16;
 
 impl<'a> Views<'a> {
     /// Casts every pixel of every measurement.
@@ -259,27 +255,27 @@ impl<'a> Views<'a> {
         })
     }
 
-    /// The radiance that a surface point sends all around ([`agreed`] of the photographs that measure
-    /// it); `None` where none does. Of many, a few are asked, beginning with one that depends on the
-    /// surface point, so that a mean over surface points is one over all photographs; more are asked
-    /// where those few do not agree.
+    /// The radiance that a surface point sends all around ([`agreed`](super::agreed) of the photographs
+    /// that measure it); `None` where none does. Pixels beside an edge are used only where no other
+    /// photograph shows the point: part of what they show belongs to another surface. Of many
+    /// photographs, a few are asked, beginning with one that depends on the surface point, so that a mean
+    /// over surface points is one over all photographs; more are asked where those few do not agree.
     pub fn radiance(&self, point: SurfacePoint) -> Option<Radiance> {
         let bits = point.position.to_array().map(f32::to_bits);
         let mixed =
             (bits[0] ^ bits[1].rotate_left(11) ^ bits[2].rotate_left(22)).wrapping_mul(0x9e37_79b9);
         let first = (mixed >> 8) as usize % self.buffers.len().max(1);
-        let (mut seen, mut count) = ([[0.0; CHANNELS]; MOST_VIEWS], 0);
+        let (mut off_edges, mut beside_edges) = (Readings::default(), Readings::default());
         for buffer in self.buffers[first..].iter().chain(&self.buffers[..first]) {
             let Some(Seen { x, y, .. }) = self.seen(buffer, point) else { continue };
             let Some(radiance) = buffer.image.radiance(x, y) else { continue };
-            seen[count] = radiance;
-            count += 1;
-            let agree = || agreeing(seen[..count].iter().map(brightness)).all(|is_near| is_near);
-            if count == MOST_VIEWS || count == ENOUGH_VIEWS && agree() {
+            if buffer.is_off_edges(x, y) { &mut off_edges } else { &mut beside_edges }
+                .add(radiance);
+            if off_edges.is_enough() {
                 break;
             }
         }
-        (count > 0).then(|| agreed(&seen[..count]))
+        off_edges.agreed().or_else(|| beside_edges.agreed())
     }
 }
 
@@ -379,29 +375,32 @@ impl<'a> VisibilityBuffer<'a> {
         self.hits.any()
     }
 
-    /// The mean radiance of the valid pixels in a window of `width_px` (odd) about a pixel. About
-    /// a pixel off the edges, pixels beside an edge are left out: part of what they show belongs
-    /// to another surface, which beside a bright one makes a dark one half as bright again.
+    /// The mean radiance in a window of `width_px` (odd) pixels about a pixel. Where one of these pixels is
+    /// not valid, lies beside an edge or beyond the border, the radiance of the pixel alone: part of what a
+    /// pixel beside an edge shows belongs to another surface, and the mean of the others is that of points
+    /// farther from the edge.
     pub fn window(&self, x: usize, y: usize, width_px: usize) -> Option<Radiance> {
-        self.image.radiance(x, y)?;
-        let reach = width_px / 2;
-        let is_clean = self.is_off_edges(x, y);
+        let alone = self.image.radiance(x, y)?;
+        Some(self.whole_window(x, y, width_px / 2).unwrap_or(alone))
+    }
+
+    /// The mean over all pixels up to `reach` columns and rows from a pixel; `None` unless all are valid and
+    /// off the edges.
+    fn whole_window(&self, x: usize, y: usize, reach: usize) -> Option<Radiance> {
+        let (left, top) = (x.checked_sub(reach)?, y.checked_sub(reach)?);
+        let (right, bottom) = (x + reach, y + reach);
+        if right >= self.camera.width || bottom >= self.camera.height {
+            return None;
+        }
         let mut sum = [0.0f32; CHANNELS];
-        let mut count = 0;
-        for v in y.saturating_sub(reach)..=(y + reach).min(self.camera.height - 1) {
-            for u in x.saturating_sub(reach)..=(x + reach).min(self.camera.width - 1) {
-                if is_clean && !self.is_off_edges(u, v) {
-                    continue;
-                }
-                if let Some(radiance) = self.image.radiance(u, v) {
-                    for (sum, value) in sum.iter_mut().zip(radiance) {
-                        *sum += value;
-                    }
-                    count += 1;
-                }
+        for v in top..=bottom {
+            for u in left..=right {
+                let radiance = self.image.radiance(u, v).filter(|_| self.is_off_edges(u, v))?;
+                sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += value);
             }
         }
-        Some(sum.map(|value| value / count as f32))
+        let count = (2 * reach + 1).pow(2);
+        Some(sum.map(|sum| sum / count as f32))
     }
 }
 

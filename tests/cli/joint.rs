@@ -57,10 +57,11 @@ fn the_summary_has_intervals(solution: &Value) {
     for name in ["singular_value", "log_rms", "log_sd"] {
         assert!(triple(&scale[name]).iter().all(|&v| v > 0.0), "{scale}");
     }
-    // What was not fitted is met less well than what was.
+    // The rows held out are others than those fitted, so their errors differ by chance, too.
     let held_out = triple(&solution["rms"]["held_out"]);
     let fitted = triple(&scale["log_rms"]);
-    assert!(held_out.iter().zip(fitted).all(|(out, fitted)| *out > fitted && *out < 0.1));
+    let is_likely = |(out, fitted): (&f64, f64)| *out > 0.8 * fitted && *out < 0.04;
+    assert!(held_out.iter().zip(fitted).all(is_likely), "{held_out:?} {fitted:?}");
 }
 
 fn the_tables_agree_with_the_summary(out: &Path) {

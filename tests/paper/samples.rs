@@ -1,9 +1,9 @@
 //! Where samples are placed and what is read there (Section 4.1).
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use lobelia::math::rgb::Radiance;
 use lobelia::reconstruct::samples::{SampleCloud, SampleOptions, place};
-use lobelia::scene::{Camera, Distortion, Image, Views};
+use lobelia::scene::{Camera, Distortion, Image, SurfacePoint, Views};
 use lobelia::watch::Watch;
 
 use crate::rooms::{Dice, Room, Struck, Tracer, bent_camera, camera, image_of};
@@ -252,4 +252,85 @@ fn few_samples_of_a_material_are_made_more() {
     // A smaller distance d gives as many as 1/d² on a large surface and somewhat fewer on faces
     // a few d wide, whose rims count as well (here up to a third).
     assert!(count(&more) >= 40, "{} for 60", count(&more));
+}
+
+/// Where an edge cuts a window, the mean of its other pixels would be that of points farther from the edge.
+#[test]
+fn a_radiance_that_varies_over_a_surface_is_read_at_the_sample() {
+    let mut room = stage();
+    let slope = DVec3::new(0.5, -0.3, 0.4);
+    let linear = |p: DVec3| 3.0 + slope.dot(p);
+    for camera in cameras() {
+        room.photograph(camera, |struck| [linear(struck.position) as f32; 3]);
+    }
+    let caster = room.caster();
+    let views = Views::new(&room.capture, &caster, &Watch::new()).unwrap();
+    let cloud = place(&views, &options(), 1, &Watch::new()).unwrap();
+    let mut beside_edges = 0;
+    for view in cloud.samples.iter().flat_map(|sample| &cloud.views[sample.views.clone()]) {
+        let buffer =
+            views.buffers.iter().find(|buffer| buffer.photograph == view.photograph).unwrap();
+        let [x, y] = view.pixel;
+        let Camera { width, height, .. } = *buffer.camera;
+        if !(1..width - 1).contains(&x) || !(1..height - 1).contains(&y) {
+            continue;
+        }
+        let at = |x: usize, y: usize| linear(buffer.hit(x, y).unwrap().0.as_dvec3());
+        let around = (x - 1..=x + 1).flat_map(|u| (y - 1..=y + 1).map(move |v| (u, v)));
+        beside_edges += usize::from(around.clone().any(|(u, v)| !buffer.is_off_edges(u, v)));
+        // The steps from pixel to pixel differ a little by perspective and distortion.
+        let step = around.map(|(u, v)| (at(u, v) - at(x, y)).abs()).fold(0.0, f64::max);
+        let error = (f64::from(view.radiance[0]) - at(x, y)).abs();
+        assert!(error < 0.1 * step + 1e-5, "{error} off at {x}, {y} with steps of {step}");
+    }
+    assert!(beside_edges > 50, "{beside_edges} windows are cut by an edge");
+}
+
+/// A pixel beside an edge shows two surfaces.
+#[test]
+fn a_point_is_looked_up_where_no_edge_is_near() {
+    let bare = |room: &mut Room, colour: &dyn Fn(usize, usize, usize) -> Radiance| {
+        for (index, camera) in cameras().into_iter().enumerate() {
+            let (width, height) = (camera.width, camera.height);
+            let pixels = (0..width * height).map(|k| colour(index, k % width, k / width)).collect();
+            room.photograph_of(camera, pixels, None);
+        }
+    };
+    let mut plain = stage();
+    bare(&mut plain, &|_, _, _| [1.0; 3]);
+    let caster = plain.caster();
+    let plain = Views::new(&plain.capture, &caster, &Watch::new()).unwrap();
+    let mut room = stage();
+    let mixed = |index: usize, x: usize, y: usize| {
+        if plain.buffers[index].is_off_edges(x, y) { [1.0; 3] } else { [1.2; 3] }
+    };
+    bare(&mut room, &mixed);
+    let views = Views::new(&room.capture, &caster, &Watch::new()).unwrap();
+    let mut dice = Dice::new(3);
+    let (mut both, mut mixed_alone) = (0, 0);
+    for _ in 0..4000 {
+        let at = DVec2::new(dice.uniform(), dice.uniform()) * 2.0 - 1.0;
+        let point = SurfacePoint { position: at.extend(0.0).as_vec3(), normal: Vec3::Z };
+        let seen = views.buffers.iter().filter_map(|buffer| {
+            views.seen(buffer, point).map(|seen| buffer.is_off_edges(seen.x, seen.y))
+        });
+        let off_edges: Vec<bool> = seen.collect();
+        let expected = match (off_edges.contains(&true), off_edges.contains(&false)) {
+            (true, beside) => {
+                both += usize::from(beside);
+                1.0
+            }
+            (false, true) => {
+                mixed_alone += 1;
+                1.2
+            }
+            (false, false) => {
+                assert_eq!(views.radiance(point), None);
+                continue;
+            }
+        };
+        let found = views.radiance(point).unwrap()[0];
+        assert!((found - expected).abs() < 1e-6, "{found} for {expected} at {at}");
+    }
+    assert!(both > 100 && mixed_alone > 20, "{both} points in pixels of both kinds, {mixed_alone}");
 }

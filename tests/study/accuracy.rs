@@ -62,18 +62,26 @@ fn scored(folder: &Path, seed: Option<usize>) -> Score {
 
 /// In a room with a glossy floor the search can end in a wrong minimum, and whether it does depends on
 /// the seed. With two of these seeds it once did (errors of 0.15 and 0.11); with the third, more rounds
-/// of the search led into one. Today's errors are 0.015, 0.011 and 0.013.
+/// of the search led into one. The common scale is off by 3.5 % (standard deviation over nine seeds),
+/// which is 0.01 to 0.03 of error by itself, so one seed tells little about it: what is asked of it is
+/// that the mean is small, and that the intervals hold the truth.
 #[test]
 fn a_glossy_room_comes_out_right_by_any_seed() {
     let Some(folder) = folder() else { return };
-    for seed in [3, 5, 9] {
+    let seeds = [3, 5, 9];
+    let mut sum = 0.0;
+    for seed in seeds {
         let score = scored(&folder.join("corner-glossy"), Some(seed));
         let error = score.raw.unwrap().mean_diffuse;
-        println!("seed {seed}: {error:.4}");
-        assert!(error <= LIMIT * 0.0154, "seed {seed}: {error}");
+        let scaled = score.common_scale.unwrap().errors.mean_diffuse;
+        println!("seed {seed}: {error:.4}, {scaled:.4} after one common scale");
+        sum += error;
+        assert!(scaled <= 0.0154, "seed {seed}: {scaled} after one common scale");
         let Intervals { inside, of, .. } = score.intervals;
         assert!(of > 0 && 10 * inside >= 9 * of, "seed {seed}: {inside} of {of}");
     }
+    let mean = sum / seeds.len() as f64;
+    assert!(mean <= LIMIT * 0.0154, "{mean}");
 }
 
 #[test]
