@@ -16,24 +16,21 @@ const MOST_VIEWS: usize = 16;
 pub struct Readings {
     values: [Radiance; MOST_VIEWS],
     count: usize,
-    is_enough: bool,
 }
 
 impl Readings {
     /// Adds the radiance in one more photograph, unless there are enough.
     pub fn add(&mut self, radiance: Radiance) {
-        if self.is_enough {
-            return;
+        if !self.is_enough() {
+            self.values[self.count] = radiance;
+            self.count += 1;
         }
-        self.values[self.count] = radiance;
-        self.count += 1;
-        let agree = || agreeing(self.read().iter().map(brightness)).all(|is_near| is_near);
-        self.is_enough = self.count == MOST_VIEWS || self.count == ENOUGH_VIEWS && agree();
     }
 
     /// Whether no other photograph needs to be asked.
     pub fn is_enough(&self) -> bool {
-        self.is_enough
+        let agree = || agreeing(self.read().iter().map(brightness)).all(|is_near| is_near);
+        self.count == MOST_VIEWS || self.count == ENOUGH_VIEWS && agree()
     }
 
     /// The radiance that they agree on ([`agreed`]); `None` without photographs.
