@@ -10,6 +10,8 @@ pub const AGREEMENT: f64 = 1.5;
 /// Photographs that are asked for the radiance of a point, if they agree and at most.
 const ENOUGH_VIEWS: usize = 3;
 const MOST_VIEWS: usize = 16;
+/// Photographs that can be compared with each other, so that they need no others.
+const FEWEST_ALONE: usize = 2;
 
 /// What some photographs measure of one point.
 #[derive(Debug, Default)]
@@ -33,9 +35,13 @@ impl Readings {
         self.count == MOST_VIEWS || self.count == ENOUGH_VIEWS && agree()
     }
 
-    /// The radiance that they agree on ([`agreed`]); `None` without photographs.
-    pub fn agreed(&self) -> Option<Radiance> {
-        (self.count > 0).then(|| agreed(self.read()))
+    /// The radiance that these agree on ([`agreed`]), if there are two or more; else the one that these
+    /// and `others` agree on. `None` without any. A single photograph may show a highlight or a thing in
+    /// front of the surface, which only another photograph tells.
+    pub fn agreed_or_with(&self, others: &Self) -> Option<Radiance> {
+        let others = if self.count < FEWEST_ALONE { others.read() } else { &[] };
+        let seen = || self.read().iter().chain(others);
+        mean_near(seen(), darkest(seen().map(brightness)))
     }
 
     fn read(&self) -> &[Radiance] {
@@ -48,19 +54,31 @@ impl Readings {
 /// front of the surface makes the point brighter in some photographs, by any factor, although this
 /// light goes in few directions only. Zero without photographs.
 pub fn agreed(seen: &[Radiance]) -> Radiance {
-    let (mut sum, mut count) = ([0.0; CHANNELS], 0.0);
-    let is_near = agreeing(seen.iter().map(brightness));
-    for (radiance, _) in seen.iter().zip(is_near).filter(|(_, is_near)| *is_near) {
-        sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += value);
-        count += 1.0;
-    }
-    sum.map(|value| value / f32::max(count, 1.0))
+    mean_near(seen.iter(), darkest(seen.iter().map(brightness))).unwrap_or_default()
 }
 
 /// Which of some brightnesses of one point are not far above the darkest.
 pub fn agreeing(seen: impl Iterator<Item = f64> + Clone) -> impl Iterator<Item = bool> {
-    let limit = AGREEMENT * seen.clone().fold(f64::INFINITY, f64::min);
-    seen.map(move |brightness| brightness <= limit)
+    let darkest = darkest(seen.clone());
+    seen.map(move |brightness| is_near(brightness, darkest))
+}
+
+fn darkest(brightnesses: impl Iterator<Item = f64>) -> f64 {
+    brightnesses.fold(f64::INFINITY, f64::min)
+}
+
+fn is_near(brightness: f64, darkest: f64) -> bool {
+    brightness <= AGREEMENT * darkest
+}
+
+/// The mean of those that are not far brighter than the darkest, if there are any.
+fn mean_near<'a>(seen: impl Iterator<Item = &'a Radiance>, darkest: f64) -> Option<Radiance> {
+    let (mut sum, mut count) = ([0.0; CHANNELS], 0.0);
+    for radiance in seen.filter(|radiance| is_near(brightness(radiance), darkest)) {
+        sum.iter_mut().zip(radiance).for_each(|(sum, value)| *sum += value);
+        count += 1.0;
+    }
+    (count > 0.0).then(|| sum.map(|value| value / count))
 }
 
 /// By which photographs are compared: the sum of the channels.
@@ -81,6 +99,26 @@ mod tests {
         }
         assert_eq!(agreed(&[]), [0.0; CHANNELS]);
         assert_eq!(agreed(&[[0.0; CHANNELS], [5.0; CHANNELS]]), [0.0; CHANNELS]);
+    }
+
+    /// As pixels off the edges and pixels beside them: the only one off the edges shows a highlight.
+    #[test]
+    fn a_single_photograph_is_compared_with_others() {
+        let readings = |values: &[f32]| {
+            let mut readings = Readings::default();
+            values.iter().for_each(|&value| readings.add([value; CHANNELS]));
+            readings
+        };
+        let agreed = |own: &[f32], others: &[f32]| {
+            readings(own).agreed_or_with(&readings(others)).map(|radiance| radiance[0])
+        };
+        assert_eq!(agreed(&[3.0], &[0.5, 0.5]), Some(0.5));
+        assert_eq!(agreed(&[0.75], &[0.5, 0.625]), Some(0.625));
+        assert_eq!(agreed(&[0.75, 0.75], &[0.25, 0.5]), Some(0.75));
+        assert_eq!(agreed(&[3.0, 0.625], &[0.5, 0.5]), Some(0.625));
+        assert_eq!(agreed(&[3.0], &[]), Some(3.0));
+        assert_eq!(agreed(&[], &[0.25, 0.25]), Some(0.25));
+        assert_eq!(agreed(&[], &[]), None);
     }
 
     /// The glass of a table in kitchen-full, in which some photographs see the window: it was taken

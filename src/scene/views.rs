@@ -255,11 +255,11 @@ impl<'a> Views<'a> {
         })
     }
 
-    /// The radiance that a surface point sends all around ([`agreed`](super::agreed) of the photographs
-    /// that measure it); `None` where none does. Pixels beside an edge are used only where no other
-    /// photograph shows the point: part of what they show belongs to another surface. Of many
-    /// photographs, a few are asked, beginning with one that depends on the surface point, so that a mean
-    /// over surface points is one over all photographs; more are asked where those few do not agree.
+    /// The radiance that a surface point sends all around, on which the photographs that measure it agree
+    /// ([`agreed`](super::agreed)); `None` where none does. Pixels beside an edge, which show a part of
+    /// another surface, count only where fewer than two others show the point. Of many photographs, a few
+    /// are asked, beginning with one that depends on the surface point, so that a mean over surface points
+    /// is one over all photographs; more are asked where those few do not agree.
     pub fn radiance(&self, point: SurfacePoint) -> Option<Radiance> {
         let bits = point.position.to_array().map(f32::to_bits);
         let mixed =
@@ -275,7 +275,7 @@ impl<'a> Views<'a> {
                 break;
             }
         }
-        off_edges.agreed().or_else(|| beside_edges.agreed())
+        off_edges.agreed_or_with(&beside_edges)
     }
 }
 

@@ -286,7 +286,7 @@ fn a_radiance_that_varies_over_a_surface_is_read_at_the_sample() {
     assert!(beside_edges > 50, "{beside_edges} windows are cut by an edge");
 }
 
-/// A pixel beside an edge shows two surfaces.
+/// A pixel beside an edge shows two surfaces. It is used where fewer than two others show the point.
 #[test]
 fn a_point_is_looked_up_where_no_edge_is_near() {
     let bare = |room: &mut Room, colour: &dyn Fn(usize, usize, usize) -> Radiance| {
@@ -315,18 +315,25 @@ fn a_point_is_looked_up_where_no_edge_is_near() {
             views.seen(buffer, point).map(|seen| buffer.is_off_edges(seen.x, seen.y))
         });
         let off_edges: Vec<bool> = seen.collect();
-        let expected = match (off_edges.contains(&true), off_edges.contains(&false)) {
-            (true, beside) => {
-                both += usize::from(beside);
-                1.0
+        let clean = off_edges.iter().filter(|&&is_off| is_off).count();
+        let beside = off_edges.len() - clean;
+        let expected = match (clean, beside) {
+            (0, 0) => {
+                assert_eq!(views.radiance(point), None);
+                continue;
             }
-            (false, true) => {
+            (0, _) => {
                 mixed_alone += 1;
                 1.2
             }
-            (false, false) => {
-                assert_eq!(views.radiance(point), None);
-                continue;
+            // A single one counts together with the others.
+            (1, _) => {
+                both += usize::from(beside > 0);
+                (1.0 + 1.2 * beside as f32) / (1 + beside) as f32
+            }
+            _ => {
+                both += usize::from(beside > 0);
+                1.0
             }
         };
         let found = views.radiance(point).unwrap()[0];
