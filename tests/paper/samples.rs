@@ -317,6 +317,7 @@ fn a_point_is_looked_up_where_no_edge_is_near() {
         let off_edges: Vec<bool> = seen.collect();
         let clean = off_edges.iter().filter(|&&is_off| is_off).count();
         let beside = off_edges.len() - clean;
+        both += usize::from(clean > 0 && beside > 0);
         let expected = match (clean, beside) {
             (0, 0) => {
                 assert_eq!(views.radiance(point), None);
@@ -326,15 +327,9 @@ fn a_point_is_looked_up_where_no_edge_is_near() {
                 mixed_alone += 1;
                 1.2
             }
-            // A single one counts together with the others.
-            (1, _) => {
-                both += usize::from(beside > 0);
-                (1.0 + 1.2 * beside as f32) / (1 + beside) as f32
-            }
-            _ => {
-                both += usize::from(beside > 0);
-                1.0
-            }
+            // A single one counts together with those beside edges.
+            (1, _) => (1.0 + 1.2 * beside as f32) / (1 + beside) as f32,
+            _ => 1.0,
         };
         let found = views.radiance(point).unwrap()[0];
         assert!((found - expected).abs() < 1e-6, "{found} for {expected} at {at}");
