@@ -39,7 +39,7 @@ pub(super) fn command(capture: Arg) -> Command {
             Arg::new("threshold")
                 .long("threshold")
                 .value_name("N")
-                .help("Evidence from which on a pixel is masked, -1 to 3: less masks more [default: 1]")
+                .help("Evidence from which on a pixel is masked, -1 to 3: less masks more [default: 0.5]")
                 .allow_negative_numbers(true)
                 .value_parser(value_parser!(f64)),
         )
@@ -51,7 +51,7 @@ pub(super) fn command(capture: Arg) -> Command {
 pub(super) fn run(matches: &ArgMatches) -> Result<(), Ending> {
     let folder = arguments::required_path(matches, "capture");
     let out = matches.get_one::<PathBuf>("out");
-    let threshold = matches.get_one::<f64>("threshold").copied().unwrap_or(clutter::THRESHOLD);
+    let threshold = matches.get_one::<f64>("threshold").copied().unwrap_or(clutter::SUGGESTED);
     if !(-1.0..=3.0).contains(&threshold) {
         return Err(anyhow!("--threshold: from -1 to 3").into());
     }

@@ -20,6 +20,7 @@ use crate::geometry::bvh::RayCaster;
 use crate::math::rgb::Rgb;
 use crate::reconstruct::equations::Equations;
 use crate::reconstruct::gain::Gain;
+use crate::reconstruct::in_front;
 use crate::reconstruct::lights::VirtualLights;
 use crate::reconstruct::lobes::Lobes;
 use crate::reconstruct::reads::{Inputs, Step};
@@ -156,9 +157,9 @@ pub(super) struct SampleProducts {
     pub mirrors: Arc<MirrorsAndGlass>,
     /// Gains of the photographs; only where they are divided out.
     pub gains: Vec<Gain>,
-    /// Surfaces in front of which photographs show lamps, by name.
-    pub in_front: Vec<String>,
-    /// The photographs without the pixels of these lamps and divided by the gains, where there are
+    /// What photographs show in front of surfaces.
+    pub in_front: in_front::Found,
+    /// The photographs without the pixels that show this and divided by the gains, where there are
     /// any of either.
     pub corrected: Option<Vec<Photograph>>,
     /// Diffuse reflectance per material to start from (Eq. 11).
@@ -194,8 +195,9 @@ impl SampleProducts {
         start
     }
 
-    /// A solution with the mirrors and the glass that were found.
+    /// A solution with the mirrors and the glass that were found, and what is in front of surfaces.
     pub(super) fn told(&self, capture: &Capture, mut solution: Solution) -> Solution {
+        solution.notes.extend(self.in_front.note());
         for (material, optics) in capture.materials.iter().zip(&self.mirrors.optics) {
             let what = match optics {
                 Optics::Opaque => continue,

@@ -6,7 +6,7 @@
 use super::candidates::most_candidates;
 use super::checks::{LOWER_JOINT, LOWER_PAPER, SolveSize};
 use super::textures::sharpen;
-use super::{Error, Method, Options, Stage};
+use super::{Error, Method, Options, Stage, in_front};
 use crate::scene::views::WHOLE_PIXELS;
 use crate::scene::{Capture, MaterialKind};
 
@@ -88,7 +88,10 @@ impl MemoryNeed {
         };
         let solve = u64::try_from(solve(capture, options, threads)).unwrap_or(u64::MAX);
         let mut stages = [0; 5];
-        stages[Stage::Samples as usize] = found.max(candidates * CANDIDATE);
+        let compared = in_front::compared_pixels(sizes().count()).min(pixels) as u64;
+        let compared = if options.samples.omit_unmodelled { compared } else { 0 };
+        stages[Stage::Samples as usize] =
+            found.max(candidates * CANDIDATE).max(compared * in_front::PIXEL_BYTES);
         stages[Stage::Solve as usize] = solve;
         stages[Stage::Textures as usize] = textures;
         Self {

@@ -71,7 +71,7 @@ impl Run<'_> {
         };
         let mut warnings = of_photographs(&views);
         warnings.extend(gain::warnings(&capture, &gains, !placed.gains.is_empty()));
-        warnings.extend(in_front::warning(&placed.in_front));
+        warnings.extend(placed.in_front.warning());
         warnings.extend(warn(&capture, self.options, &placed.cloud, &lobes, &solution));
         let reconstruction = Reconstruction {
             samples: placed.cloud.clone(),
@@ -174,7 +174,8 @@ impl Run<'_> {
         let (options, seed) = (&inputs.options, seed(&inputs));
         let views = visibility.views(&inputs.capture);
         let mirrors = MirrorsAndGlass::new(&inputs.capture, optics::find(&views, watch)?);
-        let in_front = in_front::find(&views.through(&mirrors), watch)?;
+        let with_things = options.samples.omit_unmodelled;
+        let in_front = in_front::find(&views.through(&mirrors), with_things, watch)?;
         let capture = in_front.capture.as_ref().unwrap_or(&inputs.capture);
         let mut views = visibility.views(capture).through(&mirrors);
         let mut cloud = samples::place(&views, &options.samples, seed, watch)?;
@@ -194,7 +195,7 @@ impl Run<'_> {
         }
         let start = normalize::initial_diffuse(&views, &cloud, watch)?;
         let corrected = equalised.or(in_front.capture).map(|capture| capture.photographs);
-        let (cloud, mirrors, in_front) = (Arc::new(cloud), Arc::new(mirrors), in_front.surfaces);
+        let (cloud, mirrors, in_front) = (Arc::new(cloud), Arc::new(mirrors), in_front.found);
         Ok(SampleProducts { cloud, mirrors, gains, in_front, corrected, start })
     }
 

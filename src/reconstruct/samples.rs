@@ -28,6 +28,9 @@ options! {
         /// Side of the window of pixels over which a sample's radiance is averaged. Where an edge cuts
         /// the window, the pixel in its middle is used alone.
         window_px: usize = 3, Some((1.0, 31.0)), "px";
+        /// Leave out pixels that show unmodelled things in front of surfaces, where photographs of one
+        /// point differ and a highlight is not the cause. Needs three photographs.
+        omit_unmodelled: bool = false, None, "";
         /// A photograph is not used where the cosine between its viewing direction and the surface
         /// normal is smaller.
         min_cosine: f64 = 0.1, Some((0.0, 0.99)), "";

@@ -177,7 +177,8 @@ fn every_option(method: Method) -> Vec<String> {
 /// Options that do nothing in the scene with the paper's method, where the one other value that is
 /// tried is no limit there. Every other one makes a difference, so that a table that forgot it
 /// would be noticed.
-const IDLE: [&str; 6] = [
+const IDLE: [&str; 7] = [
+    "samples.omit_unmodelled",
     "samples.min_cosine",
     "refine.weight_floor",
     "gloss.views_per_sample",

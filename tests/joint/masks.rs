@@ -70,11 +70,19 @@ fn behind_a_mask_the_scene_is_what_it_is() {
     let places = [DVec3::new(0.03, -0.02, 0.05), DVec3::new(-0.25, 0.2, -0.1)];
     let mut options = options();
     options.transport.rays = 1024;
-    let [with, without] = [true, false].map(|masks| {
+    let mut solved = |masks: bool, omit_unmodelled: bool| {
+        options.samples.omit_unmodelled = omit_unmodelled;
         run(&painted(furnace(RHO, &places), [0.9, 0.02, 0.4], masks), &options).unwrap()
-    });
+    };
+    let with = solved(true, false);
     assert!(error(&with) < 0.03, "{}", error(&with));
+    let without = solved(false, false);
     assert!(error(&without) > 0.1, "{}", error(&without));
+    // Without masks, the run finds by itself what is in front, if it is asked to.
+    let found = solved(false, true);
+    assert!(error(&found) < 0.05, "{}", error(&found));
+    let notes = &found.solution.notes;
+    assert!(notes.iter().any(|note| note.contains("things that are not modelled")), "{notes:?}");
     for view in &with.samples.views {
         assert!(!covers(view.photograph, view.pixel[0], view.pixel[1]));
     }

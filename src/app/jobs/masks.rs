@@ -31,7 +31,7 @@ impl Jobs {
     pub fn suggest_masks(&mut self, project: &Project) {
         self.stop_suggesting();
         let capture = project.capture.clone();
-        let threshold = clutter::THRESHOLD;
+        let threshold = clutter::SUGGESTED;
         let command = Command::SuggestMasks { capture, threshold };
         self.begin_task(Lane::Runner, command, SuggestMasks(project.opened.clone()));
     }

@@ -18,6 +18,9 @@ const DEPTH_SLACK: f32 = 1.01;
 /// Every so-many-th pixel and row has a ray of its own.
 const STEP: usize = 2;
 
+/// Pixels with less evidence show the known surface: no place along their rays is occupied.
+const AGREES: f32 = -0.5;
+
 /// For each pixel the sum over the other photographs of their evidence at the place along its ray
 /// where that is largest.
 pub(super) fn along_rays(
@@ -44,7 +47,8 @@ pub(super) fn along_rays(
                 own.position + direction * distance
             };
             let sums = (0..PLACES).map(|step| sum_at(views, small, evidence, &others, place(step)));
-            largest.push(if direction == Vec3::ZERO {
+            let agrees = evidence[view][index] < AGREES;
+            largest.push(if agrees || direction == Vec3::ZERO {
                 0.0
             } else {
                 sums.fold(f32::NEG_INFINITY, f32::max)

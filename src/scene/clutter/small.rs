@@ -2,25 +2,48 @@
 
 use glam::{DVec2, Vec3};
 
-use super::LONGEST_SIDE;
 use crate::math::rgb::{CHANNELS, Radiance};
-use crate::scene::{SurfacePoint, Views};
+use crate::scene::{Camera, SurfacePoint, Views};
 use crate::watch::Cancelled;
 
 /// Below this part of the median brightness, logarithms are of noise.
 const FLOOR: f32 = 1e-3;
+/// Pixels along a side of the square that one pixel stands for which are read, at most.
+const MOST_READ: usize = 4;
 /// Standard deviation in pixels by which photographs are smoothed against noise and against edges
 /// that are off by part of a pixel.
 const SMOOTHING_PX: f32 = 0.7;
+
+/// Equal squares of the pixels of a photograph.
+#[derive(Clone, Copy)]
+pub(super) struct Squares {
+    /// Side in pixels of the photograph.
+    side: usize,
+    /// Squares along the sides of the photograph.
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Squares {
+    /// At most `longest_side` of them along a side.
+    pub fn new(camera: &Camera, longest_side: usize) -> Self {
+        let side = camera.width.max(camera.height).div_ceil(longest_side.max(1)).max(1);
+        Self { side, width: camera.width.div_ceil(side), height: camera.height.div_ceil(side) }
+    }
+
+    /// The square that a pixel of the photograph is in, row by row from the top.
+    pub fn index(&self, (x, y): (usize, usize)) -> usize {
+        (y / self.side) * self.width + x / self.side
+    }
+}
 
 /// One photograph in fewer pixels.
 pub(super) struct SmallView {
     pub photograph: usize,
     pub width: usize,
     pub height: usize,
-    /// Side in pixels of the square that one pixel stands for.
-    block: usize,
-    full: (usize, usize),
+    /// What one pixel stands for.
+    pub squares: Squares,
     pub position: Vec3,
     /// Logarithm of the smoothed radiance.
     pub log: Vec<Radiance>,
@@ -39,26 +62,36 @@ pub(super) struct SmallHit {
 }
 
 impl SmallView {
-    pub fn new(views: &Views, view: usize) -> Result<Self, Cancelled> {
+    /// No side has more than `longest_side` pixels.
+    pub fn new(views: &Views, view: usize, longest_side: usize) -> Result<Self, Cancelled> {
         let buffer = &views.buffers[view];
         let (camera, image) = (buffer.camera, buffer.image);
         let full = (camera.width, camera.height);
-        let block = full.0.max(full.1).div_ceil(LONGEST_SIDE).max(1);
-        let (width, height) = (full.0.div_ceil(block), full.1.div_ceil(block));
+        let squares = Squares::new(camera, longest_side);
+        let Squares { side, width, height } = squares;
+        let step = side.div_ceil(MOST_READ);
         let position = camera.position.as_vec3();
         let (mut pixels, mut is_valid) = (Vec::new(), Vec::new());
         let (mut points, mut directions) = (Vec::new(), Vec::new());
         for y in 0..height {
             for x in 0..width {
                 let (mut sum, mut count) = ([0.0; CHANNELS], 0);
-                let rows = y * block..((y + 1) * block).min(full.1);
-                let columns = x * block..((x + 1) * block).min(full.0);
-                for (u, v) in rows.clone().flat_map(|v| columns.clone().map(move |u| (u, v))) {
-                    let Some(radiance) = image.radiance_without_mask(u, v) else { continue };
+                let rows = y * side..((y + 1) * side).min(full.1);
+                let columns = x * side..((x + 1) * side).min(full.0);
+                let read = rows
+                    .clone()
+                    .step_by(step)
+                    .flat_map(|v| columns.clone().step_by(step).map(move |u| (u, v)));
+                let mut is_whole = true;
+                for (u, v) in read {
+                    let Some(radiance) = image.radiance_without_mask(u, v) else {
+                        is_whole = false;
+                        continue;
+                    };
                     sum.iter_mut().zip(radiance).for_each(|(sum, own)| *sum += own);
                     count += 1;
                 }
-                is_valid.push(count == rows.len() * columns.len());
+                is_valid.push(is_whole);
                 // What is no measurement is mostly too bright for the sensor.
                 let raw = || image.pixel(columns.start, rows.start);
                 pixels.push(match count {
@@ -66,7 +99,7 @@ impl SmallView {
                     count => sum.map(|own| own / count as f32),
                 });
                 let middle = [(x, full.0), (y, full.1)]
-                    .map(|(own, side)| (own * block + block / 2).min(side - 1));
+                    .map(|(own, full)| (own * side + side / 2).min(full - 1));
                 let place = DVec2::new(middle[0] as f64 + 0.5, middle[1] as f64 + 0.5);
                 let direction = camera.direction(place).map_or(Vec3::ZERO, |own| own.as_vec3());
                 directions.push(direction);
@@ -87,18 +120,8 @@ impl SmallView {
         let smoothed = blurred(&pixels, (width, height), SMOOTHING_PX);
         let log = smoothed.into_iter().map(|own| own.map(|own| (own + floor).ln())).collect();
         let photograph = buffer.photograph;
-        Ok(Self {
-            photograph,
-            width,
-            height,
-            block,
-            full,
-            position,
-            log,
-            is_valid,
-            points,
-            directions,
-        })
+        image.release();
+        Ok(Self { photograph, width, height, squares, position, log, is_valid, points, directions })
     }
 
     pub fn size(&self) -> (usize, usize) {
@@ -106,40 +129,29 @@ impl SmallView {
     }
 
     /// The pixel for one of the whole photograph.
-    pub fn index(&self, (x, y): (usize, usize)) -> usize {
-        (y / self.block) * self.width + x / self.block
+    pub fn index(&self, pixel: (usize, usize)) -> usize {
+        self.squares.index(pixel)
     }
 
-    /// The logarithm of the radiance between pixels, at a place in the whole photograph; `None`
-    /// where one of the four is no measurement.
-    pub fn between(&self, place: DVec2) -> Option<Radiance> {
-        let place = place / self.block as f64 - 0.5;
+    /// How far the logarithm of a radiance is beyond those of the four pixels around a place in the
+    /// whole photograph; `None` where one of the four is no measurement. Where they differ, this
+    /// photograph may show the same point blurred.
+    pub fn beyond(&self, place: DVec2, log: Radiance) -> Option<Radiance> {
         let last = DVec2::new((self.width - 1) as f64, (self.height - 1) as f64);
-        let place = place.clamp(DVec2::ZERO, last);
+        let place = (place / self.squares.side as f64 - 0.5).clamp(DVec2::ZERO, last);
         let (x, y) = (place.x as usize, place.y as usize);
         let (right, below) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
-        let part = (place - place.floor()).as_vec2();
-        let mut sum = [0.0; CHANNELS];
-        for (u, v, weight) in [
-            (x, y, (1.0 - part.x) * (1.0 - part.y)),
-            (right, y, part.x * (1.0 - part.y)),
-            (x, below, (1.0 - part.x) * part.y),
-            (right, below, part.x * part.y),
-        ] {
-            let index = v * self.width + u;
-            if !self.is_valid[index] {
-                return None;
-            }
-            sum.iter_mut().zip(self.log[index]).for_each(|(sum, own)| *sum += weight * own);
+        let around =
+            [(x, y), (right, y), (x, below), (right, below)].map(|(u, v)| v * self.width + u);
+        if around.iter().any(|&index| !self.is_valid[index]) {
+            return None;
         }
-        Some(sum)
-    }
-
-    /// A mask in the pixels of the whole photograph.
-    pub fn enlarged(&self, is_masked: &[bool]) -> Vec<bool> {
-        let (width, height) = self.full;
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        pixels.map(|pixel| is_masked[self.index(pixel)]).collect()
+        let own = |channel: usize| around.map(|index| self.log[index][channel]);
+        Some(std::array::from_fn(|channel| {
+            let least = own(channel).into_iter().fold(f32::INFINITY, f32::min);
+            let most = own(channel).into_iter().fold(f32::NEG_INFINITY, f32::max);
+            log[channel] - log[channel].clamp(least, most)
+        }))
     }
 }
 
