@@ -7,7 +7,8 @@ mod lamps;
 
 use std::sync::Arc;
 
-use crate::scene::{Capture, Image, Views, clutter};
+use crate::scene::clutter::{self, Mask};
+use crate::scene::{Capture, Image, Views};
 use crate::watch::{Cancelled, Watch};
 
 /// Photographs are compared at so many pixels or fewer along each side, and at so many in all.
@@ -61,21 +62,20 @@ pub fn find(views: &Views, with_things: bool, watch: &Watch) -> Result<InFront, 
     let photographs = &views.capture.photographs;
     // Somebody has looked at a photograph that has a mask.
     let has_none = |image: &Arc<Image>| image.masked_count() == 0;
-    masks.retain(|mask| photographs[mask.photograph].image.as_ref().is_some_and(has_none));
-    let shares: Vec<f64> = masks.iter().map(clutter::Mask::share).collect();
-    let most = (0..masks.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
-    let Some(most) = most.filter(|&most| shares[most] > 0.0) else { return Ok(in_front) };
+    masks.retain(|mask| {
+        let image = &photographs[mask.photograph].image;
+        mask.share() > 0.0 && image.as_ref().is_some_and(has_none)
+    });
+    let largest = |a: &&Mask, b: &&Mask| a.share().total_cmp(&b.share());
+    let Some(most) = masks.iter().max_by(largest) else { return Ok(in_front) };
     in_front.found.things = Some(Things {
-        share: shares.iter().sum::<f64>() / views.buffers.len() as f64,
-        most: (photographs[masks[most].photograph].name.clone(), shares[most]),
+        share: masks.iter().map(Mask::share).sum::<f64>() / views.buffers.len() as f64,
+        most: (photographs[most.photograph].name.clone(), most.share()),
     });
     let capture = in_front.capture.get_or_insert_with(|| views.capture.clone());
-    for (mask, _) in masks.iter().zip(shares).filter(|(_, share)| *share > 0.0) {
-        let photograph = &mut capture.photographs[mask.photograph];
-        let Some(image) = &mut photograph.image else { continue };
-        let mut masked = (**image).clone();
-        masked.mask(|x, y| mask.is_masked(x, y));
-        *image = Arc::new(masked);
+    for mask in &masks {
+        let Some(image) = &mut capture.photographs[mask.photograph].image else { continue };
+        Arc::make_mut(image).mask(|x, y| mask.is_masked(x, y));
     }
     Ok(in_front)
 }

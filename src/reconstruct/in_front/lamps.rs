@@ -199,9 +199,7 @@ fn without(views: &Views, is_behind: &[bool], limit: f32) -> Capture {
         }
         let image = &mut capture.photographs[buffer.photograph].image;
         if let Some(image) = image.as_mut().filter(|_| left_out.contains(&true)) {
-            let mut masked = (**image).clone();
-            masked.mask(|x, y| left_out[y * width + x]);
-            *image = Arc::new(masked);
+            Arc::make_mut(image).mask(|x, y| left_out[y * width + x]);
         }
         buffer.image.release();
     }

@@ -18,12 +18,12 @@ const USUAL_COLOR: f64 = 0.7;
 /// How much a difference of colour counts beside one of brightness: gloss, shadow and exposure
 /// change colours little.
 const COLOR_WEIGHT: f32 = 2.0;
-/// How much evidence counts that may have another reason: of two photographs that disagree, nobody
-/// knows which is right; the colour of a surface may vary; and most photographs may show a highlight.
+/// Factor on evidence that may have another reason: of two photographs that disagree, nobody knows
+/// which is right; the colour of a surface may vary; and most photographs may show a highlight.
 const DOUBTFUL: f32 = 0.5;
 
 /// One pixel beside the other photographs of its point.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct Compared {
     /// Photographs that measure the point, its own included.
     pub count: usize,

@@ -17,7 +17,6 @@ const FARTHEST: f32 = 2.2;
 const DEPTH_SLACK: f32 = 1.01;
 /// Every so-many-th pixel and row has a ray of its own.
 const STEP: usize = 2;
-
 /// Pixels with less evidence show the known surface: no place along their rays is occupied.
 const AGREES: f32 = -0.5;
 
@@ -32,12 +31,13 @@ pub(super) fn along_rays(
 ) -> Vec<f32> {
     let own = &small[view];
     let others = others(views, small, view);
+    let (width, height) = own.size();
     let near = NEAREST * typical_m;
-    let columns = own.width.div_ceil(STEP);
-    let mut largest = Vec::with_capacity(columns * own.height.div_ceil(STEP));
-    for y in (0..own.height).step_by(STEP) {
-        for x in (0..own.width).step_by(STEP) {
-            let index = y * own.width + x;
+    let columns = width.div_ceil(STEP);
+    let mut largest = Vec::with_capacity(columns * height.div_ceil(STEP));
+    for y in (0..height).step_by(STEP) {
+        for x in (0..width).step_by(STEP) {
+            let index = y * width + x;
             let direction = own.directions[index];
             let far = own.points[index].map_or(FARTHEST * typical_m, |hit| hit.distance);
             let place = |step: usize| {
@@ -55,7 +55,7 @@ pub(super) fn along_rays(
             });
         }
     }
-    let pixels = (0..own.height).flat_map(|y| (0..own.width).map(move |x| (x, y)));
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     pixels.map(|(x, y)| largest[(y / STEP) * columns + x / STEP]).collect()
 }
 
@@ -70,7 +70,7 @@ fn sum_at(
     for &other in others {
         let Some(pixel) = views.buffers[other].pixel(place) else { continue };
         let view = &small[other];
-        let index = view.index(pixel);
+        let index = view.squares.index(pixel);
         let distance = place.distance(view.position);
         if view.points[index].is_none_or(|hit| distance < DEPTH_SLACK * hit.distance) {
             sum += evidence[other][index];

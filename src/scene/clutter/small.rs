@@ -8,7 +8,7 @@ use crate::watch::Cancelled;
 
 /// Below this part of the median brightness, logarithms are of noise.
 const FLOOR: f32 = 1e-3;
-/// Pixels along a side of the square that one pixel stands for which are read, at most.
+/// Rows and columns of pixels that are read in each square, at most.
 const MOST_READ: usize = 4;
 /// Standard deviation in pixels by which photographs are smoothed against noise and against edges
 /// that are off by part of a pixel.
@@ -17,9 +17,9 @@ const SMOOTHING_PX: f32 = 0.7;
 /// Equal squares of the pixels of a photograph.
 #[derive(Clone, Copy)]
 pub(super) struct Squares {
-    /// Side in pixels of the photograph.
+    /// Of one square, in pixels of the photograph.
     side: usize,
-    /// Squares along the sides of the photograph.
+    /// How many are along the sides of the photograph.
     pub width: usize,
     pub height: usize,
 }
@@ -40,9 +40,7 @@ impl Squares {
 /// One photograph in fewer pixels.
 pub(super) struct SmallView {
     pub photograph: usize,
-    pub width: usize,
-    pub height: usize,
-    /// What one pixel stands for.
+    /// What the pixels stand for, one each.
     pub squares: Squares,
     pub position: Vec3,
     /// Logarithm of the smoothed radiance.
@@ -121,28 +119,23 @@ impl SmallView {
         let log = smoothed.into_iter().map(|own| own.map(|own| (own + floor).ln())).collect();
         let photograph = buffer.photograph;
         image.release();
-        Ok(Self { photograph, width, height, squares, position, log, is_valid, points, directions })
+        Ok(Self { photograph, squares, position, log, is_valid, points, directions })
     }
 
     pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
-    }
-
-    /// The pixel for one of the whole photograph.
-    pub fn index(&self, pixel: (usize, usize)) -> usize {
-        self.squares.index(pixel)
+        (self.squares.width, self.squares.height)
     }
 
     /// How far the logarithm of a radiance is beyond those of the four pixels around a place in the
     /// whole photograph; `None` where one of the four is no measurement. Where they differ, this
     /// photograph may show the same point blurred.
     pub fn beyond(&self, place: DVec2, log: Radiance) -> Option<Radiance> {
-        let last = DVec2::new((self.width - 1) as f64, (self.height - 1) as f64);
+        let (width, height) = self.size();
+        let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
         let place = (place / self.squares.side as f64 - 0.5).clamp(DVec2::ZERO, last);
         let (x, y) = (place.x as usize, place.y as usize);
-        let (right, below) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
-        let around =
-            [(x, y), (right, y), (x, below), (right, below)].map(|(u, v)| v * self.width + u);
+        let (right, below) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
+        let around = [(x, y), (right, y), (x, below), (right, below)].map(|(u, v)| v * width + u);
         if around.iter().any(|&index| !self.is_valid[index]) {
             return None;
         }

@@ -137,7 +137,7 @@ fn a_highlight_is_nothing_odd_on_a_specular_floor() {
 #[test]
 fn what_one_photograph_shows_is_compared_with_the_usual_color() {
     let (mut capture, balls) = scene(true, 0.0);
-    // The others show the floor as black as the sensor can, and measure nothing.
+    // The others measure nothing.
     for photograph in &mut capture.photographs[1..] {
         let nothing = vec![[f32::NAN; 3]; WIDTH * HEIGHT];
         photograph.image = Some(Arc::new(Image::new(WIDTH, HEIGHT, nothing, None)));
