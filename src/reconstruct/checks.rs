@@ -124,7 +124,8 @@ pub(super) fn warn(
     let optics = |index: usize| solution.optics.get(index).copied().unwrap_or_default();
     let materials = capture.materials.iter().zip(&solution.reflectances).enumerate();
     for (index, (material, reflectance)) in materials {
-        if reflectance.is_none() && optics(index) == Optics::Opaque {
+        let is_unknown = reflectance.is_none() && material.known_diffuse.is_none();
+        if is_unknown && optics(index) == Optics::Opaque {
             warnings.push(format!(
                 "material \"{}\" is measured in no photograph: its reflectance stays unknown",
                 material.name

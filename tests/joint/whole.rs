@@ -227,6 +227,61 @@ fn materials_that_are_all_known_keep_what_is_known() {
     }
 }
 
+/// A sphere with a luminous cap. Photographs show the cap, the wall around it and the lowest part of the
+/// wall; the belt between, which they do not show, reflects far more. Every point of a sphere sees every
+/// area alike, so that E/π = f_cap + (Σ f_i ρ_i) E/π, with fractions f of the area.
+#[test]
+fn a_surface_without_a_photograph_reflects_what_is_known_of_it() {
+    let (wall, belt): (Rgb, f64) = ([0.4, 0.3, 0.2], 0.85);
+    let (cap_from, belt_to, belt_from) = (0.75, 0.5, -0.1);
+    let mut room = Room::default();
+    let (of_wall, of_belt) = (room.diffuse("wall"), room.diffuse("belt"));
+    let cap = room.luminaire("cap");
+    let (positions, mut faces) = icosphere(4);
+    faces.iter_mut().for_each(|face| face.swap(1, 2));
+    room.triangles(&positions, &faces, |[a, b, c]| match (a + b + c).z / 3.0 {
+        z if z > cap_from => cap,
+        z if z < belt_to && z > belt_from => of_belt,
+        _ => of_wall,
+    });
+    let (of_cap, belted) = (0.5 * (1.0 - cap_from), 0.5 * (belt_to - belt_from));
+    let radiance = wall.map(|rho| {
+        let returned = (1.0 - of_cap - belted) * rho + belted * belt;
+        (rho * of_cap / (1.0 - returned)) as f32
+    });
+    for (eye, towards) in [(0.03, 1.0), (-0.03, -1.0)] {
+        let (eye, towards) = (DVec3::new(0.02, 0.03, eye), DVec3::new(0.0, 0.0, towards));
+        room.photograph(camera((96, 96), 0.5, eye, towards), |struck| {
+            if struck.surface == cap { [1.0; 3] } else { radiance }
+        });
+    }
+    let mean_error = |room: &Room| -> f64 {
+        let found = solved(room).solution.reflectances[0].unwrap().diffuse;
+        found.iter().zip(wall).map(|(found, truth)| (found - truth).abs()).sum::<f64>() / 3.0
+    };
+    let guessed = mean_error(&room);
+    room.capture.materials[1].known_diffuse = Some([belt; 3]);
+    let known = mean_error(&room);
+    assert!(known < 0.015 && guessed > 2.0 * known, "{known}, without it {guessed}");
+}
+
+/// It fixed the scale once, and the intervals were too narrow.
+#[test]
+fn a_known_reflectance_that_no_photograph_shows_does_not_fix_the_scale() {
+    let mut room = box_room();
+    room.diffuse("nowhere");
+    let without = solved(&room);
+    let nowhere = room.capture.materials.last_mut().unwrap();
+    nowhere.known_diffuse = Some([0.5; 3]);
+    let with = solved(&room);
+    assert_eq!(with.solution.reflectances, without.solution.reflectances);
+    assert_eq!(with.solution.certainty, without.solution.certainty);
+    let told = |result: &Reconstruction| {
+        result.warnings.iter().filter(|warning| warning.contains("\"nowhere\"")).count()
+    };
+    assert_eq!((told(&with), told(&without)), (0, 1));
+}
+
 #[test]
 fn the_solve_can_be_cancelled() {
     let room = box_room();

@@ -55,8 +55,7 @@ struct Patches {
     nearest: Nearest,
     /// The patches, as samples without measurements.
     cloud: SampleCloud,
-    /// `None` where the material was not measured.
-    materials: Vec<Option<usize>>,
+    reflecting: Vec<Reflecting>,
     /// Irradiance of every patch from photographed surfaces.
     photographed: Vec<Rgb>,
     /// For each patch the other patches that are visible from it, and their form factors times π,
@@ -64,6 +63,17 @@ struct Patches {
     form_factors: Vec<Vec<(usize, f64)>>,
     /// The patch at every unphotographed point that a ray from a sample meets.
     of_point: Vec<usize>,
+}
+
+/// What a patch reflects of the light on it.
+#[derive(Clone, Copy)]
+enum Reflecting {
+    /// As much as a material that photographs show.
+    Measured(usize),
+    /// What `known_diffuse` gives for a material that no photograph shows.
+    Known(Rgb),
+    /// Not known: as much as the measured materials in the mean.
+    Unknown,
 }
 
 /// A fit whose I_s agrees with its own light and reflectances.
@@ -230,16 +240,20 @@ impl Patches {
             ..SampleCloud::default()
         };
         let capture = views.capture;
-        let material = |place: &UnphotographedHit| {
+        let reflecting = |place: &UnphotographedHit| {
             let surface = capture.mesh.surface[place.triangle as usize] as usize;
-            match capture.surfaces[surface].role {
-                Role::Material(material) if problem.priors.measured[material] => Some(material),
-                _ => None,
+            let Role::Material(material) = capture.surfaces[surface].role else {
+                return Reflecting::Unknown;
+            };
+            if problem.priors.measured[material] {
+                return Reflecting::Measured(material);
             }
+            let known = capture.materials[material].known_diffuse;
+            known.map_or(Reflecting::Unknown, Reflecting::Known)
         };
-        let materials = places.iter().map(material).collect();
+        let reflecting = places.iter().map(reflecting).collect();
         let of_point = positions.par_iter().map(|&position| nearest.to(position)).collect();
-        Ok(Some(Self { nearest, cloud, materials, photographed, form_factors, of_point }))
+        Ok(Some(Self { nearest, cloud, reflecting, photographed, form_factors, of_point }))
     }
 
     /// k_ij, patches × columns of a model.
@@ -254,7 +268,7 @@ impl Patches {
 
     /// The radiosity of the patches with the light and the reflectances of a fit.
     fn light(&self, problem: &Problem, fitted: &Fitted, coupling: &Mat<f64>) -> PatchRadiosity {
-        let count = self.materials.len();
+        let count = self.reflecting.len();
         let mut radiance = vec![[0.0f32; CHANNELS]; count];
         for (c, fit) in fitted.channels.iter().enumerate() {
             let emission = &fit.state.emission;
@@ -266,19 +280,17 @@ impl Patches {
             let logs: Vec<f64> =
                 problem.measured().into_iter().map(|m| fit.state.log_diffuse[m]).collect();
             let mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
-            // Of all that arrives, the part that is reflected into any direction; the others'
-            // mean where the material was not measured.
-            let reflectance: Vec<f64> = self
-                .materials
-                .iter()
-                .map(|material| {
-                    material.map_or(mean, |m| {
-                        let lobe = fitted.model.gloss[m]
-                            .map_or(0.0, |gloss| fit.state.specular[m] * gloss.albedo());
-                        (fit.state.log_diffuse[m].exp() + lobe).min(1.0)
-                    })
-                })
-                .collect();
+            // Of all that arrives, the part that is reflected into any direction.
+            let part = |reflecting: &Reflecting| match *reflecting {
+                Reflecting::Measured(m) => {
+                    let lobe = fitted.model.gloss[m]
+                        .map_or(0.0, |gloss| fit.state.specular[m] * gloss.albedo());
+                    (fit.state.log_diffuse[m].exp() + lobe).min(1.0)
+                }
+                Reflecting::Known(reflectance) => reflectance[c],
+                Reflecting::Unknown => mean,
+            };
+            let reflectance: Vec<f64> = self.reflecting.iter().map(part).collect();
             let reflect = |irradiance: &dyn Fn(usize) -> f64| -> Vec<f64> {
                 (0..count)
                     .map(|patch| reflectance[patch] * irradiance(patch) / std::f64::consts::PI)

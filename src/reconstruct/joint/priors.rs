@@ -65,8 +65,10 @@ impl Priors {
         let mut known: [Vec<Option<f64>>; CHANNELS] =
             std::array::from_fn(|_| vec![None; materials]);
         let mut pins = Vec::new();
+        let measured: Vec<bool> = start.iter().map(Option::is_some).collect();
         for (index, material) in capture.materials.iter().enumerate() {
-            let Some(value) = material.known_diffuse else { continue };
+            // Without rows it says nothing of the scale.
+            let Some(value) = material.known_diffuse.filter(|_| measured[index]) else { continue };
             match material.known_diffuse_sd.filter(|sd| sd.iter().any(|sd| *sd > 0.0)) {
                 Some(sd) => pins.push((index, value, sd)),
                 None => {
@@ -77,7 +79,7 @@ impl Priors {
             }
         }
         Self {
-            measured: start.iter().map(Option::is_some).collect(),
+            measured,
             reference: std::array::from_fn(|c| logs(normalised, c)),
             start: std::array::from_fn(|c| logs(start, c)),
             known,
